@@ -150,9 +150,9 @@ def test_cuts_of_a_series_are_in_a_frame(frame):
 
 def test_a_series_of_images_and_of_blocks(capsys):
     def image(time):
-        made = make_image()
-        add_array(made.GetPointData(), "values", np.full(504, time))
-        return made
+        volume = make_image()
+        add_array(volume.GetPointData(), "values", np.full(504, time))
+        return volume
 
     write_steps(["1.vti", "2.vti", "3.vti"], image)
     assert deform("?.vti") == 0
@@ -175,9 +175,9 @@ def test_a_series_of_images_and_of_blocks(capsys):
 
 def test_what_holds_for_all_time_steps_is_said_once(caplog):
     def image(time):
-        made = make_image()
-        add_array(made.GetPointData(), "values", np.full(504, time), 3)  # unsigned char
-        return made
+        volume = make_image()
+        add_array(volume.GetPointData(), "values", np.full(504, time), 3)  # unsigned char
+        return volume
 
     write_steps(["1.vti", "2.vti", "3.vti"], image)
     arguments = ["deform", "?.vti", "handles.csv", "out.pvd", "--background", "300"]
@@ -325,10 +325,10 @@ def write_moving(how):
 
 
 def image_at(time):
-    made = make_image()
-    add_array(made.GetPointData(), "values", np.arange(504) * (1 + time))
-    made.GetPointData().SetActiveScalars("values")
-    return made
+    volume = make_image()
+    add_array(volume.GetPointData(), "values", np.arange(504) * (1 + time))
+    volume.GetPointData().SetActiveScalars("values")
+    return volume
 
 
 def test_still_data_at_the_times_of_handles(capsys):

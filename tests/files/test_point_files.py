@@ -327,13 +327,13 @@ def test_landmarks_from_one_format_to_another(tmp_path, suffix, space):
     path = tmp_path / f"x{suffix}"
     left_out = control_point_files.write_landmarks(path, points, tmp_path / "y.vtp", space)
     found = control_point_files.read_landmarks(path, space)
-    kept = slice(None) if suffix == ".mrk.json" else [0, 2]
-    np.testing.assert_array_equal(found.positions, places[kept])
+    rows = slice(None) if suffix == ".mrk.json" else [0, 2]
+    np.testing.assert_array_equal(found.positions, places[rows])
     assert left_out == 3 - len(found.positions)
     if suffix not in (".txt", ".pts"):
-        assert found.labels == np.array(points.labels)[kept].tolist()
+        assert found.labels == np.array(points.labels)[rows].tolist()
     if suffix not in (".txt", ".pts", ".tag"):
-        assert found.descriptions == np.array(points.descriptions)[kept].tolist()
+        assert found.descriptions == np.array(points.descriptions)[rows].tolist()
 
 
 def _markups(point, **more):

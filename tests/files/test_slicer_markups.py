@@ -90,8 +90,8 @@ def _slicer_reads(*paths):
 
 def _check(found, places, labels, descriptions, are_placed=(True, True, True)):
     rows = [row for row, is_placed in zip(found, are_placed) if is_placed]
-    kept = np.flatnonzero(are_placed)
-    np.testing.assert_allclose([row[0] for row in rows], np.array(places)[kept], rtol=1e-15)
+    placed = np.flatnonzero(are_placed)
+    np.testing.assert_allclose([row[0] for row in rows], np.array(places)[placed], rtol=1e-15)
     assert [row[1] for row in found] == labels
     assert [row[2] for row in found] == descriptions
     assert [row[3] for row in found] == list(are_placed)

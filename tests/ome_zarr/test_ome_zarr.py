@@ -198,19 +198,19 @@ def test_a_flat_image_and_other_commands(folder, rng):
 def test_the_editor_shows_a_level_that_fits_and_saves_all(folder, rng, monkeypatch):
     stored = halves(values(rng))
     write("in.ome.zarr", stored)
-    shown = []
+    datasets_shown = []
 
     def show(datasets, state, paths, folder, *_):
         saver = saving.Saver(datasets, paths)
-        saver.folder, saver.progress = Path(folder), shown.append
+        saver.folder, saver.progress = Path(folder), datasets_shown.append
         saver.save(state, None)
-        shown.append(datasets[0])
+        datasets_shown.append(datasets[0])
 
     monkeypatch.setattr(saving, "_write_picture", lambda *_: None)
     monkeypatch.setattr("vtk_mls.editor.window.show", show)
     monkeypatch.setattr(view, "MAX_POINTS", 1000)
     assert main(["view", "in.ome.zarr", "handles.csv", "--output", "saved"]) == 0
-    *fractions, dataset = shown
+    *fractions, dataset = datasets_shown
     assert dataset.GetDimensions() == (13, 10, 6)
     np.testing.assert_allclose(dataset.GetSpacing(), 2 * np.array(SPACING[::-1]))
     np.testing.assert_allclose(dataset.GetOrigin(), np.add(ORIGIN, np.array(SPACING) / 2)[::-1])

@@ -48,25 +48,25 @@ def read(path):
 def _series(path):
     """The files of the only series of a folder, or of that of a file."""
     folder = path if path.is_dir() else path.parent
-    found = _all_series(folder)
+    series = _all_series(folder)
     if path.is_dir():
-        if not found:
+        if not series:
             raise IsADirectoryError(
                 f"`{path}` is a folder; expected a file, or a folder of DICOM images, and it has "
                 "none"
             )
-        _check_complete(folder, found)
-        if len(found) > 1:
+        _check_complete(folder, series)
+        if len(series) > 1:
             raise ValueError(
-                f"`{path}` has {len(found)} series: {_listed(found)}; name a file of one of them "
+                f"`{path}` has {len(series)} series: {_listed(series)}; name a file of one of them "
                 "in place of the folder"
             )
-        return next(iter(found.values()))
+        return next(iter(series.values()))
     uid = _information(path).get(_SERIES, "")
-    names = found.get(uid, [])
+    names = series.get(uid, [])
     if str(path) not in names:
         return [str(path)]
-    _check_complete(folder, found)
+    _check_complete(folder, series)
     return names
 
 
@@ -85,9 +85,9 @@ def _all_series(folder):
     return series
 
 
-def _check_complete(folder, found):
+def _check_complete(folder, series):
     """Raise ValueError if a file of DICOM in a folder cannot be read."""
-    listed = {name for names in found.values() for name in names}
+    listed = {name for names in series.values() for name in names}
     for file in sorted(folder.iterdir()):
         if file.name == "DICOMDIR" or str(file) in listed or not file.is_file():
             continue
@@ -103,13 +103,13 @@ def _is_other(file):
     return b"\x28\x00\x10\x00" not in file.read_bytes()
 
 
-def _listed(found):
+def _listed(series):
     """Description, number of slices and first file of series, for a sentence."""
     parts = []
-    for names in list(found.values())[:_MAX_LISTED]:
+    for names in list(series.values())[:_MAX_LISTED]:
         description = _information(names[0]).get(_DESCRIPTION, "").strip() or "no description"
         parts.append(f"{description} ({len(names)} slices, `{Path(names[0]).name}`)")
-    more = f", and {len(found) - _MAX_LISTED} more" * (len(found) > _MAX_LISTED)
+    more = f", and {len(series) - _MAX_LISTED} more" * (len(series) > _MAX_LISTED)
     return ", ".join(parts) + more
 
 
@@ -167,11 +167,11 @@ def _order(names, readers):
             ("direction", reader.GetDirection(), first.GetDirection()),
         ):
             if not np.allclose(own, expected, rtol=1e-4, atol=1e-4):
-                found = (
+                descriptions = (
                     f"{_numbers(values)} in `{Path(file).name}`"
                     for values, file in ((own, name), (expected, names[0]))
                 )
-                raise ValueError(f"the slices must have one {what}, got {' and '.join(found)}")
+                raise ValueError(f"the slices must have one {what}, got {' and '.join(descriptions)}")
     origins = np.array([reader.GetOrigin() for reader in readers])
     normal = np.reshape(first.GetDirection(), (3, 3))[:, 2]
     heights = (origins - origins[0]) @ normal

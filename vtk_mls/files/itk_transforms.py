@@ -227,6 +227,6 @@ def _reason(text):
     """The reason in an exception of SimpleITK."""
     if any(part in text for part in _NO_FILE):
         return "it is no transform file of ITK"
-    found = re.search(r"ITK ERROR: \w+\(0x[0-9a-f]+\): (.*)", text)
-    reason = found[1] if found else text.splitlines()[-1]
+    match = re.search(r"ITK ERROR: \w+\(0x[0-9a-f]+\): (.*)", text)
+    reason = match[1] if match else text.splitlines()[-1]
     return f"ITK says: {' '.join(reason.split())}"

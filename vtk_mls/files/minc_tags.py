@@ -98,7 +98,7 @@ def _parsed(path):
         raise ValueError(f"`{path}` does not begin with `{_TITLE}`")
     start = next((i for i, (_, line) in enumerate(lines) if _POINTS.match(line.strip())), None)
     head = lines[: len(lines) if start is None else start]
-    counts = [found[1] for _, line in head if (found := _VOLUMES.match(line.strip()))]
+    counts = [match[1] for _, line in head if (match := _VOLUMES.match(line.strip()))]
     if start is None or counts not in (["1"], ["2"]):
         raise ValueError(f"`{path}` must have a line `Volumes = 1;` or 2, and then `Points =`")
     number, first = lines[start]

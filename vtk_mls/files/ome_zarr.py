@@ -115,8 +115,8 @@ class Image:
         names = self.names if len(set(self.names)) == count else []
         for number, place in enumerate(np.ndindex(*lead)):
             try:
-                every = map(slice, (0,) * 3, level.array.shape[len(lead) :])
-                rows = (*(slice(n, n + 1) for n in place), *every)
+                spatial = map(slice, (0,) * 3, level.array.shape[len(lead) :])
+                rows = (*(slice(n, n + 1) for n in place), *spatial)
                 values = read(level.array, rows).reshape(level.grid.shape)
             except (OSError, RuntimeError, ValueError) as error:
                 raise ValueError(f"its level `{level.path}` is broken: {_text(error)}") from error
@@ -181,8 +181,8 @@ def _chunks_in(array, place):
                 for a, b in itertools.pairwise(bounds)
             ]
         )
-    for chosen in itertools.product(*pairs):
-        yield tuple(zip(*chosen))
+    for chunk in itertools.product(*pairs):
+        yield tuple(zip(*chunk))
 
 
 def open_image(path, mode="r"):

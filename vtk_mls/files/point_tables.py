@@ -197,14 +197,14 @@ def _rows_at(path, table, time, is_alone):
     rows = list(_points(path, table))
     if table.layout.time is None or (time is None and not is_alone):
         return rows
-    known = [_time(path, table.layout, number, row) for number, row in rows]
-    if time is None and len({*known}) > 1:
+    row_times = [_time(path, table.layout, number, row) for number, row in rows]
+    if time is None and len({*row_times}) > 1:
         raise ValueError(
-            f"`{path}` has control points at {len({*known})} times; `vtk-mls deform` and "
+            f"`{path}` has control points at {len({*row_times})} times; `vtk-mls deform` and "
             "MLSControlPoints take them, here give those of one time"
         )
-    chosen = step_at(sorted({*known}), time)
-    return [row for row, own in zip(rows, known) if own == chosen]
+    step = step_at(sorted({*row_times}), time)
+    return [row for row, row_time in zip(rows, row_times) if row_time == step]
 
 
 def step_at(steps, time):

@@ -51,7 +51,7 @@ def open_file(reader, syntax, path):
     """
     if syntax in _NAMES:
         _check_names(path, syntax)
-    reader = vtk_io.made(reader)
+    reader = vtk_io.create(reader)
     if hasattr(reader, "SetScanForRelatedFiles"):
         reader.SetScanForRelatedFiles(False)
     if hasattr(reader, "SetCaseFileName"):

@@ -14,7 +14,7 @@ from vtkmodules.vtkCommonMisc import vtkErrorCode
 _MAX_TEXT = 200  # characters of a quoted error
 
 
-def made(name):
+def create(name):
     """A new reader or writer by module and class, such as `vtkIOXML.vtkXMLPolyDataReader`.
 
     Raises
