@@ -167,11 +167,11 @@ def _order(names, readers):
             ("direction", reader.GetDirection(), first.GetDirection()),
         ):
             if not np.allclose(own, expected, rtol=1e-4, atol=1e-4):
-                descriptions = (
+                sides = (
                     f"{_numbers(values)} in `{Path(file).name}`"
                     for values, file in ((own, name), (expected, names[0]))
                 )
-                raise ValueError(f"the slices must have one {what}, got {' and '.join(descriptions)}")
+                raise ValueError(f"the slices must have one {what}, got {' and '.join(sides)}")
     origins = np.array([reader.GetOrigin() for reader in readers])
     normal = np.reshape(first.GetDirection(), (3, 3))[:, 2]
     heights = (origins - origins[0]) @ normal
