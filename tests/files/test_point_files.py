@@ -366,7 +366,7 @@ def _markups(point, **more):
         ("x.csv", BIGWARP.replace("false", "true"), r"not a finite number in line 2$"),
         ("x.csv", '"p","true","1","2","3","4"\n', r"line 1: .* BigWarp in two dimensions; it must"),
         ("x.txt", "index\n1\n1 2 3\n", r"` holds indices of voxels; expected positions, after"),
-        ("x.txt", "point\n", r"`, line 1: expected the number of points, got ``$"),
+        ("x.txt", "point\n", r"`, line 2: expected the number of points, got ``$"),
         ("x.txt", "point\n2\n1 2 3\n", r"` must hold 2 points, as it says, got 1$"),
         ("x.txt", "point\n9999999999999999\n1 2 3\n", r"must hold 9999999999999999 points, as"),
         ("x.txt", "point\n-1\n1 2 3\n", r"`, line 2: expected the number of points, got `-1"),

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import SimpleITK as sitk
 import slicer_peer
+from file_fixtures import DIRECTIONS, handles_on
 from nitransforms.resampling import apply
 from vtk_fixtures import DEFORMED, FAST, REST, TURNED, add_array, make_image
 
@@ -20,7 +21,6 @@ from vtk_mls.vtk.arrays import ImageGeometry
 
 ITK = (".h5", ".hdf5", ".tfm", ".txt")
 IMAGES = (".nii.gz", ".nii", ".nrrd", ".nhdr", ".mha", ".mhd")
-DIRECTIONS = {"right-handed": TURNED, "left-handed": TURNED * [1, -1, 1]}
 SPACING = (0.9, 1.0, 1.1)
 TO_RAS = [-1, -1, 1]
 MATRIX = np.array([[1.1, 0.2, -0.1, 3], [-0.3, 0.9, 0.2, -4], [0.1, -0.2, -1.2, 5], [0, 0, 0, 1]])
@@ -40,11 +40,6 @@ def deformation(grid):
     rest, deformed = handles_on(grid)
     middle = rest.mean(axis=0)
     return Deformation(rest, (deformed - middle) * (1.3, 1.1, 0.9) + middle + 1, device="reference")
-
-
-def handles_on(grid):
-    """p and q round the middle of a grid."""
-    return [grid.corners().mean(axis=0) + 1.6 * (p - (4, 4, 3)) for p in (REST, DEFORMED)]
 
 
 @pytest.fixture
