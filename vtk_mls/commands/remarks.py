@@ -197,11 +197,12 @@ def _far(algorithm, is_field):
     p is near the data. q is near fields and output grids, except for fields of the inverse.
     """
     from vtk_mls.files.block_files import blocks
+    from vtk_mls.filters import initial_transforms
     from vtk_mls.vtk import arrays
 
     dataset, handles = (algorithm.GetInputDataObject(port, 0) for port in (0, 1))
     rest = arrays.to_numpy(handles.GetPoints().GetData())
-    initial, _ = _transforms(algorithm)
+    initial, _ = initial_transforms.divided(algorithm.updated_deformation())
     displacement = arrays.to_numpy(handles.GetPointData().GetArray("Displacement"))
     deformed = rest + algorithm.GetBlend() * displacement
     if initial is not None:
@@ -215,13 +216,6 @@ def _far(algorithm, is_field):
     images = [block for block in blocks(algorithm.GetOutput()) if block.IsA("vtkImageData")]
     is_far = _are_far_away(deformed, images)
     return "all control points, moved (q), are far from the grid of the output" * is_far
-
-
-def _transforms(algorithm):
-    """The initial transform of a filter, or None, and its deformation."""
-    from vtk_mls.filters import initial_transforms
-
-    return initial_transforms.divided(algorithm.updated_deformation())
 
 
 def _are_far_away(points, datasets):

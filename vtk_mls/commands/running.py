@@ -82,7 +82,8 @@ def files_named(options):
     try:
         yield
     except ValueError as error:
-        names = [f"`{path}`" for path in _handle_files(options) if path]
+        paths = options.handles, options.deformed, options.path
+        names = [f"`{path}`" for path in paths if path]
         text = str(error).replace("`ControlPoints`", " and ".join(names))
         text = text.replace("where the data are", f"where the data of `{options.input}` are")
         raise ValueError(_with_files_named(options, text)) from error
@@ -96,10 +97,6 @@ def _with_files_named(options, sentence):
     for name, path in (("Input", options.input), ("Reference", reference)):
         sentence = sentence.replace(f"`{name}`", f"`{path}`")
     return sentence
-
-
-def _handle_files(options):
-    return options.handles, options.deformed, options.path
 
 
 def shows_progress(options):

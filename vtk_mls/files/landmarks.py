@@ -215,7 +215,8 @@ def _order(rest, deformed, pair_by):
             is_complete = len(set(keys)) == len(own) and len(indices) == len(other)
             if is_complete and set(keys) == set(indices):
                 return np.array([indices[key] for key in keys])
-        raise _label_error(rest, deformed)
+        parts = "; ".join(_unmatched(rest, deformed))
+        raise ValueError(f"the labels of `{rest.path}` and `{deformed.path}` do not fit: {parts}")
     if len(own) != len(other):
         repeated = [
             f"; `{points.path}` has the label {listed([label])} {count} times"
@@ -281,8 +282,3 @@ def _unmatched(rest, deformed):
         if unmatched:
             parts.append(f"only `{points.path}` has {listed(unmatched)}")
     return parts
-
-
-def _label_error(rest, deformed):
-    parts = "; ".join(_unmatched(rest, deformed))
-    return ValueError(f"the labels of `{rest.path}` and `{deformed.path}` do not fit: {parts}")

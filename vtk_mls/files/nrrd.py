@@ -224,7 +224,8 @@ def _text(path, volume, time_axis):
     pairs = [line for line in volume.header if ":=" in line and not _is_field(line)]
     pairs = _label_pairs(pairs, values) if volume.is_label else _other_pairs(pairs)
     lines = [f"{name}: {value}" for name, value in fields.items()] + pairs
-    return "\n".join(["NRRD0005", *map(_one_line, lines), "", ""]).encode()
+    lines = [line.replace("\n", "\\n").replace("\r", "") for line in lines]
+    return "\n".join(["NRRD0005", *lines, "", ""]).encode()
 
 
 def _is_segmentation(path):
@@ -254,10 +255,6 @@ def _header(file):
 def _is_field(line):
     """Whether a line is `field: value`; otherwise it is `key:=value`."""
     return ": " in line.partition(":=")[0]
-
-
-def _one_line(text):
-    return text.replace("\n", "\\n").replace("\r", "")
 
 
 def _signs(space):

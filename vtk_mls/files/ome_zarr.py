@@ -268,12 +268,9 @@ def _axes(entries):
         )
     units = {entry.get("unit") for entry in entries if entry["name"] in "zyx"}
     if len(units) > 1:
-        raise ValueError(f"its axes in space must have one unit, got {_listed(units)}")
+        listed = ", ".join(sorted(map(str, units)))
+        raise ValueError(f"its axes in space must have one unit, got {listed}")
     return "".join(names)
-
-
-def _listed(units):
-    return ", ".join(sorted(str(unit) for unit in units))
 
 
 def _level(group, axes, entry, dataset):
@@ -288,21 +285,17 @@ def _level(group, axes, entry, dataset):
     if 0 in array.shape:
         raise ValueError(f"array `{path}` is empty, got {array.shape}")
     scale, shift = np.ones(len(axes)), np.zeros(len(axes))
-    for transform in (*dataset["coordinateTransformations"], *_transforms(entry)):
+    common = entry.get("coordinateTransformations") or ()
+    for transform in (*dataset["coordinateTransformations"], *common):
         scale, shift = _after(transform, scale, shift)
     if not (np.isfinite(scale) & (scale > 0)).all() or not np.isfinite(shift).all():
         raise ValueError(f"scales of `{path}` must be positive, got {scale.tolist()}")
-    space = axes.lstrip("tc")
-    missing = 3 - len(space)
-    count = len(space)
+    count = len(axes.lstrip("tc"))
+    missing = 3 - count
     shape = [1] * missing + list(array.shape[-count:])
     spacing = [1.0] * missing + scale[-count:].tolist()
     origin = [0.0] * missing + shift[-count:].tolist()
     return Level(path, array, Grid(shape[::-1], origin[::-1], spacing[::-1]))
-
-
-def _transforms(entry):
-    return entry.get("coordinateTransformations") or ()
 
 
 def _after(transform, scale, shift):

@@ -40,9 +40,6 @@ class Blocks:
     def __getstate__(self):  # without opened images
         return {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
 
-    def __setstate__(self, state):
-        self.__dict__.update(state)
-
     @functools.cached_property
     def _input(self):
         return open_image(self.source)
@@ -143,8 +140,8 @@ def block_shape(array, axes):
     shape = [min(n, size) for n, size in zip(array.shards or array.chunks, array.shape)]
     if "c" in axes:
         axis = axes.index("c")
-        every = [*shape[:axis], array.shape[axis], *shape[axis + 1 :]]
-        shape = every if math.prod(every) <= MAX_VALUES else shape
+        all_channels = [*shape[:axis], array.shape[axis], *shape[axis + 1 :]]
+        shape = all_channels if math.prod(all_channels) <= MAX_VALUES else shape
     space = range(len(axes.rstrip("zyx")), len(axes))
     while True:
         growing = [a for a in space if shape[a] < array.shape[a]]
