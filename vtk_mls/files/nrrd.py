@@ -188,7 +188,10 @@ def writing(path, times):
 
 
 def _text(path, volume, time_axis):
-    """The header of a file; `time_axis` is as of `nrrd_times.fields_of`, or None."""
+    """The header of a file; `time_axis` is the first time, the step and the count, or None.
+
+    With a time axis it is that of ITK: `space dimension: 4`, in LPS, for no frame has a name then.
+    """
     if _is_segmentation(path) and volume.values.dtype.kind not in "iu":
         raise ValueError(
             f"`{path}` is for labels, which are integers, got {volume.values.dtype}; write .nrrd"
@@ -196,29 +199,42 @@ def _text(path, volume, time_axis):
     space, signs = _space_for(volume)
     copied = dict(line.split(": ", 1) for line in volume.header if _is_field(line))
     values, kinds = volume.values, ["domain"] * 3
-    steps = [_format(step) for step in (volume.steps * signs[:, None]).T]
-    if values.ndim == 4:
-        kinds, steps = [_kind(volume, copied.get("kinds", "")), *kinds], ["none", *steps]
-    if volume.is_vector:
-        copied["measurement frame"] = "(1,0,0) (0,1,0) (0,0,1)"
+    sizes = [*values.shape[3:], *values.shape[2::-1]]
     if volume.unit:
         copied["space units"] = " ".join([f'"{volume.unit}"'] * 3)
-    if time_axis is None and copied.get("space units", "").count('"') > 6:
-        del copied["space units"]  # of a file with times
+    units = re.findall(r'"[^"]*"', copied.get("space units", ""))
+    if time_axis is None:
+        frame = {"space": space}
+        steps, origin = (volume.steps * signs[:, None]).T, volume.origin * signs
+        if volume.is_vector:
+            copied["measurement frame"] = "(1,0,0) (0,1,0) (0,0,1)"
+        if len(units) > 3:
+            del copied["space units"]  # of a file with times
+    else:
+        start, step, count = time_axis
+        frame = {"space dimension": 4}
+        steps, origin = np.zeros((4, 4)), [*volume.origin, start]
+        steps[:3, :3], steps[3, 3] = volume.steps.T, step
+        kinds, sizes = [*kinds, "time"], [*sizes, count]
+        copied.pop("measurement frame", None)
+        if len(units) == 3:  # of a file without times
+            copied["space units"] = " ".join([*units, '""'])
+    directions = list(map(_format, steps))
+    if values.ndim == 4:
+        kinds = [_kind(volume, copied.get("kinds", "")), *kinds]
+        directions = ["none", *directions]
     fields = {
         "type": nrrd_values.TYPES[values.dtype.str[1:]][0],
-        "dimension": values.ndim,
-        "space": space,
-        "sizes": " ".join(map(str, [*values.shape[3:], *values.shape[2::-1]])),
-        "space directions": " ".join(steps),
+        "dimension": len(sizes),
+        **frame,
+        "sizes": " ".join(map(str, sizes)),
+        "space directions": " ".join(directions),
         **{name: copied[name] for name in _COPIED if name in copied},
         "kinds": " ".join(kinds),
         "endian": "little",
         "encoding": "gzip",
-        "space origin": _format(volume.origin * signs),
+        "space origin": _format(origin),
     }
-    if time_axis is not None:
-        fields = nrrd_times.fields_of(volume, fields, time_axis)
     if path.suffix.lower() == ".nhdr":
         fields["data file"] = f"{path.stem}.raw.gz"
     pairs = [line for line in volume.header if ":=" in line and not _is_field(line)]

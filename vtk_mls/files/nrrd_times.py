@@ -2,8 +2,7 @@
 
 An axis is time if its kind says so; or if it is the last of four that have a spacing each, or are
 directions in a space of four dimensions, and no kind says another thing (ITK and pynrrd write
-these). Files are written as ITK writes them, with `space dimension: 4`, which has no names of
-frames, so in LPS.
+these).
 """
 
 from __future__ import annotations
@@ -112,40 +111,6 @@ def _move_units(rest, fields, count):
     rest.pop("units", None)
     if count == len(units) == 4:
         rest["space units"] = " ".join(units)
-
-
-def fields_of(volume, fields, time_axis):
-    """The fields of a file of volumes in time, given those of one volume in LPS.
-
-    Parameters
-    ----------
-    volume : Volume
-    fields : dict
-    time_axis : (start, step, count)
-    """
-    start, step, count = time_axis
-    rows = [f"({','.join(repr(float(n)) for n in vector)},0.0)" for vector in volume.steps.T]
-    rows.append(f"(0.0,0.0,0.0,{step!r})")
-    if volume.values.ndim == 4:
-        rows.insert(0, "none")
-    origin = ",".join(repr(float(n)) for n in (*volume.origin, start))
-    changed = {
-        "dimension": int(fields["dimension"]) + 1,
-        "sizes": f"{fields['sizes']} {count}",
-        "space directions": " ".join(rows),
-        "kinds": f"{fields['kinds']} time",
-        "space origin": f"({origin})",
-    }
-    units = re.findall(r'"[^"]*"', fields.get("space units", ""))
-    if len(units) == 3:  # of a file without times
-        changed["space units"] = " ".join([*units, '""'])
-    result = {}
-    for name, value in fields.items():
-        if name == "space":
-            result["space dimension"] = 4
-        elif name not in ("measurement frame",):
-            result[name] = changed.get(name, value)
-    return result
 
 
 def _numbers(text):
