@@ -478,14 +478,14 @@ def read_cuts(path: _PathLike) -> list[Surface]:
 
 
 def _checked(
-    read: Callable[[], Any], path: Path, kind: type | tuple[type, ...], nothing: str
+    read: Callable[[], Any], path: Path, kind: type | tuple[type, ...], absent: str
 ) -> Any:
     """The result of a reader, if it is of this kind, not empty, and valid."""
     with failures_named(path):
         dataset = read()
     parts = blocks(dataset) if isinstance(dataset, kind) else []
     if not any(part.GetNumberOfPoints() for part in parts):
-        raise ValueError(f"`{path}` holds {nothing}")
+        raise ValueError(f"`{path}` holds {absent}")
     with failures_named(path):
         for part in parts:
             validity.check(part)

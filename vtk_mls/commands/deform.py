@@ -173,17 +173,17 @@ def _deform_all(steps, handle_times, deform, options):
     map_options.apply(options, deform, handles[handle_times[0]] if handles else None)
     times = [time for time, _ in steps]
     with distinct_warnings(), series.writing(options.output, times) as write:
-        for number, (time, read_step) in enumerate(steps):
+        for index, (time, read_step) in enumerate(steps):
             if handles:
                 deform.SetInputData(1, handles[step_at(handle_times, time)])
             dataset = read(lambda _, read_step=read_step: read_step(), options.input)
             deform.SetInputData(0, dataset)
             inverted_cells.prepare(dataset)
-            update(deform, options, number, len(steps))
+            update(deform, options, index, len(steps))
             inverted_cells.take()
             failures += _failures(deform.GetOutput())
             are_empty.append(remarks.is_empty(deform))
-            if handles or number + 1 == len(steps):  # else the map is the same for all
+            if handles or index + 1 == len(steps):  # else the map is the same for all
                 note = _notes(deform)
                 notes.setdefault(note, f" at time {time:g}" if handles and note else "")
             with step("write", options.output):

@@ -135,8 +135,8 @@ def report(status, process, folder):
 def step(action, path):
     """Note the step "read", "deform", "write" or "show" of a file.
 
-    Messages that libraries print while a broken file makes them crash are hidden, and reading that
-    does not end is ended.
+    During "read" the messages of libraries are hidden, because a broken file can make them crash,
+    and a watchdog ends reading that takes too long.
     """
     _note(action, str(path))
     if _folder is None or action != "read":

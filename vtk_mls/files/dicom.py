@@ -1,7 +1,7 @@
 """DICOM: the slices of a series, from a folder or by one of its files, by SimpleITK.
 
-Places are those of ITK, in LPS, and values are rescaled as the slices say. Slices are sorted by
-where they are. A slice that is missing, broken or of another size is an error: nothing is
+Places are those of ITK, in LPS. Values are rescaled as the slices say. Slices are sorted by place.
+A slice that is missing, broken or of another size is an error: nothing is
 interpolated over it.
 """
 
@@ -46,7 +46,7 @@ def read(path):
 
 
 def _series(path):
-    """The files of the only series of a folder, or of that of a file."""
+    """The files of the only series of a folder, or of the series of a file."""
     folder = path if path.is_dir() else path.parent
     series = _all_series(folder)
     if path.is_dir():
@@ -96,7 +96,7 @@ def _check_complete(folder, series):
 
 
 def _is_other(file):
-    """Whether a file of DICOM, which has no image that can be read, says that it is none.
+    """Whether a DICOM file that is not readable as an image is not meant to be one.
 
     Reports, structures and presentations have no number of rows, (0028,0010).
     """
@@ -185,8 +185,8 @@ def _order(names, readers):
         before, after = (f"`{Path(names[order[i + n]]).name}`" for n in (0, 1))
         if gap <= _TOLERANCE * step or step <= 0:
             raise ValueError(
-                f"{before} and {after} are slices of the same place: several times or echoes, of "
-                "which each must be in a folder of its own"
+                f"{before} and {after} are slices of the same place: several times or echoes; put "
+                "each into a folder of its own"
             )
         if abs(gap - step) > tolerance:
             count = round(gap / step) - 1

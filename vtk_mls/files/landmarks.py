@@ -37,7 +37,7 @@ class Landmarks:
     partners : (n, 3) float64 or None
         Where the points go, if the file has pairs; NaN for a pair that does not count.
     places : (k, n, 3) float64
-        Where they are between; k may be 0.
+        Of the points between `positions` and `partners`; k may be 0.
     weights : (n,) float64 or None
     cells : HandleCells or None
         Curves and surfaces of the points, if there are any.

@@ -19,7 +19,7 @@ import re
 import numpy as np
 
 from vtk_mls.files import paths, volumes
-from vtk_mls.files.volumes import Series, Stored, Volume
+from vtk_mls.files.volumes import Series, Storage, Volume
 
 _TYPES = {
     **{"int8": "MET_CHAR", "uint8": "MET_UCHAR", "int16": "MET_SHORT", "uint16": "MET_USHORT"},
@@ -206,8 +206,8 @@ def _numbers(text, count, name):
 
 def _slabs(header, start, path, shape, count):
     """The `Slabs` of `count` volumes, behind the header or in one file."""
-    stored = _stored(header, shape)
-    if stored.encoding == "text":
+    storage = _storage(header, shape)
+    if storage.encoding == "text":
         raise ValueError("its values in four dimensions must be binary")
     name = header["ElementDataFile"]
     if _data_files(name, io.BytesIO()) not in (None, [name]):
@@ -217,17 +217,17 @@ def _slabs(header, start, path, shape, count):
         path, start = paths.named_file(path, name), 0
     size = path.stat().st_size
     if skip == -1:
-        skip = max(size - math.prod(shape) * count * stored.dtype.itemsize - start, 0)
+        skip = max(size - math.prod(shape) * count * storage.dtype.itemsize - start, 0)
 
     def open_values(stack):
         file = stack.enter_context(path.open("rb"))
         file.seek(start + skip)
-        return volumes.unpacked(file, stored.encoding)
+        return volumes.unpacked(file, storage.encoding)
 
-    return volumes.Slabs(open_values, stored, count, max(size - start - skip, 0))
+    return volumes.Slabs(open_values, storage, count, max(size - start - skip, 0))
 
 
-def _stored(header, shape):
+def _storage(header, shape):
     """How values of a shape are stored."""
     kind = header["ElementType"].removesuffix("_ARRAY")
     if kind not in _DTYPES:
@@ -239,15 +239,15 @@ def _stored(header, shape):
         if encoding != "raw":
             raise ValueError("its values cannot be both text and compressed")
         encoding = "text"
-    return Stored(dtype, tuple(shape), encoding)
+    return Storage(dtype, tuple(shape), encoding)
 
 
 def _values(header, file, path, shape):
-    dtype, _, encoding = _stored(header, shape)
+    dtype, _, encoding = _storage(header, shape)
     skip = int(header.get("HeaderSize", 0))
     names = _data_files(header["ElementDataFile"], file)
     if names is None:
-        return _read_values(file, path, Stored(dtype, shape, encoding), 0)
+        return _read_values(file, path, Storage(dtype, shape, encoding), 0)
     if len(names) > 1:
         if shape[0] % len(names):
             raise ValueError(f"its {shape[0]} slices are not in {len(names)} files of one size")
@@ -256,7 +256,7 @@ def _values(header, file, path, shape):
     for name in names:
         data_path = paths.named_file(path, name)
         with data_path.open("rb") as data:
-            slabs.append(_read_values(data, data_path, Stored(dtype, shape, encoding), skip))
+            slabs.append(_read_values(data, data_path, Storage(dtype, shape, encoding), skip))
     return slabs[0] if len(slabs) == 1 else np.concatenate(slabs)
 
 
@@ -278,8 +278,8 @@ def _data_files(text, file):
     return [text]
 
 
-def _read_values(file, path, stored, skip):
-    (dtype, shape, encoding), size = stored, path.stat().st_size
+def _read_values(file, path, storage, skip):
+    (dtype, shape, encoding), size = storage, path.stat().st_size
     if encoding == "text":
         count, words = math.prod(shape), file.read().split()
         if len(words) < count:

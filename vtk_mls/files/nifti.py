@@ -87,12 +87,12 @@ def open_file(path):
         volumes.skip(file, start)
         return file
 
-    # times of one component are in between those of the other
+    # the file has all times of one component, then those of the next
     is_whole = components > 1
     slab = (components, count, *shape) if is_whole else shape
-    stored = volumes.Stored(_dtype(header), tuple(slab), encoding)
+    storage = volumes.Storage(_dtype(header), tuple(slab), encoding)
     size = max(data.stat().st_size - (start if encoding == "raw" else 0), 0)
-    slabs = volumes.Slabs(open_values, stored, 1 if is_whole else count, size)
+    slabs = volumes.Slabs(open_values, storage, 1 if is_whole else count, size)
     affine = _affine(header)
     _warn_if_itk_differs(path, header, affine)
     whole = functools.cache(lambda: slabs.read(0))
@@ -188,7 +188,7 @@ def _times(header):
     """The times of the volumes of a file; without a step they are counted."""
     count, step = int(header["dim"][4]), float(header["pixdim"][4])
     step = step if np.isfinite(step) and step > 0 else 1.0
-    return tuple(float(header["toffset"]) + step * number for number in range(max(count, 1)))
+    return tuple(float(header["toffset"]) + step * index for index in range(max(count, 1)))
 
 
 def geometry_lines(lines):
@@ -428,7 +428,7 @@ def _to_lines(header):
 
 
 def _from_lines(lines):
-    """The header of `_to_lines`; its dim[0] is 0 if no line says it."""
+    """The header of `_to_lines`; dim[0] is 0 without a line `dim`."""
     header = _new_header(2)
     header["xyzt_units"] = _MILLIMETERS
     for name, text in (line.split(": ", 1) for line in lines if ": " in line):

@@ -102,7 +102,7 @@ def _times(start, step, count):
     """Equal steps; a start that is not said is 0, a step that is not said 1."""
     start = start if np.isfinite(start) else 0.0
     step = step if np.isfinite(step) else 1.0
-    return tuple(float(start + step * number) for number in range(count))
+    return tuple(float(start + step * index) for index in range(count))
 
 
 def _move_units(rest, fields, count):

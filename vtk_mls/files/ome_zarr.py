@@ -113,15 +113,15 @@ class Image:
             )
         count = int(np.prod(lead, dtype=int))
         names = self.names if len(set(self.names)) == count else []
-        for number, place in enumerate(np.ndindex(*lead)):
+        for index, place in enumerate(np.ndindex(*lead)):
             try:
                 spatial = map(slice, (0,) * 3, level.array.shape[len(lead) :])
                 rows = (*(slice(n, n + 1) for n in place), *spatial)
                 values = read(level.array, rows).reshape(level.grid.shape)
             except (OSError, RuntimeError, ValueError) as error:
                 raise ValueError(f"its level `{level.path}` is broken: {_text(error)}") from error
-            default = "OME-Zarr" if count == 1 else f"channel {number + 1}"
-            yield (names[number] if names else default), validation.native_array(values)
+            default = "OME-Zarr" if count == 1 else f"channel {index + 1}"
+            yield (names[index] if names else default), validation.native_array(values)
 
 
 def is_ome_zarr(path):
@@ -152,8 +152,8 @@ def _check_chunk(array, place):
     """Raise ValueError if a chunk of Blosc is truncated: it would be read from foreign memory."""
     if array.shards or not any("Blosc" in type(codec).__name__ for codec in array.compressors):
         return
-    number = [rows.start // n for rows, n in zip(place, array.chunks)]
-    key = array.metadata.encode_chunk_key(tuple(number))
+    index = [rows.start // n for rows, n in zip(place, array.chunks)]
+    key = array.metadata.encode_chunk_key(tuple(index))
     file = Path(array.store.root, array.path, key)
     if not file.is_file():  # all values are the fill value
         return

@@ -17,7 +17,7 @@ or lower case (see `column_names`):
 Other columns are `weight`, `label` or `name`, `description` or `comment`, `defined` (0: not
 placed), and `use` or `active` (false: the line does not count). All others are ignored, except
 columns that may be a second position (x,y,z,u,v,w), which are an error in files of control points.
-With a column `time` control points move in time: lines of one time are those of that time.
+With a column `time` control points move in time: each line is of one time.
 Without such names all lines must be alike and one of
 
     px,py,pz,qx,qy,qz           control points; a seventh number is the weight

@@ -89,7 +89,7 @@ def _check_names(path, syntax):
 
 
 def read_by_meshio(path):
-    """Read a mesh with meshio, by way of a .vtu file."""
+    """Read a mesh with meshio, through a .vtu file."""
     import meshio
 
     printed = io.StringIO()

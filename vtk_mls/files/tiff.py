@@ -68,7 +68,7 @@ def open_file(path):
 
 @contextmanager
 def _opened(path):
-    """tifffile's file. What it only logs is an error here: it leaves pages out."""
+    """tifffile's file. Errors that it only logs are raised, because it leaves out pages then."""
     import tifffile
 
     problems = []

@@ -50,7 +50,7 @@ class Blocks:
 
     @property
     def stages(self):
-        """How many stages there are: the blocks of one need those of the one before."""
+        """Number of stages. The blocks of a stage need those of the stage before."""
         return len(self._output.levels)
 
     def starts(self, stage):
@@ -158,8 +158,8 @@ def coarsened(values, factors, size, is_label):
     ----------
     values : (..., n) array
     factors, size : sequences of ints
-        Along the last axes: points of a window, and windows. The last window may be smaller or
-        followed by points of none.
+        Along the last axes: points of a window, and windows. The last window may be smaller, and
+        points may follow it.
     is_label : bool
     """
     space = range(values.ndim - len(factors), values.ndim)

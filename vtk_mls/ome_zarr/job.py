@@ -106,7 +106,7 @@ def _run(parts, unfinished, scheduler, progress):
     unfinished.finish()
     if unfinished.is_resumed:
         return "an interrupted output was resumed"
-    return "an interrupted output of other inputs was replaced" * unfinished.was_other
+    return "an interrupted output of other inputs was replaced" * unfinished.replaced_other
 
 
 def _stages(parts):
@@ -174,7 +174,7 @@ def _parts(job):
 
 @contextmanager
 def _executor(scheduler):
-    """Where blocks are computed, and how many at a time."""
+    """An executor, and the number of blocks to submit at a time."""
     if not scheduler:
         count = min(_MAX_THREADS, (os.cpu_count() or 1) + 1)
         with concurrent.futures.ThreadPoolExecutor(count) as executor:
