@@ -303,12 +303,12 @@ def test_markups_with_other_places_keep_all_else(tmp_path):
     assert control_point_files.write_landmarks(path, moved, tmp_path / "x.mrk.json") == 0
     found = json.loads(path.read_text())
     assert found["@schema"] == "markups-schema-v1.0.0.json"
-    lost = {k: v for k, v in point.items() if k != "position"} | {"positionStatus": "undefined"}
+    undefined = {k: v for k, v in point.items() if k != "position"} | {"positionStatus": "undefined"}
     assert found["markups"] == [
         {
             "type": "Curve",
             "display": {"opacity": 0.5},
-            "controlPoints": [point | {"position": [7, 8, 9]}, lost],
+            "controlPoints": [point | {"position": [7, 8, 9]}, undefined],
         },
         {
             "type": "Fiducial",

@@ -104,9 +104,9 @@ def test_slicer_reads_what_we_write(tmp_path):
     for found in _slicer_reads(tmp_path / "a.mrk.json", tmp_path / "a.fcsv"):
         _check(found, RAS, LABELS, ["", "", ""])
 
-    lost = Landmarks("", np.where([[1], [0], [1]], LPS, np.nan), "LPS", LABELS, DESCRIPTIONS)
-    control_point_files.write_landmarks(tmp_path / "b.mrk.json", lost)
-    assert control_point_files.write_landmarks(tmp_path / "b.fcsv", lost) == 1
+    with_gap = Landmarks("", np.where([[1], [0], [1]], LPS, np.nan), "LPS", LABELS, DESCRIPTIONS)
+    control_point_files.write_landmarks(tmp_path / "b.mrk.json", with_gap)
+    assert control_point_files.write_landmarks(tmp_path / "b.fcsv", with_gap) == 1
     first, second = _slicer_reads(tmp_path / "b.mrk.json", tmp_path / "b.fcsv")
     _check(first, RAS, LABELS, DESCRIPTIONS, (True, False, True))
     _check(second, RAS[[0, 2]], LABELS[::2], DESCRIPTIONS[::2], (True, True))

@@ -286,9 +286,9 @@ def test_broken_files_are_one_sentence(case, folder, rng, capfd):
     change, sentence = BROKEN[case]
     change(Path("in.ome.zarr"))
     assert main(["deform", "in.ome.zarr", "handles.csv", "out.ome.zarr"]) == 1
-    said = capfd.readouterr().err
-    assert re.search(sentence, said), said
-    assert len(said.strip().split("\n")) == 1
+    message = capfd.readouterr().err
+    assert re.search(sentence, message), message
+    assert len(message.strip().split("\n")) == 1
     assert not Path("out.ome.zarr").exists()
 
 
