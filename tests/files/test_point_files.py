@@ -303,7 +303,8 @@ def test_markups_with_other_places_keep_all_else(tmp_path):
     assert control_point_files.write_landmarks(path, moved, tmp_path / "x.mrk.json") == 0
     found = json.loads(path.read_text())
     assert found["@schema"] == "markups-schema-v1.0.0.json"
-    undefined = {k: v for k, v in point.items() if k != "position"} | {"positionStatus": "undefined"}
+    undefined = {key: value for key, value in point.items() if key != "position"}
+    undefined["positionStatus"] = "undefined"
     assert found["markups"] == [
         {
             "type": "Curve",
