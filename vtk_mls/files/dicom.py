@@ -1,8 +1,7 @@
 """DICOM: the slices of a series, from a folder or by one of its files, by SimpleITK.
 
 Places are those of ITK, in LPS. Values are rescaled as the slices say. Slices are sorted by place.
-A slice that is missing, broken or of another size is an error: nothing is
-interpolated over it.
+A slice that is missing, broken or of another size is an error: nothing is interpolated over it.
 """
 
 from __future__ import annotations
