@@ -215,12 +215,12 @@ def test_several_time_steps_want_a_series(capsys):
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        ("", "`in.pvd` is no time series: it is not XML"),
-        ("<VTKFile/>", "`in.pvd` is no time series: it is no collection"),
-        ('<VTKFile type="Collection"/>', "`in.pvd` is no time series: it names no files"),
-        ("nan.vtu", "`in.pvd` is no time series: its times must be finite"),
-        ("none.vtu", "`in.pvd` is no time series: there is no data file"),
-        ("../1.vtu", "`in.pvd` is no time series: its data file `../1.vtu` is not in its own"),
+        ("", "`in.pvd` is not a time series: it is not XML"),
+        ("<VTKFile/>", "`in.pvd` is not a time series: it is not a ParaView collection"),
+        ('<VTKFile type="Collection"/>', "`in.pvd` is not a time series: it names no files"),
+        ("nan.vtu", "`in.pvd` is not a time series: its times must be finite"),
+        ("none.vtu", "`in.pvd` is not a time series: there is no data file"),
+        ("../1.vtu", "`in.pvd` is not a time series: its data file `../1.vtu` is not in its own"),
         ("in.pvd", "cannot read an image or a mesh from `in.pvd`"),
         ("broken.vtu", "`broken.vtu`"),
     ],
@@ -246,7 +246,7 @@ def test_errors_are_one_sentence_and_leave_nothing(folder, capsys, text, sentenc
 @pytest.mark.parametrize("text", ["[]", "{", '{"files": 3}', '{"files": [{}]}', "[" * 100000])
 def test_bad_file_series(text):
     Path("in.series").write_text(text)
-    with pytest.raises(ValueError, match=r"`in\.series` is no time series: "):
+    with pytest.raises(ValueError, match=r"`in\.series` is not a time series: "):
         series.read_steps("in.series")
 
 

@@ -319,10 +319,10 @@ AFFINE = f"{HEAD}AffineTransform_double_3_3\n{ROWS}"
 @pytest.mark.parametrize(
     ("name", "content", "sentence"),
     [
-        ("x.tfm", "", "it is no transform file of ITK"),
-        ("x.txt", "1,2,3,4,5,6", "it is no transform file of ITK"),
-        ("x.h5", "nothing", "it is no transform file of ITK"),
-        ("x.mat", "nothing", "it is no transform file of ITK"),
+        ("x.tfm", "", "it is not an ITK transform file"),
+        ("x.txt", "1,2,3,4,5,6", "it is not an ITK transform file"),
+        ("x.h5", "nothing", "it is not an ITK transform file"),
+        ("x.mat", "nothing", "it is not an ITK transform file"),
         ("x.tfm", AFFINE.format(0), "its matrix must be invertible"),
         ("x.tfm", AFFINE.format("nan"), "ITK says: Error setting parameters"),
         (
@@ -362,7 +362,9 @@ def test_a_file_that_ends_early_is_one_sentence(grid, deformation):
     io.write_transform(deformation, "x.h5", grid)
     content = Path("x.h5").read_bytes()
     Path("x.h5").write_bytes(content[: len(content) // 2])
-    with pytest.raises(ValueError, match=r"^`x\.h5` cannot be used: it is no transform file"):
+    with pytest.raises(
+        ValueError, match=r"^`x\.h5` cannot be used: it is not an ITK transform file"
+    ):
         io.read_transform("x.h5")
 
 

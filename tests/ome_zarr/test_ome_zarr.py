@@ -251,9 +251,9 @@ def truncate(name):
 
 
 BROKEN = {
-    "no group": (lambda folder: (folder / "zarr.json").unlink(), "is no OME-Zarr"),
-    "truncated": (truncate("zarr.json"), "is no OME-Zarr: "),
-    "array": (truncate("scale1/zarr.json"), "is no OME-Zarr that can be read: "),
+    "no group": (lambda folder: (folder / "zarr.json").unlink(), "is not an OME-Zarr"),
+    "truncated": (truncate("zarr.json"), "is not an OME-Zarr: "),
+    "array": (truncate("scale1/zarr.json"), "is not a readable OME-Zarr: "),
     "chunk": (truncate("scale0/c/0/1/0"), "in.ome.zarr` could not be deformed at "),
     "axes": (metadata(lambda m: m["axes"].reverse()), "its axes must be t, c, z, y, x in this"),
     "count": (metadata(lambda m: m["axes"].pop(0)), "array `scale0` must have the axes yx, got 3"),
@@ -298,7 +298,7 @@ def test_refused_outputs_and_options(folder, rng, capsys):
     (folder / "in.vti").touch()
     for arguments, sentence in {
         ("in.ome.zarr", "in.ome.zarr"): "it is the input",
-        ("in.ome.zarr", "some.zarr"): "it exists and is no OME-Zarr",
+        ("in.ome.zarr", "some.zarr"): "it exists and is not an OME-Zarr",
         ("in.ome.zarr", "none/out.zarr"): "there is no folder",
         ("none.zarr", "out.zarr"): "does not exist; expected the folder of an OME-Zarr",
         ("in.vti", "out.zarr"): "can be made of an OME-Zarr only",

@@ -99,7 +99,7 @@ def _files(path):
         if not files:
             raise ValueError("it names no files")
     except ValueError as error:
-        raise ValueError(f"`{path}` is no time series: {error}") from None
+        raise ValueError(f"`{path}` is not a time series: {error}") from None
     return [(time, files[time]) for time in sorted(files)]
 
 
@@ -191,7 +191,7 @@ def check_writable(path):
     if path.suffix.lower() != SUFFIX:
         return path
     if folder.exists() and not folder.is_dir():
-        raise FileExistsError(f"`{path}` cannot be written: `{folder}` is no folder")
+        raise FileExistsError(f"`{path}` cannot be written: `{folder}` is not a folder")
     return path
 
 
@@ -226,7 +226,7 @@ def _of_collection(path):
     except ElementTree.ParseError as error:
         raise ValueError(f"it is not XML: {error}") from None
     if root.tag != "VTKFile" or root.get("type") != "Collection":
-        raise ValueError("it is no collection of ParaView's")
+        raise ValueError("it is not a ParaView collection")
     return [(float(step.get("timestep", 0)), step.get("file", "")) for step in root.iter("DataSet")]
 
 
@@ -236,7 +236,7 @@ def _of_json(path):
         files = json.loads(path.read_text(encoding="utf-8"))["files"]
         return [(float(file.get("time", n)), str(file["name"])) for n, file in enumerate(files)]
     except (AttributeError, KeyError, RecursionError, TypeError) as error:
-        raise ValueError(f"it is no file series of ParaView's: {error!r:.100}") from None
+        raise ValueError(f"it is not a ParaView file series: {error!r:.100}") from None
 
 
 _INDICES = {SUFFIX: _of_collection, ".series": _of_json}

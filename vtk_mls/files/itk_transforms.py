@@ -226,7 +226,7 @@ def _warnings():
 def _reason(text):
     """The reason in an exception of SimpleITK."""
     if any(part in text for part in _NO_FILE):
-        return "it is no transform file of ITK"
+        return "it is not an ITK transform file"
     match = re.search(r"ITK ERROR: \w+\(0x[0-9a-f]+\): (.*)", text)
     reason = match[1] if match else text.splitlines()[-1]
     return f"ITK says: {' '.join(reason.split())}"

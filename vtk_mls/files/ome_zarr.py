@@ -201,11 +201,11 @@ def open_image(path, mode="r"):
     try:
         group = zarr.open_group(path, mode=mode, use_consolidated=False)
     except _ERRORS as error:
-        raise ValueError(f"`{path}` is no OME-Zarr: {_text(error)}") from error
+        raise ValueError(f"`{path}` is not an OME-Zarr: {_text(error)}") from error
     try:
         return _image(path, group)
     except _ERRORS as error:
-        raise ValueError(f"`{path}` is no OME-Zarr that can be read: {_text(error)}") from error
+        raise ValueError(f"`{path}` is not a readable OME-Zarr: {_text(error)}") from error
 
 
 def _zarr(path):

@@ -82,12 +82,12 @@ def _opened(path):
             yield file
     except (*_ERRORS, tifffile.TiffFileError) as error:
         text = str(error) or type(error).__name__
-        raise ValueError(f"it is no readable TIFF file: {text}") from None
+        raise ValueError(f"it is not a readable TIFF file: {text}") from None
     finally:
         logger.removeHandler(handler)
         logger.propagate = propagates
     if problems:
-        raise ValueError(f"it is no readable TIFF file: {problems[0]}")
+        raise ValueError(f"it is not a readable TIFF file: {problems[0]}")
 
 
 def _time_count(axes, shape):

@@ -187,7 +187,7 @@ def _executor(scheduler):
     try:
         client = distributed.Client(scheduler, timeout="10s", set_as_default=False)
     except (OSError, ValueError) as error:
-        raise OSError(f"`{scheduler}` is no scheduler that answers: {error}") from error
+        raise OSError(f"`{scheduler}` is not a scheduler that answers: {error}") from error
     with client:
         threads = sum(client.nthreads().values())
         if not threads:

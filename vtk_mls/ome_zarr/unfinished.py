@@ -109,7 +109,7 @@ def check_output(path, inputs=()):
     if not path.parent.is_dir():
         raise FileNotFoundError(f"there is no folder `{path.parent}` to write `{path.name}` in")
     if path.exists() and not has_metadata(path):
-        raise FileExistsError(f"`{path}` cannot be written: it exists and is no OME-Zarr")
+        raise FileExistsError(f"`{path}` cannot be written: it exists and is not an OME-Zarr")
     for other in map(Path, inputs):
         if path.resolve() in (other.resolve(), *other.resolve().parents):
             raise FileExistsError(f"`{path}` cannot be written: it is the input")
