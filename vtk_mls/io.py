@@ -341,7 +341,7 @@ def write_handles(
         factors = np.ones(len(all_p))
         factors[: len(p)] = arguments.positive_weights(weights, len(p))
     polydata = vtkPolyData()
-    path_of_all = np.tile(all_p, (len(places), 1, 1))  # that of shapes does not count
+    path_of_all = np.tile(all_p, (len(places), 1, 1))  # the path of shapes does not count
     path_of_all[:, : len(p)] = places
     fill_polydata(polydata, all_p, all_q, factors, cells=cells, path=path_of_all)
     metadata.store(polydata, metadata.SPACE, ["LPS"])

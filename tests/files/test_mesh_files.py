@@ -270,7 +270,7 @@ def test_a_dataset_alone_is_not_written_as_blocks(capsys):
         (
             "in.cgns",
             "vtkmodules.vtkIOCGNSReader",
-            "has no vtkCGNSReader; that of `pip install vtk`",
+            "has no vtkCGNSReader; `pip install vtk` does",
         ),
         ("in.what", "meshio", ".off (.msh, .inp, .bdf, .nas, .fem, .med, .mesh, .meshb, .vol,"),
     ],

@@ -56,7 +56,7 @@ def run(options):
 
 @contextmanager
 def _files_named(options):
-    """Replace the names of arguments in errors by those of files."""
+    """Replace names of arguments in errors by names of files."""
     rest, deformed = options.handles, options.deformed or options.handles
     both = f"`{rest}`" if rest == deformed else f"`{rest}` and `{deformed}`"
     try:

@@ -52,7 +52,7 @@ def add(commands):
         "OutputGrid",
         flag="--grid",
         choices=("input", "fitted"),
-        text="grid of the output: that of the input, or one that holds the whole deformed volume",
+        text="grid of the output: as of the input, or one that holds the whole deformed volume",
     )
     add(
         "Reference",
@@ -156,8 +156,8 @@ def _check_gradient(options):
 def _deform_all(steps, handle_times, deform, options):
     """Deform and write one time step after the other.
 
-    Handles that move in time are those of the last of their times that is not after the step, as of
-    VTK's readers; before the first, those of the first.
+    A time step takes the handles of the last of their times that is not later, or else of the
+    first, as VTK's readers do.
     """
     from vtk_mls.commands import series
     from vtk_mls.files.point_tables import step_at

@@ -56,8 +56,8 @@ def main(folder, request):
 def checks(engine):
     """Every kind, cuts in both frames, points, grids, images, Jacobians and the inverse.
 
-    Almost all of the time is that of the compiler, so each build checks several things. Those that
-    take longest come first, and two children that take them in turns end together.
+    The compiler takes almost all of the time, so each build checks several things. The longest
+    come first, so that two children that share them end together.
 
     Returns
     -------

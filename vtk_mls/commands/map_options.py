@@ -132,7 +132,7 @@ def _add_cuts(parser):
 def apply(options, algorithm, control_points=None):
     """Set the control points (port 1) and the properties of a filter from the options.
 
-    Control-point polydata in place of those of the files may be given.
+    `control_points` is polydata to use instead of the files.
     """
     algorithm.SetInputData(1, control_points or _moving_control_points(options))
     property_options.apply(options, algorithm)

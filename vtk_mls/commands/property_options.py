@@ -10,13 +10,13 @@ def add(parser, item, *, flag="", choices=(), text="", more=""):
     ----------
     parser : argparse.ArgumentParser
     item : str or Property
-        The name of a property, whose default is that of the filters.
+        The name of a property, or a property. The option has its default.
     flag : str, optional
         The option, by default the name of the property.
     choices : tuple of str, optional
         The choices of the command, by default all.
     text : str, optional
-        The help, by default that of the property.
+        The help, by default the help of the property.
     more : str, optional
         An addition to the help.
     """

@@ -24,7 +24,7 @@ def map_note(algorithm, is_field=False):
         return f"; {far}: is their frame right (--handles-space)?"
     has_degree = algorithm.GetDegree() != property_options.value("Degree")
     if has_degree and algorithm.GetKind() != "polynomial":
-        return "; the degree is that of polynomials, and counts for nothing here"
+        return "; the degree is that of polynomials, and has no effect here"
     cells = handles.GetNumberOfLines() + handles.GetNumberOfPolys()
     if cells and algorithm.GetHandleShapes() == "points":
         return "; lines and surfaces of the handles count as points (--handle-shapes cells)"
@@ -123,8 +123,8 @@ class InvertedCells:
     def prepare(self, dataset):
         """Before the filter runs on a vtkDataObject.
 
-        Cells of images are not counted, since that takes long, nor those of a mesh that already has
-        the arrays of the filter.
+        Cells of images are not counted, because it takes long. Neither are cells of a mesh that
+        already has the arrays of the filter.
         """
         from vtk_mls.files.block_files import blocks
 

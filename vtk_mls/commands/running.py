@@ -78,7 +78,7 @@ def update(algorithm, options, done=0, total=1):
 
 @contextmanager
 def files_named(options):
-    """Replace the names of inputs of a filter in errors by those of files."""
+    """Replace names of a filter's inputs in errors by names of files."""
     try:
         yield
     except ValueError as error:

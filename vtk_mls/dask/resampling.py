@@ -121,7 +121,7 @@ def _checked_dtype(array: Any, sampling: Sampling) -> np.dtype[Any]:
 
 
 def _all_chunks(chunks: Any, components: tuple[int, ...]) -> Any:
-    """`chunks` of three axes, with those of the components."""
+    """`chunks` of three axes, and of the components."""
     if isinstance(chunks, dict):
         chunks = tuple(chunks.get(axis, "auto") for axis in range(3))
     if not isinstance(chunks, tuple | list):

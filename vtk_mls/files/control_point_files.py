@@ -1,10 +1,11 @@
 """Control points and landmarks in text files.
 
 Markups of 3D Slicer (.mrk.json, .fcsv) are described in `markups`, tag points of MINC (.tag) in
-`minc_tags`. The first line of other files (.csv, .txt, .pts) that is not blank tells what they are:
-`point`, `index` or `Point`, a number and a semicolon begin files of elastix (`elastix_points`), and
-`Version 1.0` those of IDAV Landmark (`idav_points`). All others are tables (`point_tables`) of
-control points, or of landmarks as in plain text, ITK, ANTs, BigWarp or 3D Slicer.
+`minc_tags`. The first line that is not blank tells what other files (.csv, .txt, .pts) are: files
+of elastix (`elastix_points`) begin with `point`, `index`, or `Point`, a number and a semicolon;
+files of IDAV Landmark (`idav_points`) begin with `Version 1.0`. All others are tables
+(`point_tables`) of control points, or of landmarks as in plain text, ITK, ANTs, BigWarp or 3D
+Slicer.
 
 A file of positions alone gives control points at rest (q = p); a second file of positions gives q.
 All coordinates are returned in LPS (see `frames`). The caller can name the frame of files that do

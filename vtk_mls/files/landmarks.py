@@ -121,8 +121,8 @@ def paired(rest, deformed=None, between=(), pair_by=""):
         not count.
     pair_by : str, optional
         "order": by index, whatever the labels are; "labels": by labels, or by their numbers, which
-        must be those of both files; "common": the same, without points whose label only one file
-        has, which a warning lists.
+        must be equal in both files; "common": by labels, without the points whose label only one
+        file has, which a warning lists.
 
     Returns
     -------

@@ -2,8 +2,8 @@
 
 Both say their frame, have positions with labels and descriptions, and points that are not placed.
 The control points of all markups of a .mrk.json are read, whatever their type (points, lines,
-curves, planes, boxes), but not their orientations; those of a curve are the nodes of a polyline,
-whatever its interpolation in Slicer. An .fcsv without a version is one of Slicer 3:
+curves, planes, boxes), but not their orientations. The points of a curve are the nodes of a
+polyline, whatever its interpolation in Slicer. An .fcsv without a version is one of Slicer 3:
 its label comes first, its frame is RAS.
 """
 

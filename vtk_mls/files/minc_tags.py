@@ -9,7 +9,7 @@
 
 Coordinates are in MINC's world, x to the right and y to the front of the patient: RAS. The programs
 of MINC transform the second volume onto the first (tagtoxfm), so p is the point of the second
-volume, and q that of the first. Weights, structures and patients do not count.
+volume, and q the point of the first. Weights, structures and patients do not count.
 """
 
 from __future__ import annotations

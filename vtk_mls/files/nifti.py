@@ -179,7 +179,7 @@ def _header_of(volume, times):
     affine = np.column_stack([volume.steps, volume.origin]) * _FOREIGN_UNITS.get(volume.unit, 1.0)
     _place(header, source, _TO_RAS[:, None] * affine)
     header["toffset"] = source["toffset"]
-    if count > 1 and times != _times(source):  # those of another file
+    if count > 1 and times != _times(source):  # times of another file
         header["toffset"], header["pixdim"][4] = volumes.steps_of(times)
     return header
 

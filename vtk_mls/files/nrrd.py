@@ -162,8 +162,8 @@ def writing(path, times):
     path : Path
         A .nrrd file; or a .nhdr header, for which a .raw.gz file is written to the same folder.
     times : tuple of float
-        Of the volumes, which are written in LPS; empty for one that has none. Its space is that of
-        the `Volume`, or LPS if NRRD has no such space.
+        Of the volumes, which are written in LPS. Empty for one volume without a time, which keeps
+        its space if NRRD has it, and is written in LPS otherwise.
 
     Raises
     ------
@@ -190,7 +190,8 @@ def writing(path, times):
 def _text(path, volume, time_axis):
     """The header of a file; `time_axis` is the first time, the step and the count, or None.
 
-    With a time axis it is that of ITK: `space dimension: 4`, in LPS, for no frame has a name then.
+    A time axis is written as by ITK: with `space dimension: 4`, which has no names of frames, in
+    LPS.
     """
     if _is_segmentation(path) and volume.values.dtype.kind not in "iu":
         raise ValueError(

@@ -43,7 +43,7 @@ def without_time(fields, sizes):
     -------
     TimeAxis or None
     dict, list of int
-        Those given if there is no time axis.
+        Unchanged without a time axis.
 
     Raises
     ------
@@ -106,7 +106,7 @@ def _times(start, step, count):
 
 
 def _move_units(rest, fields, count):
-    """Keep the units of four axes as those of a space of four dimensions."""
+    """Keep the units of four axes as units of a space of four dimensions."""
     units = re.findall(r'"[^"]*"', fields.get("space units", fields.get("units", "")))
     rest.pop("units", None)
     if count == len(units) == 4:

@@ -76,7 +76,7 @@ class Image:
         Raises
         ------
         ValueError
-            If that is no whole number.
+            If it is not a whole number.
         """
         finer, coarser = self.levels[index - 1].grid, self.levels[index].grid
         ratio = coarser.spacing[::-1] / finer.spacing[::-1]
@@ -138,8 +138,8 @@ def has_metadata(path):
 def read(array, place):
     """The values of a zarr.Array in slices.
 
-    Chunk by chunk: zarr reads those of one call concurrently, and a broken one would leave tasks
-    whose errors it prints.
+    They are read chunk by chunk: zarr reads the chunks of one call concurrently, and after a broken
+    one it prints the errors of the remaining tasks.
     """
     values = np.empty([rows.stop - rows.start for rows in place], array.dtype)
     for part, where in _chunks_in(array, place):

@@ -58,7 +58,7 @@ def named_file(path, name):
     Raises
     ------
     ValueError
-        If the name leads out of that folder, or there is no such file.
+        If the name leads out of that folder, or the file does not exist.
     """
     check_within(name)
     file = path.parent / name

@@ -191,8 +191,8 @@ def _points(path, table):
 def _rows_at(path, table, time, is_alone):
     """(line number, cells) of the points of the last time that is not after `time`.
 
-    Of all points, if there is no column of times; or if none is asked for and the points may be
-    at several times, as landmarks may.
+    All points without a column of times, or without `time` if the points are landmarks, which may
+    have several times.
     """
     rows = list(_points(path, table))
     if table.layout.time is None or (time is None and not is_alone):

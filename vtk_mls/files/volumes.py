@@ -40,7 +40,7 @@ class Volume:
     header : tuple of str
         Lines of the header that a file of the same format gets again.
     unit : str
-        Of lengths, if it is not that of the format: "nm", "um", "mm", "cm" or "m".
+        Of lengths, if it is not the unit of the format: "nm", "um", "mm", "cm" or "m".
     """
 
     values: np.ndarray

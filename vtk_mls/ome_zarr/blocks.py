@@ -75,7 +75,7 @@ class Blocks:
 
 @dataclass(frozen=True, eq=False)
 class DeformedBlocks(Blocks):
-    """Blocks of a deformed image: first those of the finest level, then each from the one before.
+    """Blocks of a deformed image: first the finest level, then each level from the one before.
 
     Parameters
     ----------
@@ -183,7 +183,7 @@ def coarsened(values, factors, size, is_label):
 
 
 def _divided(place, axes):
-    """Slices of times and channels, and those of space."""
+    """Slices of times and channels, and slices of space."""
     count = len(axes.rstrip("zyx"))
     return place[:count], place[count:]
 

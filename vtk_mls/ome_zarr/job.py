@@ -73,7 +73,7 @@ def deform(source, target, transform, settings, *, scheduler=None, progress=None
 def write_field(source, target, transform, *, scheduler=None, progress=None):
     """Write the displacement field of a transform on the finest grid of an image.
 
-    Parameters and errors are those of `deform`. The field has the axes c, z, y, x: components along
+    Parameters and errors are as of `deform`. The field has the axes c, z, y, x: components along
     x, y and z.
     """
     image = open_image(source)
