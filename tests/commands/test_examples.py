@@ -51,8 +51,8 @@ def test_example(example, tmp_path):
 def straightening():
     """The functions of the example, without its run."""
     tree = ast.parse((PROJECT / "examples" / "straightened.py").read_text(encoding="utf-8"))
-    kept = ast.ImportFrom | ast.FunctionDef
-    tree.body = [node for node in tree.body if isinstance(node, kept)]
+    statements = ast.ImportFrom | ast.FunctionDef
+    tree.body = [node for node in tree.body if isinstance(node, statements)]
     names = {"np": np}
     exec(compile(tree, "straightened.py", "exec"), names)
     return names
