@@ -194,8 +194,7 @@ class Editor(ShapeEdits, PairEdits, Saving):
             self.place_at(pixel)
             return
         self.document.show_deformed()
-        pane = self.slices.pane_at(pixel)
-        point = self.scene.picker().hit(pixel) if pane is None else pane.point_at(pixel)
+        point = self.view.point_at(pixel)
         if point is None:
             self.say("There is no surface under the mouse.")
         else:

@@ -163,6 +163,11 @@ class View:
             pane = self.target.slices.pane_at(pixel)
         return pane
 
+    def point_at(self, pixel):
+        """The visible point (3,) at a pixel, on a surface or in a slice; None beside the data."""
+        pane = self.pane_at(pixel)
+        return self.scene_at(pixel).picker().hit(pixel) if pane is None else pane.point_at(pixel)
+
     def shows_both_at(self, pixel):
         """Whether both sides are drawn over each other at a pixel."""
         return bool(self.slices.compared) and self.slices.pane_at(pixel) is not None

@@ -147,7 +147,7 @@ class DeformedVolume:
                 producer, port = self._producer
                 self._mapper.SetInputConnection(producer.GetOutputPort(port))
             volume_paint.remove(self._volume.GetShaderProperty())
-            shader.remove(self._volume.GetShaderProperty(), volume_paint.NAMES)
+            shader.remove(self._volume.GetShaderProperty())
             self._is_painted = False
             self._texture.free()
         self._box = self._source = self._stretched = None
