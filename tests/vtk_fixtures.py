@@ -146,6 +146,20 @@ def update(algorithm):
     return algorithm.GetOutputDataObject(0)
 
 
+def picture_of(window):
+    """The picture in a vtkRenderWindow: (height, width, 3) float, 0 to 255."""
+    from vtkmodules.vtkRenderingCore import vtkWindowToImageFilter
+
+    grab = vtkWindowToImageFilter()
+    grab.SetInput(window)
+    grab.ReadFrontBufferOff()
+    grab.ShouldRerenderOff()
+    image = update(grab)
+    width, height, _ = image.GetDimensions()
+    pixels = arrays.to_numpy(image.GetPointData().GetScalars())
+    return pixels.reshape(height, width, -1)[..., :3].astype(float)
+
+
 class Executions:
     """Counts how often an algorithm runs."""
 

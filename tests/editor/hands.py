@@ -6,20 +6,18 @@ import sys
 
 import numpy as np
 import vtkmodules.vtkInteractionStyle  # noqa: F401  (registers interactors)
+from vtk_fixtures import picture_of
 from vtkmodules.vtkFiltersCore import vtkTriangleFilter
 from vtkmodules.vtkFiltersSources import vtkCylinderSource, vtkSphereSource
 from vtkmodules.vtkInteractionStyle import vtkInteractorStyleTrackballCamera
-from vtkmodules.vtkRenderingCore import (
-    vtkRenderWindow,
-    vtkRenderWindowInteractor,
-    vtkWindowToImageFilter,
-)
+from vtkmodules.vtkRenderingCore import vtkRenderWindow, vtkRenderWindowInteractor
 
 from vtk_mls.editor import Editor
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 
 SIZE = 24
+MIDDLE = (SIZE - 1) / 2
 
 
 def ball_image(geometry=None):
@@ -29,7 +27,7 @@ def ball_image(geometry=None):
     image = vtkImageData()
     (geometry or ImageGeometry((0, SIZE - 1) * 3)).apply_to(image)
     index = ImageGeometry.of_image(image).grid.indices()
-    radius = np.linalg.norm(index - (SIZE - 1) / 2, axis=1)
+    radius = np.linalg.norm(index - MIDDLE, axis=1)
     values = np.clip(200 * (SIZE / 3 + 0.5 - radius), 0, 200).astype(np.uint8)
     arrays.add(image.GetPointData(), "density", values)
     image.GetPointData().SetActiveScalars("density")
@@ -39,7 +37,7 @@ def ball_image(geometry=None):
 def ball_mesh():
     """The surface of the same ball."""
     source = vtkSphereSource()
-    source.SetCenter(*[(SIZE - 1) / 2] * 3)
+    source.SetCenter(MIDDLE, MIDDLE, MIDDLE)
     source.SetRadius(SIZE / 3)
     source.SetThetaResolution(30)
     source.SetPhiResolution(30)
@@ -50,7 +48,7 @@ def ball_mesh():
 def bone(is_closed=True):
     """A cylinder in the middle of the ball, along y; without its caps if it is not closed."""
     source, triangles = vtkCylinderSource(), vtkTriangleFilter()
-    source.SetCenter(*[(SIZE - 1) / 2] * 3)
+    source.SetCenter(MIDDLE, MIDDLE, MIDDLE)
     source.SetRadius(2)
     source.SetHeight(8)
     source.SetResolution(24)
@@ -147,14 +145,9 @@ class Hands:
 
     def picture(self):
         """(height, width, 3) float, 0 to 255."""
-        grab = vtkWindowToImageFilter()
-        grab.SetInput(self.editor.scene.window)
-        grab.ReadFrontBufferOff()
-        grab.Update()
-        image = grab.GetOutput()
-        width, height, _ = image.GetDimensions()
-        pixels = arrays.to_numpy(image.GetPointData().GetScalars())
-        return pixels.reshape(height, width, -1)[..., :3].astype(float)
+        window = self.editor.scene.window
+        window.Render()
+        return picture_of(window)
 
     @property
     def camera(self):

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hands import SIZE, Hands, ball_mesh
+from hands import Hands, ball_mesh
 
 from vtk_mls import HalfPlane, Plane, Surface
 from vtk_mls.editor import State
 from vtk_mls.editor.autosave import Autosave
 from vtk_mls.model.options import OPTIONS
-
-MIDDLE = (SIZE - 1) / 2
 
 
 def hands_for(folder, path="ball.vtp"):

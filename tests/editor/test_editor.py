@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hands import SIZE, Hands, ball_image, ball_mesh
+from hands import MIDDLE, SIZE, Hands, ball_image, ball_mesh
 
 from vtk_mls import Deformation, Plane
 from vtk_mls.editor import State, keys
@@ -12,7 +12,6 @@ from vtk_mls.editor.handle_glyphs import DRAGGED
 from vtk_mls.editor.view import Pace
 from vtk_mls.model.options import ALPHA
 
-MIDDLE = (SIZE - 1) / 2
 FRONT = 4  # the handle in the middle of the front of a 3 x 3 x 3 lattice
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hands import SIZE, Hands, ball_image, ball_mesh
+from hands import MIDDLE, SIZE, Hands, ball_image, ball_mesh
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkAppendPolyData
@@ -12,7 +12,7 @@ from vtkmodules.vtkFiltersSources import vtkPlaneSource, vtkPointSource, vtkSphe
 
 from vtk_mls.vtk import arrays
 
-MIDDLE, RADIUS = (SIZE - 1) / 2, SIZE / 3
+RADIUS = SIZE / 3
 
 
 @pytest.mark.parametrize("data", [ball_image, ball_mesh])

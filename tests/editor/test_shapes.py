@@ -6,7 +6,7 @@ import argparse
 
 import numpy as np
 import pytest
-from hands import SIZE, Hands, ball_mesh, bone
+from hands import MIDDLE, SIZE, Hands, ball_mesh, bone
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
 from vtk_mls import Ball, BallMask, Capsule, CurveHandle, Grid, Labels, RegionHandle, Solid, io
@@ -18,7 +18,6 @@ from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 from vtk_mls.vtk.shape_surfaces import surface_of
 
-MIDDLE = (SIZE - 1) / 2
 CENTERS = np.array([(7, 11, 11), (17, 11, 11)])
 FIRST = 27  # row of the first grip after the lattice
 IN_BONE = 26  # likewise, if the middle of the lattice is in a region

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hands import SIZE, Hands, ball_image, ball_mesh, bone
+from hands import MIDDLE, SIZE, Hands, ball_image, ball_mesh, bone
 from vtkmodules.vtkCommonDataModel import vtkUnstructuredGrid
 from vtkmodules.vtkFiltersCore import vtkDelaunay3D
 
 from vtk_mls import HalfPlane
 from vtk_mls.editor.distortion import MODES
 
-MIDDLE = (SIZE - 1) / 2
 NOTHING, GRID, VOLUME, BOTH = range(4)
 
 

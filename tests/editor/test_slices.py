@@ -6,7 +6,7 @@ import gc
 
 import numpy as np
 import pytest
-from hands import SIZE, Hands, ball_image, ball_mesh
+from hands import MIDDLE, Hands, ball_image, ball_mesh
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
 from vtk_mls import Grid
@@ -14,7 +14,6 @@ from vtk_mls.editor import State, transfer_functions
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 
-MIDDLE = (SIZE - 1) / 2
 CENTER = 13  # of a 3 x 3 x 3 lattice
 
 

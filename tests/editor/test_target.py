@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hands import SIZE, Hands, ball_image, ball_mesh
+from hands import MIDDLE, Hands, ball_image, ball_mesh
 from vtkmodules.vtkCommonTransforms import vtkTransform
 from vtkmodules.vtkFiltersGeneral import vtkTransformFilter
 
@@ -12,7 +12,6 @@ from vtk_mls.editor import State
 from vtk_mls.editor.comparing import ComparedItem, difference_colors
 from vtk_mls.editor.target import CHECKERBOARD, DIFFERENCE, FADE, Comparison, Target
 
-MIDDLE = (SIZE - 1) / 2
 NONE = {"device": "reference"}
 
 
