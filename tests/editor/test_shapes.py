@@ -140,7 +140,7 @@ def test_an_open_mesh_is_refused():
     assert hands.state.handles == ()
 
 
-def test_u_makes_a_handle_one_that_turns():
+def test_u_makes_a_handle_a_ball_that_turns():
     hands = Hands(ball_mesh())
     row = int(hands.pixels(hands.state.deformed)[:, 2].argmin())
     hands.drag(pixel(hands, row), (10, 6))

@@ -193,7 +193,7 @@ def values_at(points):
 def assert_gray(hands, grid, pane, rng):
     """Pixels of a pane have the gray of the deformed image."""
     editor, picture = hands.editor, hands.picture()
-    look = editor.scene.items[0].presets[0]
+    preset = editor.scene.items[0].presets[0]
     left, low = pane.renderer.GetOrigin()
     width, height = pane.renderer.GetSize()
     pixels = rng.integers((left + 4, low + 26), (left + width - 4, low + height - 4), (600, 2))
@@ -208,7 +208,7 @@ def assert_gray(hands, grid, pane, rng):
     for handle in editor.state.deformed:
         free &= np.linalg.norm(pixels_in(hands, pane, handle) - pixels, axis=1) > 9
     grays = picture[pixels[:, 1], pixels[:, 0]].mean(axis=1)
-    expected = transfer_functions.slice_colors(look, values_at(origins))[:, 0]
+    expected = transfer_functions.slice_colors(preset, values_at(origins))[:, 0]
     inside, outside = free & (depth > 1.5), free & (depth < -1.5)
     assert inside.sum() > 60
     assert outside.sum() > 60

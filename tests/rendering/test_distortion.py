@@ -59,9 +59,9 @@ def deformed(mesh, deformation, exact=True):
     return drawn, actor.GetMapper().GetInput()
 
 
-def volumes(corners):
+def volumes(vertices):
     """Signed volumes of tetrahedra (n, 4, 3)."""
-    return np.linalg.det(corners[:, 1:] - corners[:, :1]) / 6
+    return np.linalg.det(vertices[:, 1:] - vertices[:, :1]) / 6
 
 
 def test_the_colors_are_those_of_volumes():
@@ -109,16 +109,18 @@ def test_points_without_an_inverse_are_folds():
     np.testing.assert_allclose(values, [8, 0, -1, -1], rtol=1e-6)
 
 
-def test_a_coarse_map_has_them_too(opengl, monkeypatch):
+def test_the_interpolated_map_gives_the_change_of_volume(opengl, monkeypatch):
     monkeypatch.setattr(deformed_mesh, "MAX_EXACT_POINTS", 100)
     moved = CORNERS + 3 * np.sin(CORNERS[:, [1, 2, 0]])
-    d, mesh, made = Deformation(CORNERS, moved, device=FAST), sphere(), []
+    d, mesh, calls = Deformation(CORNERS, moved, device=FAST), sphere(), []
     _, exact = deformed(mesh, d)
     monkeypatch.setattr(
-        coarse_forward.CoarseForward, "_is_exact", lambda self, field: made.append(1) or _none(self)
+        coarse_forward.CoarseForward,
+        "_is_exact",
+        lambda self, field: calls.append(1) or _none(self),
     )
     _, coarse = deformed(mesh, d, exact=False)
-    assert made
+    assert calls
     pair = (array_of(output, "JacobianDeterminant") for output in (coarse, exact))
     np.testing.assert_allclose(*pair, rtol=0.03)
 
@@ -214,7 +216,7 @@ def test_lines_are_painted_on_meshes(opengl):
 
 @pytest.mark.parametrize("axis", range(3))
 def test_lines_in_slices(axis):
-    """The lines are where the map has whole coordinates, and all of them are there."""
+    """All lines are drawn, where a coordinate of the map is an integer."""
     lines = RestLines.over(BOX, 6)
     dimensions, first = [200] * 3, [-24.0] * 3
     dimensions[axis], first[axis] = 1, 20.0
@@ -248,7 +250,7 @@ def test_lines_end_at_voids():
     assert not d.void(ends.reshape(-1, 3)).any()
 
 
-def test_slices_of_nothing():
+def test_a_slice_outside_the_grid_has_no_lines():
     grid = Grid((2, 1, 2), (1e6, 0, 0))
     lines = RestLines.over(BOX, 6)
     assert lines.in_slice(1, grid, grid.points(), np.ones(4, bool)).shape == (0, 2, 3)
