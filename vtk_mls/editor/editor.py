@@ -124,7 +124,7 @@ class Editor(ShapeEdits, PairEdits, Saving):
             self.document.draw()
 
     def finish(self):
-        """Release whatever the mouse holds, and commit it."""
+        """End drags of the mouse, and commit them."""
         self._mouse.finish()
         self.view.cut_widget.finish()
         self.view.motion_widget.finish()
@@ -265,7 +265,7 @@ class Editor(ShapeEdits, PairEdits, Saving):
         self.set_distortion(self.view.distortion.mode + 1)
 
     def set_distortion(self, mode):
-        """Show what a mode of `distortion.MODES`, an int, says of the deformation."""
+        """Show the distortion in the mode with this index in `distortion.MODES`."""
         self.view.set_distortion(mode)
         self.say(TEXTS[self.view.distortion.mode])
         self.document.show()

@@ -66,7 +66,7 @@ class Saver:
     def save(self, state, window):
         """Save a `State`, and the picture in a vtkRenderWindow.
 
-        All files come from the saved handles, as those of `vtk-mls deform`.
+        All files are computed from the saved handles, as by `vtk-mls deform`.
 
         Returns
         -------
@@ -129,7 +129,7 @@ class Saver:
         with message_handlers(None, self._warnings.append):
             update(algorithm, self._note_progress)
         self._done += 1
-        if self._note_progress(0):  # data that take less time report nothing
+        if self._note_progress(0):  # fast filters report no progress
             raise Aborted("stopped as `progress` asked")
 
     def _note_progress(self, fraction):

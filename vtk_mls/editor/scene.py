@@ -66,9 +66,9 @@ class Scene:
 
     def set_coarseness(self, pixels):
         """Set the pixels between rays along both axes."""
-        is_beside = any(self.renderer.GetOrigin())
+        has_offset = any(self.renderer.GetOrigin())
         for item in self.items:
-            item.set_coarseness(pixels, is_beside)
+            item.set_coarseness(pixels, has_offset)
 
     def picker(self):
         """A `Picker` of the data as they are drawn now."""
@@ -78,7 +78,7 @@ class Scene:
     def rigid_shape_at(self, pixel):
         """The Shape of the mesh, or of the segment of a label image, at a pixel; None without.
 
-        The first dataset is what is deformed: others count first.
+        Other datasets take precedence over the first one, which is deformed.
         """
         ray = self.projection.ray(pixel)
         first, *others = (item.rigid_hit(*ray) for item in self.items)

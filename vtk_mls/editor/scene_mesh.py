@@ -68,7 +68,7 @@ class SceneMesh:
     def adjust(self, brightness, contrast):
         """Nothing changes: slices show outlines."""
 
-    def set_coarseness(self, pixels, is_beside=False):
+    def set_coarseness(self, pixels, has_offset=False):
         """Nothing changes: no rays are cast for meshes."""
 
     def show(self, deformation, nodes, distortion, is_final):
@@ -107,7 +107,7 @@ class SceneMesh:
         return SurfaceLocator(self.mesh())
 
     def rigid_hit(self, near, far):
-        """Where a ray meets the deformed mesh, and a function that makes it a Shape; or None."""
+        """Fraction of a ray at the mesh, and a function that returns its Shape; or None."""
         hit = self.surface().hit(near, far)
         return hit and (hit[0], lambda: self._solid)
 

@@ -39,7 +39,7 @@ class State(_Options):
     anchored : (n,) bool
         Whether the mouse cannot move a handle.
     enabled : (n,) bool
-        Whether a point handle belongs to the map; the others are kept for later.
+        Whether a point handle belongs to the map.
     pending : Pending or None
         A landmark without its partner on the other side.
     cuts : tuple of Cut
@@ -213,7 +213,7 @@ class State(_Options):
         return replace(self, handles=handles)
 
     def without(self, rows):
-        """A copy without grips `rows`; a curve loses nodes, or goes with its last but one."""
+        """A copy without grips `rows`; curves with fewer than two nodes left are removed."""
         table, rows = self.grips, np.asarray(rows, int)
         owners, remaining = table.owner[rows], np.setdiff1d(np.arange(len(self)), rows)
         handles = []
@@ -302,7 +302,7 @@ class State(_Options):
         return flat[-1] if flat else None
 
     def with_flat_cut(self, flat_cut):
-        """A copy with another such cut, or without it for None."""
+        """A copy with another flat cut, or without one for None."""
         cuts = [cut for cut in self.cuts if cut is not self.flat_cut]
         return replace(self, cuts=cuts if flat_cut is None else [*cuts, flat_cut])
 

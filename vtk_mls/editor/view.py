@@ -1,4 +1,4 @@
-"""What the window shows of a state: data, cut, handles and texts, as finely as time allows."""
+"""Draws a state in the window: data, cut, handles and texts, as finely as time allows."""
 
 from __future__ import annotations
 
@@ -189,7 +189,7 @@ class View:
         camera.SetFocalPoint(point)
 
     def set_distortion(self, mode):
-        """Show what a mode of `distortion.MODES` says, from the next `show` on."""
+        """Set the index of the mode in `distortion.MODES`, for the next `show`."""
         self.distortion.mode = mode % len(MODES)
         self._legend.set_visible(self.distortion.has_colors)
 
@@ -238,7 +238,7 @@ class View:
             widget.set_visible(not self.hides_handles)
 
     def draw_slices(self, state, selected, hovered, dragged):
-        """Render the slices, which have moved, and keep the picture of 3-D views with a target."""
+        """Render the moved slices; with a target, do not render the 3-D views again."""
         if self.target is None or not self.slices.is_visible:
             self.draw(state, selected, hovered, dragged, is_moving=True)
             return
@@ -256,7 +256,7 @@ class View:
 
     @property
     def is_refinement_due(self):
-        """Whether a coarse picture is to be replaced now."""
+        """Whether it is time to replace a coarse picture."""
         return self._moved_at is not None and time.monotonic() - self._moved_at > _REFINEMENT_DELAY
 
     def hide_handles(self):
@@ -347,7 +347,7 @@ class View:
 
 
 def _shapes_of(state):
-    """What the status line says about regions, curves and the mask."""
+    """Texts of the status line about regions, curves and the mask."""
     regions = len(state.regions)
     curves = len(state.handles) - regions
     texts = [f"{regions} rigid"] if regions else []

@@ -170,7 +170,7 @@ class DeformedVolume:
         self._volume.Modified()
 
     def _update_paint(self, box, grid):
-        """Set the shader code and the values of what is painted, for a box and its map's grid."""
+        """Set the shader code and the uniforms of the paint, for a box and the grid of its map."""
         material, is_painted = self._volume.GetShaderProperty(), self._paint != (None, False)
         if is_painted:
             shader.set_values(material, volume_paint.values_of(box, grid, *self._paint))

@@ -34,7 +34,7 @@ def doublings(determinants):
 
 
 def colors_of(determinants):
-    """Colors (n, 3), 0 to 1, of determinants (n,) of J_G; those of folds for NaN."""
+    """Colors (n, 3), 0 to 1, of determinants (n,) of J_G; NaN is a fold."""
     change = doublings(np.asarray(determinants, float))
     nodes, colors = [node for node, _ in _NODES], np.array([color for _, color in _NODES])
     result = np.stack([np.interp(change, nodes, channel) for channel in colors.T], axis=-1)
@@ -45,7 +45,7 @@ def colors_of(determinants):
 def tinted(colors, determinants):
     """Colors (n, 3), 0 to 255, of a picture that shows determinants (n,) by its hue.
 
-    They are unchanged where the volume is; dark colors become lighter elsewhere.
+    Colors stay where the volume does; elsewhere dark colors become lighter.
     """
     change = np.minimum(np.abs(doublings(determinants)), 1)
     lift = (_DARKEST * np.where(np.isnan(change), 1, change))[:, None]

@@ -1,6 +1,6 @@
 """Shader code that paints the deformed grid and the change of volume on a deformed volume.
 
-The names are those of `shader`. A sample is painted before it is lit.
+It uses the functions and uniforms of `shader`. A sample is painted before it is lit.
 """
 
 from __future__ import annotations
