@@ -13,6 +13,7 @@ from control_point_sets import DEVICES
 from vtkmodules import vtkCommonCore
 from vtkmodules.vtkCommonCore import vtkDataArray, vtkOutputWindow, vtkStringOutputWindow
 from vtkmodules.vtkCommonDataModel import vtkImageData
+from vtkmodules.vtkFiltersSources import vtkSphereSource
 
 from vtk_mls.filters import MLSControlPoints
 from vtk_mls.vtk import arrays
@@ -144,6 +145,17 @@ def update(algorithm):
     """The output after an update."""
     assert algorithm.GetExecutive().Update()
     return algorithm.GetOutputDataObject(0)
+
+
+def ball(center, radius, resolution=30, normals=True):
+    """The surface of a ball."""
+    source = vtkSphereSource()
+    source.SetCenter(*center)
+    source.SetRadius(radius)
+    source.SetThetaResolution(resolution)
+    source.SetPhiResolution(resolution)
+    source.SetGenerateNormals(normals)
+    return update(source)
 
 
 def picture_of(window):

@@ -6,9 +6,9 @@ import sys
 
 import numpy as np
 import vtkmodules.vtkInteractionStyle  # noqa: F401  (registers interactors)
-from vtk_fixtures import picture_of
+from vtk_fixtures import ball, picture_of
 from vtkmodules.vtkFiltersCore import vtkTriangleFilter
-from vtkmodules.vtkFiltersSources import vtkCylinderSource, vtkSphereSource
+from vtkmodules.vtkFiltersSources import vtkCylinderSource
 from vtkmodules.vtkInteractionStyle import vtkInteractorStyleTrackballCamera
 from vtkmodules.vtkRenderingCore import vtkRenderWindow, vtkRenderWindowInteractor
 
@@ -34,15 +34,20 @@ def ball_image(geometry=None):
     return image
 
 
-def ball_mesh():
-    """The surface of the same ball."""
-    source = vtkSphereSource()
-    source.SetCenter(MIDDLE, MIDDLE, MIDDLE)
-    source.SetRadius(SIZE / 3)
-    source.SetThetaResolution(30)
-    source.SetPhiResolution(30)
-    source.Update()
-    return source.GetOutput()
+def ball_mesh(offset=(0, 0, 0)):
+    """The surface of the same ball, moved by an offset."""
+    return ball(MIDDLE + np.array(offset), SIZE / 3)
+
+
+def key_and_modifiers(symbol):
+    """The arguments of `Hands.press` for the name of a key in `keys.KEYS`."""
+    *modifiers, key = symbol.split("+") if len(symbol) > 1 else [symbol]
+    return key, " ".join(modifiers) + " Shift" * (key == "Z")
+
+
+def pixels_in(pane, points):
+    """Pixels (n, 2) of points (n, 3) or (3,) in a `SlicePane`."""
+    return pane.projection.pixels(np.reshape(points, (-1, 3)).astype(float))[:, :2]
 
 
 def bone(is_closed=True):
@@ -140,8 +145,8 @@ class Hands:
         return self.editor.scene.projection.pixels(points)
 
     def pixel_of(self, row):
-        """The pixel (2,) of a handle."""
-        return self.pixels(self.state.deformed[[row]])[0, :2]
+        """The pixel (2,) of a grip."""
+        return self.pixels(self.state.grips.deformed[[row]])[0, :2]
 
     def picture(self):
         """(height, width, 3) float, 0 to 255."""

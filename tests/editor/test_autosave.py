@@ -105,14 +105,6 @@ def test_a_digest_identifies_data_in_any_folder(tmp_path, monkeypatch):
         autosave.store(state)
 
 
-def test_quitting_during_a_drag_keeps_it(tmp_path):
-    hands = hands_for(tmp_path)
-    hands.drag(hands.pixel_of(13), (20, 10), released=False)
-    hands.press("q")
-    state = Autosave("ball.vtp", tmp_path).offered
-    assert not state.is_resting[13]
-
-
 def test_all_attributes_of_a_state_are_kept(tmp_path, rng):
     rest = rng.uniform(0, 9, (5, 3))
     cuts = [

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hands import MIDDLE, SIZE, Hands, ball_image, ball_mesh
+from hands import MIDDLE, SIZE, Hands, ball_image, ball_mesh, key_and_modifiers
 
 from vtk_mls import Deformation, Plane
 from vtk_mls.editor import State, keys
@@ -375,11 +375,10 @@ def test_every_key_in_every_situation(symbol, mesh_hands, tmp_path, monkeypatch)
     """At the start, during a drag, and without handles."""
     monkeypatch.chdir(tmp_path)  # for saved files
     hands = mesh_hands
-    *modifiers, key = symbol.split("+") if len(symbol) > 1 else [symbol]
-    keys_down = " ".join(modifiers) + " Shift" * (key == "Z")
+    key, modifiers = key_and_modifiers(symbol)
 
     def press():
-        hands.press(key, keys_down)
+        hands.press(key, modifiers)
         if key in "de":  # a curve, or a text, takes the keys that follow
             hands.press("Escape")
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from mesh_fixtures import CUTS, FAST, MESHES, OPENED, REST, array_of, deforming, places_of, sphere
 from pairwise import paired
-from vtk_fixtures import add_array, control_points, update
+from vtk_fixtures import add_array, ball, control_points, update
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet, vtkPolyData, vtkUnstructuredGrid
 from vtkmodules.vtkFiltersCore import vtkPolyDataNormals
@@ -285,13 +285,7 @@ def interpolated(monkeypatch):
 
 
 def fine_sphere(normals=True):
-    source = vtkSphereSource()
-    source.SetCenter(4, 4, 3)
-    source.SetRadius(2.4)
-    source.SetThetaResolution(150)
-    source.SetPhiResolution(150)
-    source.SetGenerateNormals(normals)
-    return update(source)
+    return ball((4, 4, 3), 2.4, 150, normals)
 
 
 @pytest.mark.parametrize("cut", [None, "plane", "half-plane", "polygon", "tent"])

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from drawing import MIDDLE, SIZE, Scene, image_of, volume_of
 from mesh_fixtures import array_of
-from vtk_fixtures import FAST
-from vtkmodules.vtkFiltersSources import vtkPlaneSource, vtkSphereSource
+from vtk_fixtures import FAST, ball
+from vtkmodules.vtkFiltersSources import vtkPlaneSource
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
 from vtk_mls import Deformation, Grid, Plane
@@ -38,16 +38,6 @@ def crossing():
 
 def scaled(*factors):
     return Deformation(CORNERS, CENTER + factors * (CORNERS - CENTER), "affine", device=FAST)
-
-
-def sphere(resolution=24):
-    source = vtkSphereSource()
-    source.SetCenter(*CENTER)
-    source.SetRadius(15)
-    source.SetThetaResolution(resolution)
-    source.SetPhiResolution(resolution)
-    source.Update()
-    return source.GetOutput()
 
 
 def deformed(mesh, deformation, exact=True):
@@ -87,7 +77,7 @@ def test_tables_have_the_colors():
 
 
 def test_meshes_get_the_change_of_volume(opengl):
-    d, mesh = crossing(), sphere()
+    d, mesh = crossing(), ball(CENTER, 15, 24)
     _, output = deformed(mesh, d)
     rest, values = array_of(output, "RestPosition"), array_of(output, "JacobianDeterminant")
     before = arrays.to_numpy(mesh.GetPoints().GetData())
@@ -112,7 +102,7 @@ def test_points_without_an_inverse_are_folds():
 def test_the_interpolated_map_gives_the_change_of_volume(opengl, monkeypatch):
     monkeypatch.setattr(deformed_mesh, "MAX_EXACT_POINTS", 100)
     moved = CORNERS + 3 * np.sin(CORNERS[:, [1, 2, 0]])
-    d, mesh, calls = Deformation(CORNERS, moved, device=FAST), sphere(), []
+    d, mesh, calls = Deformation(CORNERS, moved, device=FAST), ball(CENTER, 15, 24), []
     _, exact = deformed(mesh, d)
     monkeypatch.setattr(
         coarse_forward.CoarseForward,

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from drawing import MIDDLE, PIXELS, SIZE, Scene, image_of, volume_of
-from vtkmodules.vtkFiltersSources import vtkSphereSource
+from vtk_fixtures import ball
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
 from vtk_mls import Deformation, Grid
@@ -16,13 +16,9 @@ SHIFT = np.array((6.0, 0, 3))
 BALL_PIXELS = [(PIXELS // 2 + dx, PIXELS // 2 + dy) for dx in (-12, 0, 9) for dy in (-9, 0, 12)]
 
 
-def ball(radius, center=CENTER):
-    source, mapper, actor = vtkSphereSource(), vtkPolyDataMapper(), vtkActor()
-    source.SetCenter(center)
-    source.SetRadius(radius)
-    source.SetThetaResolution(120)
-    source.SetPhiResolution(120)
-    mapper.SetInputConnection(source.GetOutputPort())
+def ball_actor(radius):
+    mapper, actor = vtkPolyDataMapper(), vtkActor()
+    mapper.SetInputData(ball(CENTER, radius, 120))
     actor.SetMapper(mapper)
     return actor
 
@@ -44,7 +40,7 @@ def distances(surface, center=CENTER):
 
 @pytest.mark.parametrize("parallel", [False, True])
 def test_a_mesh(parallel):
-    actor = ball(15)
+    actor = ball_actor(15)
     scene = Scene(actor)
     scene.renderer.GetActiveCamera().SetParallelProjection(parallel)
     scene.renderer.GetActiveCamera().SetParallelScale(25)
@@ -60,7 +56,7 @@ def test_a_mesh(parallel):
 
 
 def test_excluded_props_are_visible_again():
-    inner, outer = ball(15), ball(18)
+    inner, outer = ball_actor(15), ball_actor(18)
     scene = Scene(inner, outer)
     before = scene.picture()
     surface = VisibleSurface(scene.renderer, without=[outer])
@@ -69,7 +65,7 @@ def test_excluded_props_are_visible_again():
 
 
 def test_later_changes_have_no_effect():
-    actor = ball(15)
+    actor = ball_actor(15)
     scene = Scene(actor)
     scene.picture()
     surface = VisibleSurface(scene.renderer)
@@ -80,10 +76,10 @@ def test_later_changes_have_no_effect():
 
 
 def test_a_volume_hides_a_mesh_behind_it():
-    scene = Scene(solid(15), ball(10))
+    scene = Scene(solid(15), ball_actor(10))
     scene.picture()
     np.testing.assert_allclose(distances(VisibleSurface(scene.renderer)), 15, atol=0.6)
-    scene.renderer.AddViewProp(ball(18))
+    scene.renderer.AddViewProp(ball_actor(18))
     scene.picture()
     np.testing.assert_allclose(distances(VisibleSurface(scene.renderer)), 18, atol=0.02)
 

@@ -286,12 +286,12 @@ class Editor(ShapeEdits, PairEdits, Saving):
 
     def toggle_legend(self):
         """Show or hide the legend of keys."""
-        self.view.toggle_legend()
+        self.view.overlay.set_keys_visible(not self.view.overlay.shows_keys)
         self.document.draw()
 
     def time(self):
         """Show or hide the computing times of maps and pictures."""
-        self.view.toggle_times()
+        self.view.shows_times = not self.view.shows_times
         self.document.draw()
 
     def reset_camera(self):

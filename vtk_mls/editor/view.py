@@ -71,6 +71,8 @@ class View:
     hides_handles : bool
     shows_undeformed : bool
         Whether the data are drawn undeformed, whatever the state.
+    shows_times : bool
+        Whether the status line has computing times.
     drawn_message : str
         The message in the last picture.
     """
@@ -83,11 +85,11 @@ class View:
         self.cut_widget = CutWidget(interactor, self.scene)
         self.motion_widget = MotionWidget(interactor, self.scene)
         self._shapes = ShapeActors(self.scene.overlay)
-        self.has_timer = self.hides_handles = self.shows_undeformed = False
+        self.has_timer = self.hides_handles = self.shows_undeformed = self.shows_times = False
         self.drawn_message = ""
         self._legend = VolumeLegend(self.scene.overlay)
         self.overlay, self._pace = Overlay(self.scene.overlay, keys.legend(), keys.HINT), Pace()
-        self._preset, self._shows_times, self._moved_at = 0, False, None
+        self._preset, self._moved_at = 0, None
         self._tags = [
             (observed, observed.AddObserver(event, handler))
             for observed, event, handler in (
@@ -267,14 +269,6 @@ class View:
             part.set_visible(not self.hides_handles)
         self.overlay.set_texts_visible(not self.hides_handles)
 
-    def toggle_legend(self):
-        """Show or hide the legend of keys."""
-        self.overlay.set_keys_visible(not self.overlay.shows_keys)
-
-    def toggle_times(self):
-        """Show or hide computing times in the status line."""
-        self._shows_times = not self._shows_times
-
     def detach(self):
         """Remove everything from the window."""
         for observed, tag in self._tags:
@@ -340,7 +334,7 @@ class View:
             parts.append(f"blend {state.blend:g}")
         if self.shows_undeformed:
             parts.append("shown undeformed; B")
-        if self._shows_times:
+        if self.shows_times:
             parts.append(f"map {1e3 * pace.map_seconds:.0f} ms, {pace.nodes} nodes")
             parts.append(f"picture {1e3 * pace.picture_seconds:.0f} ms")
         return "   ".join(parts)
