@@ -9,12 +9,7 @@ from vtk_mls.editor.cut_tool import CutLine
 
 
 class CurveTool:
-    """Draws a curve handle node by node.
-
-    Parameters
-    ----------
-    document : Document
-    """
+    """Draws a curve handle of a `Document` node by node."""
 
     def __init__(self, document):
         self._document, self._line = document, None

@@ -17,12 +17,7 @@ _LINE_COLOR = (1.0, 0.35, 0.45)
 
 
 class CutTool:
-    """Edits the cuts of a document.
-
-    Parameters
-    ----------
-    document : Document
-    """
+    """Edits the cuts of a `Document`."""
 
     def __init__(self, document):
         self._document, self._line = document, None

@@ -27,13 +27,7 @@ _OFFSET = 0.01  # of the initial plane from the middle, where handles may be
 
 
 class CutWidget(DragWidget):
-    """Lets the mouse move and tilt a flat cut.
-
-    Parameters
-    ----------
-    interactor : vtkRenderWindowInteractor
-    scene : Scene
-    """
+    """Lets the mouse move and tilt a flat cut in a `Scene`."""
 
     def __init__(self, interactor, scene):
         self._bounds, self._cut = scene.bounds, None

@@ -18,7 +18,7 @@ from vtk_mls.editor.view import View
 
 _TIMER_MILLISECONDS = 15
 _LATTICE_COUNTS = 3, 4, 5, 2  # handles along each axis
-_SMALLEST_SMOOTHING = 0.01  # of the size of the data
+_MIN_SMOOTHING = 0.01  # of the size of the data
 
 
 class Editor(ShapeEdits, PairEdits, Saving):
@@ -240,8 +240,8 @@ class Editor(ShapeEdits, PairEdits, Saving):
 
     def change_smoothing(self, factor):
         """Multiply the smoothing length: handles are met less exactly for factors above 1."""
-        smallest = _SMALLEST_SMOOTHING * np.ptp(self.scene.bounds, axis=0).max()
-        self.change(self.state.with_smoothing_times(factor, smallest))
+        minimum = _MIN_SMOOTHING * np.ptp(self.scene.bounds, axis=0).max()
+        self.change(self.state.with_smoothing_times(factor, minimum))
 
     def prevent_folds(self):
         """Deform in as many steps as needed not to fold, or in one."""

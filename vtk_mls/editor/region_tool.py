@@ -12,12 +12,7 @@ _NO_SHAPE = "There is no mesh and no segment of a label image here; load one wit
 
 
 class RegionTool:
-    """Makes rigid regions, and moves the one that is selected.
-
-    Parameters
-    ----------
-    document : Document
-    """
+    """Makes rigid regions in a `Document`, and moves the selected one."""
 
     def __init__(self, document):
         self._document, self.is_waiting = document, False

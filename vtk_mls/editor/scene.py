@@ -60,9 +60,9 @@ class Scene:
         for item in self.items:
             item.show(deformation, nodes, distortion, is_final)
 
-    def set_preset(self, number):
+    def set_preset(self, index):
         """Draw each dataset with one of its presets; their names."""
-        return ", ".join(item.set_preset(number) for item in self.items)
+        return ", ".join(item.set_preset(index) for item in self.items)
 
     def set_coarseness(self, pixels):
         """Set the pixels between rays along both axes."""

@@ -59,9 +59,9 @@ class SceneMesh:
         """Corners (2, 3) of a box around the undeformed mesh."""
         return np.reshape(self._mesh.GetBounds(), (3, 2)).T
 
-    def set_preset(self, number):
+    def set_preset(self, index):
         """Color the mesh; the name of the preset."""
-        self._preset = number % len(self.preset_names)
+        self._preset = index % len(self.preset_names)
         self._color()
         return self.preset_names[self._preset]
 

@@ -71,9 +71,9 @@ class SceneVolume:
         """Corners (2, 3) of a box around the visible voxels of the undeformed image."""
         return self._surface_of(None).bounds
 
-    def set_preset(self, number):
+    def set_preset(self, index):
         """Set colors and opacities; the name of the preset."""
-        self._preset = preset = self.presets[number % len(self.presets)]
+        self._preset = preset = self.presets[index % len(self.presets)]
         self._limits = transfer_functions.gray_range(preset)
         colors, opacities = vtkColorTransferFunction(), vtkPiecewiseFunction()
         for node in preset.colors:

@@ -130,5 +130,5 @@ def _column(viewport):
     """Three slices at the right side of the 3-D view."""
     left, low, right, high = viewport
     split, third = left + _VIEW_WIDTH * (right - left), (high - low) / 3
-    tops = [high - number * third for number in range(3)]
+    tops = [high - index * third for index in range(3)]
     return (left, low, split, high), *((split, top - third, right, top) for top in tops)

@@ -160,11 +160,11 @@ class State(_Options):
         """A copy whose alpha is multiplied, within the range of its slider."""
         return replace(self, alpha=options.ALPHA.limited(self.alpha * factor, self.alpha))
 
-    def with_smoothing_times(self, factor, smallest):
-        """A copy whose smoothing is multiplied: from 0 up to `smallest`, from there down to 0."""
+    def with_smoothing_times(self, factor, minimum):
+        """A copy whose smoothing is multiplied: from 0 up to `minimum`, from there down to 0."""
         value = self.smoothing * factor
-        if value < 0.99 * smallest:
-            value = smallest if factor > 1 else 0.0
+        if value < 0.99 * minimum:
+            value = minimum if factor > 1 else 0.0
         return replace(self, smoothing=float(f"{value:.3g}"))
 
     def with_nu_times(self, factor):
@@ -182,7 +182,7 @@ class State(_Options):
             handles[index] = grips.moved_handle(handles[index], deformed[table.rows_of(index)])
         if grips.MASK in owners:
             row = rows[owners == grips.MASK].min()  # its place before its radius and fall-off
-            mask = grips.moved_mask(mask, table.number[row], deformed[row])
+            mask = grips.moved_mask(mask, table.part[row], deformed[row])
         return replace(self, deformed=deformed[: len(self)], handles=handles, mask=mask)
 
     def at_rest(self):
