@@ -60,9 +60,8 @@ class MapPace:
     def _nodes(self, seconds, min_nodes, max_nodes):
         if self.map_seconds == 0:
             return max_nodes
-        return int(
-            np.clip((seconds / self.map_seconds) ** (1 / 3) * self.nodes, min_nodes, max_nodes)
-        )
+        nodes = (seconds / self.map_seconds) ** (1 / 3) * self.nodes
+        return int(np.clip(nodes, min_nodes, max_nodes))
 
 
 class RaySpacing:
