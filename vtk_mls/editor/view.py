@@ -198,9 +198,7 @@ class View:
     def change_preset(self):
         """Draw the data with their next presets; the names of these."""
         self._preset += 1
-        names = self.scene.set_preset(self._preset)
-        if self.target is not None:
-            self.target.scene.set_preset(self._preset)
+        names, *_ = [scene.set_preset(self._preset) for scene in self._scenes]
         self.show_slices()
         return names
 
@@ -245,9 +243,7 @@ class View:
             self.draw(state, selected, hovered, dragged, is_moving=True)
             return
         layers = [
-            renderer
-            for scene in (self.scene, self.target.scene)
-            for renderer in (scene.renderer, scene.overlay)
+            renderer for scene in self._scenes for renderer in (scene.renderer, scene.overlay)
         ]
         self._draw_handles(state, selected, hovered, dragged)
         for renderer in layers:
@@ -264,8 +260,8 @@ class View:
     def hide_handles(self):
         """Hide or show handles, widgets, legend, hint and status, but not the message."""
         self.hides_handles = not self.hides_handles
-        scenes = [self.scene] if self.target is None else [self.scene, self.target.scene]
-        for part in (*(scene.glyphs for scene in scenes), self._shapes, *self._widgets):
+        glyphs = [scene.glyphs for scene in self._scenes]
+        for part in (*glyphs, self._shapes, *self._widgets):
             part.set_visible(not self.hides_handles)
         self.overlay.set_texts_visible(not self.hides_handles)
 
@@ -278,6 +274,10 @@ class View:
         self.set_target(None)
         self.slices.detach()
         self.scene.detach()
+
+    @property
+    def _scenes(self):
+        return [self.scene] if self.target is None else [self.scene, self.target.scene]
 
     @property
     def _widgets(self):
@@ -301,9 +301,8 @@ class View:
             self.target.lay_out()
 
     def _set_coarseness(self, pixels):
-        for part in (self, self.target):
-            if part is not None:
-                part.scene.set_coarseness(pixels)
+        for scene in self._scenes:
+            scene.set_coarseness(pixels)
 
     def _start_camera(self, style, event):
         self._set_coarseness(self._pace.pixels(_MOVING))
