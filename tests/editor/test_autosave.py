@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hands import SIZE, Hands, ball_mesh
+from hands import Hands, ball_mesh
 
 from vtk_mls import HalfPlane, Plane, Surface
 from vtk_mls.editor import State
 from vtk_mls.editor.autosave import Autosave
 from vtk_mls.model.options import OPTIONS
-
-MIDDLE = (SIZE - 1) / 2
 
 
 def hands_for(folder, path="ball.vtp"):
@@ -105,14 +103,6 @@ def test_a_digest_identifies_data_in_any_folder(tmp_path, monkeypatch):
         autosave = Autosave("x.vti", tmp_path / "unsaved", digest="0123")
         assert (autosave.offered is not None) == bool(number)
         autosave.store(state)
-
-
-def test_quitting_during_a_drag_keeps_it(tmp_path):
-    hands = hands_for(tmp_path)
-    hands.drag(hands.pixel_of(13), (20, 10), released=False)
-    hands.press("q")
-    state = Autosave("ball.vtp", tmp_path).offered
-    assert not state.is_resting[13]
 
 
 def test_all_attributes_of_a_state_are_kept(tmp_path, rng):

@@ -10,7 +10,7 @@ import sys
 import numpy as np
 import pytest
 from command_fixtures import PROJECT, run
-from hands import SIZE, Hands, ball_image, ball_mesh
+from hands import MIDDLE, SIZE, Hands, ball_image, ball_mesh
 
 from vtk_mls import Ball, BallMask, HalfPlane, Plane, RegionHandle, Surface, io
 from vtk_mls.editor import State, sessions
@@ -19,7 +19,6 @@ from vtk_mls.model.options import MAP_TOLERANCE
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 
-MIDDLE = (SIZE - 1) / 2
 POLYGON = Surface.polygon([(12, 2, 2), (MIDDLE, 21, 2), (MIDDLE, 21, 21), (MIDDLE, 2, 21)])
 _MOTION = np.array([(0.8, -0.6, 0, 4), (0.6, 0.8, 0, -2), (0, 0, 1, 1), (0, 0, 0, 1.0)])
 STATES = {

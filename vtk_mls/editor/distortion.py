@@ -9,7 +9,7 @@ from vtk_mls.rendering.rest_lines import RestLines
 from vtk_mls.rendering.volume_colors import tinted
 
 MODES = "nothing", "deformed grid", "change of volume", "grid and volume"
-# What the window says of each.
+# The message for each mode.
 TEXTS = (
     "The grid and the colors of the volume are hidden.",
     "A grid of cubes, deformed with the data.",
@@ -20,7 +20,7 @@ _CUBES = 12  # of the grid along the longest side of the data
 
 
 class Distortion:
-    """What is shown of the current deformation beside the data.
+    """How the distortion by the current deformation is drawn.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ class Distortion:
         return "volume" in MODES[self.mode]
 
     def tinted(self, points, colors):
-        """Colors (n, 3), 0 to 255, of a slice at points (n, 3), as they are to be shown."""
+        """Colors (n, 3), 0 to 255, at points (n, 3) of a slice, tinted by the change of volume."""
         if not self.has_colors or self.deformation is None:
             return colors
         origins, has_material = material_at(self.deformation, points)

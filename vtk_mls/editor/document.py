@@ -133,7 +133,7 @@ class Document:
         return np.array([self.hovered])
 
     def clear_selection(self):
-        """Neither select nor hover a handle, before rows change; draws nothing."""
+        """Clear the selection and the hovered handle, before rows change; draw nothing."""
         self.selected, self.hovered = NO_ROWS, None
 
     def start_drag(self, rows, grabbed):
@@ -162,7 +162,7 @@ class Document:
         self.show()
 
     def show_deformed(self):
-        """Show the data deformed, before the mouse picks a point of them."""
+        """Show the data deformed, before the mouse picks a point on them."""
         if self.view.shows_undeformed:
             self.toggle_deformed()
 

@@ -18,7 +18,7 @@ from vtk_mls.editor.view import View
 
 _TIMER_MILLISECONDS = 15
 _LATTICE_COUNTS = 3, 4, 5, 2  # handles along each axis
-_SMALLEST_SMOOTHING = 0.01  # of the size of the data
+_MIN_SMOOTHING = 0.01  # of the size of the data
 
 
 class Editor(ShapeEdits, PairEdits, Saving):
@@ -124,7 +124,7 @@ class Editor(ShapeEdits, PairEdits, Saving):
             self.document.draw()
 
     def finish(self):
-        """Release whatever the mouse holds, and commit it."""
+        """End drags of the mouse, and commit them."""
         self._mouse.finish()
         self.view.cut_widget.finish()
         self.view.motion_widget.finish()
@@ -194,8 +194,7 @@ class Editor(ShapeEdits, PairEdits, Saving):
             self.place_at(pixel)
             return
         self.document.show_deformed()
-        pane = self.slices.pane_at(pixel)
-        point = self.scene.picker().hit(pixel) if pane is None else pane.point_at(pixel)
+        point = self.view.point_at(pixel)
         if point is None:
             self.say("There is no surface under the mouse.")
         else:
@@ -241,8 +240,8 @@ class Editor(ShapeEdits, PairEdits, Saving):
 
     def change_smoothing(self, factor):
         """Multiply the smoothing length: handles are met less exactly for factors above 1."""
-        smallest = _SMALLEST_SMOOTHING * np.ptp(self.scene.bounds, axis=0).max()
-        self.change(self.state.with_smoothing_times(factor, smallest))
+        minimum = _MIN_SMOOTHING * np.ptp(self.scene.bounds, axis=0).max()
+        self.change(self.state.with_smoothing_times(factor, minimum))
 
     def prevent_folds(self):
         """Deform in as many steps as needed not to fold, or in one."""
@@ -266,7 +265,7 @@ class Editor(ShapeEdits, PairEdits, Saving):
         self.set_distortion(self.view.distortion.mode + 1)
 
     def set_distortion(self, mode):
-        """Show what a mode of `distortion.MODES`, an int, says of the deformation."""
+        """Show the distortion in the mode with this index in `distortion.MODES`."""
         self.view.set_distortion(mode)
         self.say(TEXTS[self.view.distortion.mode])
         self.document.show()
@@ -287,12 +286,12 @@ class Editor(ShapeEdits, PairEdits, Saving):
 
     def toggle_legend(self):
         """Show or hide the legend of keys."""
-        self.view.toggle_legend()
+        self.view.overlay.set_keys_visible(not self.view.overlay.shows_keys)
         self.document.draw()
 
     def time(self):
         """Show or hide the computing times of maps and pictures."""
-        self.view.toggle_times()
+        self.view.shows_times = not self.view.shows_times
         self.document.draw()
 
     def reset_camera(self):

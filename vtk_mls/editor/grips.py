@@ -25,7 +25,7 @@ class Grips:
         Of a region, the center of its bounds; of the mask, the same twice.
     owner : (g,) int
         Index of the region or curve among the handles; POINT or MASK.
-    number : (g,) int
+    part : (g,) int
         Row of a point handle, node of a curve, PLACE, RADIUS or FALLOFF of the mask.
     anchored : (g,) bool
     """
@@ -33,7 +33,7 @@ class Grips:
     rest: np.ndarray
     deformed: np.ndarray
     owner: np.ndarray
-    number: np.ndarray
+    part: np.ndarray
     anchored: np.ndarray
 
     @classmethod
@@ -105,11 +105,11 @@ def _heights(mask):
     return np.array([-mask.radius, mask.radius, mask.radius + mask.falloff])
 
 
-def moved_mask(mask, number, position):
-    """The mask with the grip `number` at a position (3,)."""
-    if number == PLACE:
+def moved_mask(mask, part, position):
+    """The mask with one of its grips, by its `part`, at a position (3,)."""
+    if part == PLACE:
         return BallMask(position - _heights(mask)[PLACE] * _UP, mask.radius, mask.falloff)
-    length, least = np.linalg.norm(position - mask.center), _MIN_LENGTH
-    if number == RADIUS:
-        return BallMask(mask.center, max(length, least * mask.falloff), mask.falloff)
-    return BallMask(mask.center, mask.radius, max(length - mask.radius, least * mask.radius))
+    length = np.linalg.norm(position - mask.center)
+    if part == RADIUS:
+        return BallMask(mask.center, max(length, _MIN_LENGTH * mask.falloff), mask.falloff)
+    return BallMask(mask.center, mask.radius, max(length - mask.radius, _MIN_LENGTH * mask.radius))

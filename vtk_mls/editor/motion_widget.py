@@ -16,13 +16,7 @@ _MIN_SIZE = 0.12  # of the box, relative to the data
 
 
 class MotionWidget(DragWidget):
-    """Lets the mouse turn a shape about its center by the faces of a box; Shift moves it.
-
-    Parameters
-    ----------
-    interactor : vtkRenderWindowInteractor
-    scene : Scene
-    """
+    """Lets the mouse turn a shape about its center by the faces of a box; Shift moves it."""
 
     def __init__(self, interactor, scene):
         self._min_size = _MIN_SIZE * np.ptp(scene.bounds, axis=0).max()

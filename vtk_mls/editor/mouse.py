@@ -107,7 +107,7 @@ class Mouse(Observer):
         self._abort(event)
 
     def _press_in_slice(self, pane, row):
-        self._document.view.cut_widget.finish()
+        self._view.cut_widget.finish()
         self._document.commit()
         self._pane = pane
         if row is None:
@@ -130,7 +130,7 @@ class Mouse(Observer):
     def _move(self, interactor, event):
         document = self._document
         if self._drag is not None:
-            if np.linalg.norm(self.pixel - self._pressed_pixel) > _CLICK_DISTANCE:
+            if not self._is_click:
                 self._pressed_pixel = np.full(2, np.inf)  # no longer a click
                 with document.reporting_errors():
                     document.drag_to(self._dragged_positions())
@@ -228,7 +228,7 @@ class Mouse(Observer):
         self._document.draw(is_moving=True)
 
     def _show_band(self, corners):
-        self._document.view.overlay.set_band(corners)
+        self._view.overlay.set_band(corners)
         self._document.draw(is_moving=True)
 
     def _projection_of(self, pane):

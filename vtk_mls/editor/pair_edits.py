@@ -44,10 +44,7 @@ class PairEdits:
 
     def place_at(self, pixel):
         """Place a landmark where the data are at a pixel, on its side."""
-        pane = self.view.pane_at(pixel)
-        point = (
-            self.view.scene_at(pixel).picker().hit(pixel) if pane is None else pane.point_at(pixel)
-        )
+        point = self.view.point_at(pixel)
         if point is None:
             self.say("There is no surface under the mouse.")
             return

@@ -10,16 +10,11 @@ from vtk_mls.editor.turning import in_enough_steps
 _RADIUS = 0.05  # of a handle that can be turned, relative to the data
 _HINT = "Drag the box to turn it, its middle to move it; X removes it."
 _GROUP_HINT = "Drag the box to turn the handles, its middle to move them; turns add up."
-_NOTHING = "There is no mesh and no segment of a label image here; load one with `--with`."
+_NO_SHAPE = "There is no mesh and no segment of a label image here; load one with `--with`."
 
 
 class RegionTool:
-    """Makes rigid regions, and moves the one that is selected.
-
-    Parameters
-    ----------
-    document : Document
-    """
+    """Makes rigid regions in a `Document`, and moves the selected one."""
 
     def __init__(self, document):
         self._document, self.is_waiting = document, False
@@ -27,16 +22,16 @@ class RegionTool:
         self._widget.set_callbacks(self._preview, self._commit)
 
     def wait(self):
-        """Make what the next click is on rigid."""
+        """Make the mesh or the segment at the next click rigid."""
         self.is_waiting = True
         self._document.say("Click on a mesh, or on a segment of a label image, to make it rigid.")
 
     def cancel(self):
-        """Wait no longer."""
+        """Do not wait for a click."""
         self.is_waiting = False
 
     def click(self, pixel, pane):
-        """Make rigid what is at a pixel of the 3-D view, if that is waited for."""
+        """Make the mesh or the segment at a pixel of the 3-D view rigid, if `wait` was called."""
         if not self.is_waiting or pane is not None:
             return False
         self.cancel()
@@ -49,14 +44,14 @@ class RegionTool:
         with document.reporting_errors():
             shape = self._scene.rigid_shape_at(pixel)
             if shape is None:
-                document.say(_NOTHING)
+                document.say(_NO_SHAPE)
                 return
             state = document.state
             index = _index_of(shape, state.handles)
             if index is not None:
                 self._select(index, "It is rigid already. " + _HINT)
                 return
-            # handles in it would keep their places, whatever its motion
+            # handles inside would hold their positions against its motion
             inside = np.flatnonzero(shape.distance(state.rest)[0] == 0)
             document.clear_selection()
             region = RegionHandle(shape, np.eye(4))
@@ -111,7 +106,7 @@ class RegionTool:
 
 
 def _index_of(shape, handles):
-    """The index of the region with a shape; None without."""
+    """The index of the region with a shape; None without one."""
     for index, handle in enumerate(handles):
         if isinstance(handle, RegionHandle) and _are_same(shape, handle.shape):
             return index

@@ -59,16 +59,16 @@ class SceneMesh:
         """Corners (2, 3) of a box around the undeformed mesh."""
         return np.reshape(self._mesh.GetBounds(), (3, 2)).T
 
-    def set_preset(self, number):
+    def set_preset(self, index):
         """Color the mesh; the name of the preset."""
-        self._preset = number % len(self.preset_names)
+        self._preset = index % len(self.preset_names)
         self._color()
         return self.preset_names[self._preset]
 
     def adjust(self, brightness, contrast):
         """Nothing changes: slices show outlines."""
 
-    def set_coarseness(self, pixels, is_beside=False):
+    def set_coarseness(self, pixels, has_offset=False):
         """Nothing changes: no rays are cast for meshes."""
 
     def show(self, deformation, nodes, distortion, is_final):
@@ -107,7 +107,7 @@ class SceneMesh:
         return SurfaceLocator(self.mesh())
 
     def rigid_hit(self, near, far):
-        """Where a ray meets the deformed mesh, and a function that makes it a Shape; or None."""
+        """Fraction of a ray at the mesh, and a function that returns its Shape; or None."""
         hit = self.surface().hit(near, far)
         return hit and (hit[0], lambda: self._solid)
 

@@ -71,9 +71,9 @@ class SceneVolume:
         """Corners (2, 3) of a box around the visible voxels of the undeformed image."""
         return self._surface_of(None).bounds
 
-    def set_preset(self, number):
+    def set_preset(self, index):
         """Set colors and opacities; the name of the preset."""
-        self._preset = preset = self.presets[number % len(self.presets)]
+        self._preset = preset = self.presets[index % len(self.presets)]
         self._limits = transfer_functions.gray_range(preset)
         colors, opacities = vtkColorTransferFunction(), vtkPiecewiseFunction()
         for node in preset.colors:
@@ -103,14 +103,14 @@ class SceneVolume:
         middle, half = (low + high) / 2 - brightness * (high - low), (high - low) / (2 * contrast)
         self._limits = middle - half, middle + half
 
-    def set_coarseness(self, pixels, is_beside=False):
+    def set_coarseness(self, pixels, has_offset=False):
         """Set the pixels between rays along both axes; above 1, steps along rays are longer.
 
-        `is_beside`: the renderer does not begin in the corner of the window. VTK 9.6 draws nothing
+        `has_offset`: the renderer does not begin in the corner of the window. VTK 9.6 draws nothing
         there with fewer rays, so only the steps are longer.
         """
         step = _STEP if pixels <= 1 else _COARSE_STEP
-        if is_beside:
+        if has_offset:
             step, pixels = step * min(max(pixels, 1), _MAX_STEP_FACTOR), 1
         self._mapper.SetSampleDistance(step * float(np.abs(self._grid.spacing).min()))
         self._mapper.SetImageSampleDistance(pixels)
@@ -144,9 +144,9 @@ class SceneVolume:
         return self._surface_of(self._deformation)
 
     def rigid_hit(self, near, far):
-        """Where a ray meets a segment, and a function that makes it a Shape; or None.
+        """Fraction of a ray at a segment, and a function that returns its Shape; or None.
 
-        None also for images that are no labels.
+        None also for images without labels.
         """
         if not self._are_labels:
             return None

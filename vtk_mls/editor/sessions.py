@@ -64,16 +64,15 @@ class Saving:
         self.say("Saving ...")
         self.document.draw(is_moving=True)
         self.view.draw_for_file(self.state)
+        is_saved = False
         try:
-            sentence = self.saver.save(self.state, self.scene.window)
-            sentence += self._save_left_out()
-        except Aborted:
-            sentence, is_saved = "Saving was stopped; the folder has a part of the files.", False
-        except (OSError, *FAILURES) as error:
-            sentence, is_saved = sentence_of(error), False
-        else:
+            sentence = self.saver.save(self.state, self.scene.window) + self._save_left_out()
             is_saved = True
             self.document.note_save()
+        except Aborted:
+            sentence = "Saving was stopped; the folder has a part of the files."
+        except (OSError, *FAILURES) as error:
+            sentence = sentence_of(error)
         self.say(sentence)
         self.document.draw()
         return is_saved

@@ -36,12 +36,12 @@ class ShapeActors:
         self._renderer, self._regions, self._is_visible = renderer, {}, True
         self._lines = [vtkPolyData() for _ in range(4)]
         soft, amber, violet = (tuple(np.divide(c, 255)) for c in (RESTING, MOVED, MASKING))
-        looks = (
+        styles = (
             *((soft, 2.0, _REST_OPACITY), (amber, _CURVE_WIDTH, _CURVE_OPACITY)),
             *((violet, 2.0, opacity) for opacity in _MASK_OPACITIES),
         )
         self._actors = [
-            polydata.unlit_actor(lines, *look) for lines, look in zip(self._lines, looks)
+            polydata.unlit_actor(lines, *style) for lines, style in zip(self._lines, styles)
         ]
         self._centers = vtkPolyData()
         self._actors.append(polydata.unlit_actor(self._centers))

@@ -115,16 +115,16 @@ class ShapeEdits:
         self.change(self.state.with_rest(row, position))
 
     def _set_text(self, row, text):
-        """Name a grip, or put it at the 3 or 6 numbers in a text."""
+        """Name a grip, or move it to the 3 or 6 coordinates in a text."""
         try:
-            numbers = [float(part) for part in text.replace(",", " ").split()]
+            coordinates = [float(part) for part in text.replace(",", " ").split()]
         except ValueError:
-            numbers = []
+            coordinates = []
         if row >= len(self.state.grips) or not text:
             return
-        if len(numbers) not in (3, 6) or not np.isfinite(numbers).all():
+        if len(coordinates) not in (3, 6) or not np.isfinite(coordinates).all():
             self.set_name(row, text)
             return
-        if len(numbers) == 6:
-            self.set_rest(row, numbers[:3])
-        self.set_position(row, numbers[-3:])
+        if len(coordinates) == 6:
+            self.set_rest(row, coordinates[:3])
+        self.set_position(row, coordinates[-3:])

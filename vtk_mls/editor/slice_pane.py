@@ -78,7 +78,7 @@ class SlicePane:
     def show(self, items, surfaces, point, count, distortion):
         """Draw the slice through a point, with `count` samples along its longer side.
 
-        `surfaces` are vtkPolyData whose outlines are drawn, as those of meshes; `distortion` is a
+        The outlines of `surfaces`, vtkPolyData, are drawn as for meshes. `distortion` is a
         `Distortion`.
         """
         self._fit()

@@ -40,7 +40,7 @@ class State(_Options):
     anchored : (n,) bool
         Whether the mouse cannot move a handle.
     enabled : (n,) bool
-        Whether a point handle belongs to the map; the others are kept for later.
+        Whether a point handle belongs to the map.
     path : (k, n, 3) float64, world coordinates
         Intermediate places of the point handles, at equal times; k is 0 if they go straight.
     pending : Pending or None
@@ -172,11 +172,11 @@ class State(_Options):
         """A copy whose alpha is multiplied, within the range of its slider."""
         return replace(self, alpha=options.ALPHA.limited(self.alpha * factor, self.alpha))
 
-    def with_smoothing_times(self, factor, smallest):
-        """A copy whose smoothing is multiplied: from 0 up to `smallest`, from there down to 0."""
+    def with_smoothing_times(self, factor, minimum):
+        """A copy whose smoothing is multiplied: from 0 up to `minimum`, from there down to 0."""
         value = self.smoothing * factor
-        if value < 0.99 * smallest:
-            value = smallest if factor > 1 else 0.0
+        if value < 0.99 * minimum:
+            value = minimum if factor > 1 else 0.0
         return replace(self, smoothing=float(f"{value:.3g}"))
 
     def with_nu_times(self, factor):
@@ -194,7 +194,7 @@ class State(_Options):
             handles[index] = grips.moved_handle(handles[index], deformed[table.rows_of(index)])
         if grips.MASK in owners:
             row = rows[owners == grips.MASK].min()  # its place before its radius and fall-off
-            mask = grips.moved_mask(mask, table.number[row], deformed[row])
+            mask = grips.moved_mask(mask, table.part[row], deformed[row])
         deformed = deformed[: len(self)]
         path = self.path + self._times * (deformed - self.deformed)
         return replace(self, deformed=deformed, handles=handles, mask=mask, path=path)
@@ -229,7 +229,7 @@ class State(_Options):
         return replace(self, handles=handles)
 
     def without(self, rows):
-        """A copy without grips `rows`; a curve loses nodes, or goes with its last but one."""
+        """A copy without grips `rows`; curves with fewer than two nodes left are removed."""
         table, rows = self.grips, np.asarray(rows, int)
         owners, remaining = table.owner[rows], np.setdiff1d(np.arange(len(self)), rows)
         handles = []
@@ -321,7 +321,7 @@ class State(_Options):
         return flat[-1] if flat else None
 
     def with_flat_cut(self, flat_cut):
-        """A copy with another such cut, or without it for None."""
+        """A copy with another flat cut, or without one for None."""
         cuts = [cut for cut in self.cuts if cut is not self.flat_cut]
         return replace(self, cuts=cuts if flat_cut is None else [*cuts, flat_cut])
 

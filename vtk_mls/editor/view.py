@@ -1,4 +1,4 @@
-"""What the window shows of a state: data, cut, handles and texts, as finely as time allows."""
+"""Draws a state in the window: data, cut, handles and texts, as finely as time allows."""
 
 from __future__ import annotations
 
@@ -71,6 +71,8 @@ class View:
     hides_handles : bool
     shows_undeformed : bool
         Whether the data are drawn undeformed, whatever the state.
+    shows_times : bool
+        Whether the status line has computing times.
     drawn_message : str
         The message in the last picture.
     """
@@ -83,11 +85,11 @@ class View:
         self.cut_widget = CutWidget(interactor, self.scene)
         self.motion_widget = MotionWidget(interactor, self.scene)
         self._shapes = ShapeActors(self.scene.overlay)
-        self.has_timer = self.hides_handles = self.shows_undeformed = False
+        self.has_timer = self.hides_handles = self.shows_undeformed = self.shows_times = False
         self.drawn_message = ""
         self._legend = VolumeLegend(self.scene.overlay)
         self.overlay, self._pace = Overlay(self.scene.overlay, keys.legend(), keys.HINT), Pace()
-        self._preset, self._shows_times, self._moved_at = 0, False, None
+        self._preset, self._moved_at = 0, None
         self._tags = [
             (observed, observed.AddObserver(event, handler))
             for observed, event, handler in (
@@ -163,6 +165,11 @@ class View:
             pane = self.target.slices.pane_at(pixel)
         return pane
 
+    def point_at(self, pixel):
+        """The visible point (3,) at a pixel, on a surface or in a slice; None beside the data."""
+        pane = self.pane_at(pixel)
+        return self.scene_at(pixel).picker().hit(pixel) if pane is None else pane.point_at(pixel)
+
     def shows_both_at(self, pixel):
         """Whether both sides are drawn over each other at a pixel."""
         return bool(self.slices.compared) and self.slices.pane_at(pixel) is not None
@@ -184,16 +191,14 @@ class View:
         camera.SetFocalPoint(point)
 
     def set_distortion(self, mode):
-        """Show what a mode of `distortion.MODES` says, from the next `show` on."""
+        """Set the index of the mode in `distortion.MODES`, for the next `show`."""
         self.distortion.mode = mode % len(MODES)
         self._legend.set_visible(self.distortion.has_colors)
 
     def change_preset(self):
         """Draw the data with their next presets; the names of these."""
         self._preset += 1
-        names = self.scene.set_preset(self._preset)
-        if self.target is not None:
-            self.target.scene.set_preset(self._preset)
+        names, *_ = [scene.set_preset(self._preset) for scene in self._scenes]
         self.show_slices()
         return names
 
@@ -231,14 +236,12 @@ class View:
             widget.set_visible(not self.hides_handles)
 
     def draw_slices(self, state, selected, hovered, dragged):
-        """Render the slices, which have moved, and keep the picture of 3-D views with a target."""
+        """Render the moved slices; with a target, do not render the 3-D views again."""
         if self.target is None or not self.slices.is_visible:
             self.draw(state, selected, hovered, dragged, is_moving=True)
             return
         layers = [
-            renderer
-            for scene in (self.scene, self.target.scene)
-            for renderer in (scene.renderer, scene.overlay)
+            renderer for scene in self._scenes for renderer in (scene.renderer, scene.overlay)
         ]
         self._draw_handles(state, selected, hovered, dragged)
         for renderer in layers:
@@ -249,24 +252,16 @@ class View:
 
     @property
     def is_refinement_due(self):
-        """Whether a coarse picture is to be replaced now."""
+        """Whether it is time to replace a coarse picture."""
         return self._moved_at is not None and time.monotonic() - self._moved_at > _REFINEMENT_DELAY
 
     def hide_handles(self):
         """Hide or show handles, widgets, legend, hint and status, but not the message."""
         self.hides_handles = not self.hides_handles
-        scenes = [self.scene] if self.target is None else [self.scene, self.target.scene]
-        for part in (*(scene.glyphs for scene in scenes), self._shapes, *self._widgets):
+        glyphs = [scene.glyphs for scene in self._scenes]
+        for part in (*glyphs, self._shapes, *self._widgets):
             part.set_visible(not self.hides_handles)
         self.overlay.set_texts_visible(not self.hides_handles)
-
-    def toggle_legend(self):
-        """Show or hide the legend of keys."""
-        self.overlay.set_keys_visible(not self.overlay.shows_keys)
-
-    def toggle_times(self):
-        """Show or hide computing times in the status line."""
-        self._shows_times = not self._shows_times
 
     def detach(self):
         """Remove everything from the window."""
@@ -277,6 +272,10 @@ class View:
         self.set_target(None)
         self.slices.detach()
         self.scene.detach()
+
+    @property
+    def _scenes(self):
+        return [self.scene] if self.target is None else [self.scene, self.target.scene]
 
     @property
     def _widgets(self):
@@ -300,9 +299,8 @@ class View:
             self.target.lay_out()
 
     def _set_coarseness(self, pixels):
-        for part in (self, self.target):
-            if part is not None:
-                part.scene.set_coarseness(pixels)
+        for scene in self._scenes:
+            scene.set_coarseness(pixels)
 
     def _start_camera(self, style, event):
         self._set_coarseness(self._pace.pixels(_MOVING))
@@ -333,14 +331,14 @@ class View:
             parts.append(f"blend {state.blend:g}")
         if self.shows_undeformed:
             parts.append("shown undeformed; B")
-        if self._shows_times:
+        if self.shows_times:
             parts.append(f"map {1e3 * pace.map_seconds:.0f} ms, {pace.nodes} nodes")
             parts.append(f"picture {1e3 * pace.picture_seconds:.0f} ms")
         return "   ".join(parts)
 
 
 def _shapes_of(state):
-    """What the status line says about regions, curves and the mask."""
+    """Texts of the status line about regions, curves and the mask."""
     regions = len(state.regions)
     curves = len(state.handles) - regions
     texts = [f"{regions} rigid"] if regions else []

@@ -14,7 +14,7 @@ from vtkmodules.vtkCommonCore import vtkOutputWindow
 
 from vtk_mls.paraview.displays import BlockSettings
 from vtk_mls.paraview.live_image import LiveBox, LiveImage, LiveSlice, LiveVolume
-from vtk_mls.paraview.live_mesh import LiveEdges, LiveMesh, LiveOutline
+from vtk_mls.paraview.live_mesh import LiveEdges, LiveOutline, LiveSurface
 from vtk_mls.paraview.observers import Observers
 from vtk_mls.paraview.pending_filter import PendingFilter, has_pending_map
 from vtk_mls.paraview.server_manager import (
@@ -30,7 +30,7 @@ from vtk_mls.paraview.server_manager import (
 from vtk_mls.paraview.views import render_later
 
 SWITCH = "Live"
-_PROP_TYPES = (LiveVolume, LiveImage, LiveSlice, LiveBox, LiveMesh, LiveEdges, LiveOutline)
+_PROP_TYPES = (LiveVolume, LiveImage, LiveSlice, LiveBox, LiveSurface, LiveEdges, LiveOutline)
 
 
 class Live:

@@ -19,7 +19,7 @@ SURFACES = ("Surface", "Surface With Edges", "Wireframe", "Points")
 FEATURE_EDGES = "Feature Edges"
 
 
-class LiveMesh(LiveProp):
+class LiveSurface(LiveProp):
     """A mesh as a surface, or its edges and points.
 
     ParaView's own actor cannot be deformed, since its mapper draws all blocks.

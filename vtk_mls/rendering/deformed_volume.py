@@ -147,7 +147,7 @@ class DeformedVolume:
                 producer, port = self._producer
                 self._mapper.SetInputConnection(producer.GetOutputPort(port))
             volume_paint.remove(self._volume.GetShaderProperty())
-            shader.remove(self._volume.GetShaderProperty(), volume_paint.NAMES)
+            shader.remove(self._volume.GetShaderProperty())
             self._is_painted = False
             self._texture.free()
         self._box = self._source = self._stretched = None
@@ -170,7 +170,7 @@ class DeformedVolume:
         self._volume.Modified()
 
     def _update_paint(self, box, grid):
-        """Set the shader code and the values of what is painted, for a box and its map's grid."""
+        """Set the shader code and the uniforms of the paint, for a box and the grid of its map."""
         material, is_painted = self._volume.GetShaderProperty(), self._paint != (None, False)
         if is_painted:
             shader.set_values(material, volume_paint.values_of(box, grid, *self._paint))

@@ -72,8 +72,8 @@ class RestSurface:
         positions = self.positions + field.displacement
         set_positions(output, positions, self.surface.GetPoints().GetDataType())
         data = output.GetPointData(), output.GetCellData()
-        none = gradients.DirectionArrays((), (), False)
-        point_arrays, cell_arrays = (none.of(attributes) for attributes in data)
+        normals = gradients.DirectionArrays((), (), False)
+        point_arrays, cell_arrays = (normals.of(attributes) for attributes in data)
         if point_arrays:
             parts = jacobians(deformation, positions, self.positions, material)
             warping.transform(data[0], point_arrays, parts, unit=True)
@@ -137,11 +137,11 @@ def state_of(cuts):
 
 def _extract_surface(mesh, surface):
     """Set `surface` to the surface of a dataset, as mappers extract it; its point ids (n,)."""
-    numbered = mesh.NewInstance()
-    numbered.ShallowCopy(without_empty(mesh))
-    arrays.add(numbered.GetPointData(), _POINT, np.arange(mesh.GetNumberOfPoints()))
+    copy = mesh.NewInstance()
+    copy.ShallowCopy(without_empty(mesh))
+    arrays.add(copy.GetPointData(), _POINT, np.arange(mesh.GetNumberOfPoints()))
     extract = vtkDataSetSurfaceFilter()
-    extract.SetInputData(numbered)
+    extract.SetInputData(copy)
     extract.Update()
     surface.ShallowCopy(extract.GetOutput())
     rows = surface.GetPointData().GetArray(_POINT)
