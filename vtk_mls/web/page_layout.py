@@ -25,17 +25,18 @@ CONFIG = {
         },
     }
 }
-# Buttons of the bar: icon, title, key, edit.
+# Buttons of the bar: icon, title, edit, and the class of those that narrow pages hide.
 _TOOLS = (
-    ("mdi-undo", "Undo", "Z", "undo"),
-    ("mdi-redo", "Redo", "Y", "redo"),
-    ("mdi-restore", "Put all handles back", "0", "reset"),
-    ("mdi-fit-to-page-outline", "Show everything", "R", "reset_camera"),
-    ("mdi-compare", "Before and after", "B", "compare"),
-    ("mdi-eye-outline", "Hide or show handles", "Space", "hide_handles"),
+    ("mdi-undo", "Undo (Z)", "undo", ""),
+    ("mdi-redo", "Redo (Y)", "redo", ""),
+    ("mdi-restore", "Put all handles back (0)", "reset", "d-none d-md-inline-flex"),
+    ("mdi-fit-to-page-outline", "Show everything (R)", "reset_camera", "d-none d-md-inline-flex"),
+    ("mdi-compare", "Before and after (B)", "compare", "d-none d-md-inline-flex"),
+    ("mdi-eye-outline", "Hide or show handles (Space)", "hide_handles", "d-none d-md-inline-flex"),
 )
 # Keys of the window that the page lacks.
 _WINDOW_KEYS = "Q", "H   ?", "E"
+_STATUS = ['role="status"']  # trame has no keyword for it
 _NARROW = 900  # pixels; on narrower pages the panel covers the picture
 _IS_NARROW = f"$vuetify.display.width < {_NARROW}"
 
@@ -80,31 +81,16 @@ def _bar(edit, begin):
         classes="ml-3 text-caption text-secondary d-none d-sm-inline",
     )
     v.VSpacer()
-    for icon, text, key, name in _TOOLS:
-        is_first = name in ("undo", "redo")
-        v.VBtn(
-            icon=icon,
-            density="comfortable",
-            classes="" if is_first else "d-none d-md-inline-flex",
-            title=f"{text} ({key})",
-            aria_label=text,
-            click=(edit, f"['{name}']"),
-        )
+    for icon, title, name, classes in _TOOLS:
+        _icon_button(icon, title, (edit, f"['{name}']"), classes)
     v.VDivider(vertical=True, inset=True, classes="mx-2 d-none d-md-block")
-    v.VBtn(
-        icon=("theme === 'dark' ? 'mdi-weather-sunny' : 'mdi-weather-night'",),
-        density="comfortable",
-        classes="d-none d-sm-inline-flex",
-        title="Light or dark",
-        click="theme = theme === 'dark' ? 'light' : 'dark'",
+    _icon_button(
+        ("theme === 'dark' ? 'mdi-weather-sunny' : 'mdi-weather-night'",),
+        "Light or dark",
+        "theme = theme === 'dark' ? 'light' : 'dark'",
+        "d-none d-sm-inline-flex",
     )
-    v.VBtn(
-        icon="mdi-keyboard-outline",
-        density="comfortable",
-        classes="d-none d-sm-inline-flex",
-        title="Keys (H)",
-        click="has_legend = true",
-    )
+    _icon_button("mdi-keyboard-outline", "Keys (H)", "has_legend = true", "d-none d-sm-inline-flex")
     v.VBtn(
         "Save",
         prepend_icon="mdi-content-save-outline",
@@ -115,13 +101,15 @@ def _bar(edit, begin):
         title="Handles, deformed data, displacement field, picture, script (S)",
         click=(begin, "['save']"),
     )
-    v.VBtn(
-        icon="mdi-tune-variant",
-        density="comfortable",
-        title="Panel",
-        aria_label="Panel",
-        click=f"{_IS_NARROW} ? (has_sheet = !has_sheet) : (has_panel = !has_panel)",
+    _icon_button(
+        "mdi-tune-variant",
+        "Panel",
+        f"{_IS_NARROW} ? (has_sheet = !has_sheet) : (has_panel = !has_panel)",
     )
+
+
+def _icon_button(icon, title, click, classes=""):
+    v.VBtn(icon=icon, density="comfortable", classes=classes, title=title, click=click)
 
 
 def _stage(edit, begin):
@@ -144,7 +132,7 @@ def _stage(edit, begin):
         absolute=True,
         style="z-index: 5;",
     )
-    with html.Div(v_if="is_saving", classes="mls-prepared mls-task", role="status"):
+    with html.Div(v_if="is_saving", classes="mls-prepared mls-task", raw_attrs=_STATUS):
         html.Span("{{ task }} {{ progress }} %")
         v.VBtn("Stop", size="x-small", variant="tonal", click=(begin, "['stop']"))
     with html.Div(classes="mls-messages"):
@@ -152,11 +140,11 @@ def _stage(edit, begin):
             "{{ message }}",
             v_if="message && message !== offer",
             classes="mls-message",
-            role="status",
+            raw_attrs=_STATUS,
             click=(edit, "['say', '']"),
         )
         _offer(edit)
-    with html.Div(v_if="prepared < 100 && !is_saving", classes="mls-prepared", role="status"):
+    with html.Div(v_if="prepared < 100 && !is_saving", classes="mls-prepared", raw_attrs=_STATUS):
         v.VProgressCircular(size=16, width=2, model_value=("prepared",), color="primary")
         html.Span("Building kernels of other kinds and cuts: {{ prepared }} %")
     html.Div("{{ status }}", classes="mls-status")
@@ -164,7 +152,7 @@ def _stage(edit, begin):
 
 def _offer(edit):
     """The offer of unsaved handles of another session; other messages do not hide it."""
-    with html.Div(v_if="offer && offer !== put_off", classes="mls-message", role="status"):
+    with html.Div(v_if="offer && offer !== put_off", classes="mls-message", raw_attrs=_STATUS):
         html.Span("{{ offer }}")
         v.VBtn(
             "Bring them back",
