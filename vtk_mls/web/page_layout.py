@@ -117,11 +117,11 @@ def _stage(edit, begin):
         "mls-picture",
         trame_server=None,
         name=("title",),
-        __events=["save", "legend", ("look_key", "look")],
+        __events=["save", "legend", ("preset_key", "preset")],
         __properties=["name"],
         save=(begin, "['save']"),
         legend="has_legend = !has_legend",
-        look_key=(edit, "['look', (look + 1) % looks.length]"),
+        preset_key=(edit, "['preset', (preset + 1) % presets.length]"),
     )
     v.VProgressLinear(
         v_if="is_saving",

@@ -1,4 +1,4 @@
-"""The panel beside the picture: map, cut, handles, look, files."""
+"""The panel beside the picture: map, cut, handles, colors, files."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ def build(edit, begin, max_bytes):
         _shapes(edit)
         _section("Look")
         v.VSelect(
-            items=("looks.map((title, value) => ({ title, value }))",),
-            model_value=("look",),
-            update_modelValue=(edit, "['look', $event]"),
+            items=("presets.map((title, value) => ({ title, value }))",),
+            model_value=("preset",),
+            update_modelValue=(edit, "['preset', $event]"),
             label="Colors and opacities",
             **FIELD,
         )

@@ -25,13 +25,9 @@ _LOCAL_HOSTS = LOOPBACK, "localhost", "::1"
 _ALL_ADDRESSES = "0.0.0.0", "::"
 MAX_DATA_BYTES = 2 << 30  # in an upload
 _PAGE = "vtk_mls_page"  # path of the page's own files
-# What the page waits for, and can stop, by the name of the request.
-_TASKS = {
-    "save": "Saving",
-    "save_session": "Saving",
-    "refine": "Refining",
-    "refine_all": "Refining",
-}
+# Titles of the long tasks, which the page can stop, by the methods of the editor.
+_SAVING = {"save": "Saving", "save_session": "Saving"}
+_TASKS = {**_SAVING, "refine": "Refining", "refine_all": "Refining"}
 _READY = 100  # percent of the kernels are built
 
 
@@ -70,7 +66,7 @@ class Page:
                 "trame__favicon": f"{_PAGE}/icon.svg",
                 "theme": "dark",
                 "is_saving": False,
-                "task": "",  # what goes on while `is_saving`
+                "task": "",  # title of the running task, while `is_saving`
                 "progress": 0,
                 "prepared": _READY,
                 "has_panel": True,  # on wide pages; on narrow ones:
@@ -130,7 +126,7 @@ class Page:
         future.add_done_callback(_print_failure)
 
     def _begin(self, name):
-        """Begin one of `_TASKS`, or stop the one that goes on."""
+        """Begin one of `_TASKS`, or stop the running one."""
         if name == "stop":
             self._is_stopping = True
         elif name in _TASKS and self._task is None:
@@ -139,34 +135,23 @@ class Page:
 
     async def _run(self, name):
         self._show(is_saving=True, progress=0, task=_TASKS[name])
-        calls = {
-            "save": self._save,
-            "save_session": self._save_session,
-            "refine": lambda: self.session.editor.refine(progress=self._progress),
-            "refine_all": lambda: self.session.editor.refine_all(progress=self._progress),
-        }
         with suppress(Exception):  # the editor shows the reason
-            await asyncio.wrap_future(self.session.call(lambda: self._reported(calls[name])))
+            await asyncio.wrap_future(self.session.call(lambda: self._run_in_editor(name)))
         self._task = None
         self._show(is_saving=False)
 
-    def _reported(self, call):
-        """Call in the editor's thread, and show errors."""
+    def _run_in_editor(self, name):
+        """Run one of `_TASKS` in the editor's thread; the editor shows errors."""
         editor = self.session.editor
         editor.finish()
         with editor.document.reporting_errors():
-            call()
-
-    def _save(self):
-        self.session.editor.saver.progress = self._progress
-        self._show_files(self.session.save())
-
-    def _save_session(self):
-        self._show_files(self.session.save_session())
-
-    def _show_files(self, folder):
-        files = _files(self.session.editor.saver.files)
-        self._update({"files": files, "files_at": str(folder.resolve()), "has_files": True})
+            if name not in _SAVING:
+                getattr(editor, name)(progress=self._progress)
+                return
+            editor.saver.progress = self._progress
+            folder = self.session.save(as_session=name == "save_session")
+            files = _files(editor.saver.files)
+            self._update({"files": files, "files_at": str(folder.resolve()), "has_files": True})
 
     async def _prepare(self):
         """Build the kernels of the other maps, and show the progress."""
@@ -262,9 +247,8 @@ def _free_port(host, port):
     """A port that the server can listen on."""
     for candidate in (PORT, 0) if port is None else (port,):
         try:
-            family, _, _, _, address = socket.getaddrinfo(host, candidate, type=socket.SOCK_STREAM)[
-                0
-            ]
+            addresses = socket.getaddrinfo(host, candidate, type=socket.SOCK_STREAM)
+            family, _, _, _, address = addresses[0]
             with socket.create_server(address[:2], family=family) as listener:
                 return listener.getsockname()[1]
         except OSError as error:

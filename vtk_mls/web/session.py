@@ -57,7 +57,7 @@ class Session:
     def __init__(self, on_change):
         self.editor = self.window = self._interactor = None
         self.on_draw = self.on_idle = lambda: None
-        self._on_change, self._panel, self._saved, self.look = on_change, {}, None, 0
+        self._on_change, self._panel, self._saved, self.preset = on_change, {}, None, 0
         self._calls = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._work, name="editor", daemon=True)
         self._thread.start()
@@ -91,7 +91,7 @@ class Session:
         if previous is not None:
             previous.detach()
             self.window.Finalize()
-        self.editor, self.window, self._interactor, self.look = editor, window, interactor, 0
+        self.editor, self.window, self._interactor, self.preset = editor, window, interactor, 0
         del previous
         gc.collect()
         _remove_texts(self.editor)
@@ -114,41 +114,29 @@ class Session:
             self._interactor.UpdateSize(*size)
             self.window.Render()
 
-    def set_look(self, number):
+    def set_preset(self, index):
         """Draw the data with one of their presets; in the editor's thread."""
-        self.look = number
-        self.editor.say(self.editor.scene.set_preset(number))
+        self.preset = index
+        self.editor.say(self.editor.scene.set_preset(index))
         self.editor.slices.show(is_final=True)
         self.editor.select(self.editor.selected)  # draws
 
-    def save(self):
-        """Save all in a folder, and return it; in the editor's thread.
+    def save(self, as_session=False):
+        """Save all files, or a session file, and return their folder; in the editor's thread.
 
         Raises
         ------
         OSError
             With the editor's sentence.
         """
-        if not self.editor.save():
-            raise OSError(self.editor.message)
-        self._saved = self.editor.state
-        saver = self.editor.saver
-        if not saver.takes_session:
-            self.editor.say("Saved.")
-        return saver.files[0].parent if saver.takes_session else saver.folder
-
-    def save_session(self):
-        """Save a session file, and return its folder; in the editor's thread.
-
-        Raises
-        ------
-        OSError
-            With the editor's sentence.
-        """
-        if not self.editor.save_session():
-            raise OSError(self.editor.message)
-        self._saved = self.editor.state
-        return self.editor.saver.session.parent
+        editor, saver = self.editor, self.editor.saver
+        if not (editor.save_session() if as_session else editor.save()):
+            raise OSError(editor.message)
+        self._saved = editor.state
+        if as_session or saver.takes_session:
+            return saver.files[0].parent
+        editor.say("Saved.")
+        return saver.folder
 
     # The thread
 
@@ -196,7 +184,7 @@ class Session:
     def _update_panel(self):
         if self.editor is None:
             return
-        values = panel_values.values_of(self.editor, self._panel, self.look)
+        values = panel_values.values_of(self.editor, self._panel, self.preset)
         values["is_saved"] = self.editor.state is self._saved
         changed = {
             name: value
