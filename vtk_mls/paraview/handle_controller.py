@@ -263,7 +263,7 @@ class HandleController:
                 "Weights": lambda rows: np.insert(rows, indices, 1.0, axis=0),
             }
         else:
-            mask = handle_lists.kept_rows(before, after)
+            mask = handle_lists.remaining_rows(before, after)
             edits = dict.fromkeys((other, "Weights"), lambda rows: rows[mask])
         for name, edit in edits.items():
             rows = handle_lists.pending_rows(proxy.GetProperty(name))
