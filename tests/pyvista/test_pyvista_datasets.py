@@ -14,15 +14,15 @@ from vtk_mls.filters import MLSControlPoints, MLSDeform, MLSDisplacementField, p
 from vtk_mls.vtk import arrays
 
 pyvista = pytest.importorskip("pyvista", "0.48", reason="PyVista is not installed")
-mls = importlib.import_module("vtk_mls.pyvista")  # which makes `mesh.mls` known
+mls = importlib.import_module("vtk_mls.pyvista")  # registers `mesh.mls`
 
 REST = np.array([(x, y, z) for x in (-5, 5) for y in (-5, 5) for z in (-5, 5)], float)
 DEFORMED = REST + (REST[:, :1] > 0) * [2.1, 0.7, 0]
 CUT = HalfPlane((0, 0, 0), (1, 0, 0), (0, 0, 1))
 
 
-def made_by(algorithm, dataset, **properties):
-    """What a filter makes, with control points of our own source."""
+def output_of(algorithm, dataset, **properties):
+    """The output of a filter with control points of our own source."""
     handles = MLSControlPoints()
     handles.SetRestPoints(REST)
     handles.SetDeformedPoints(DEFORMED)
@@ -43,10 +43,10 @@ DATASETS = {
 
 
 @pytest.mark.parametrize("name", DATASETS)
-def test_to_the_bit_what_the_filter_makes(name):
+def test_equal_to_the_filter_to_the_bit(name):
     dataset = DATASETS[name]()
     found = dataset.mls.deform(REST, DEFORMED, cuts=CUT, kind="similarity", alpha=1.5)
-    expected = made_by(MLSDeform(), dataset, Kind="similarity", Alpha=1.5)
+    expected = output_of(MLSDeform(), dataset, Kind="similarity", Alpha=1.5)
     assert type(found) is type(dataset)
     assert found == expected
     assert not np.array_equal(found.points, dataset.points) or name == "image"
@@ -74,8 +74,8 @@ def test_handles_masks_and_faces():
 def test_the_field_is_that_of_the_filter():
     mesh = DATASETS["surface"]()
     found = mesh.mls.field(REST, DEFORMED, cuts=[CUT], sample_dimensions=(5, 6, 7), inverse=True)
-    made = made_by(MLSDisplacementField(), mesh, SampleDimensions=(5, 6, 7), Inverse=True)
-    assert found == made
+    expected = output_of(MLSDisplacementField(), mesh, SampleDimensions=(5, 6, 7), Inverse=True)
+    assert found == expected
     assert found.dimensions == (5, 6, 7)
 
 
@@ -194,8 +194,8 @@ def test_control_points_of_a_selection(kind):
     handles, mesh = selected(kind), DATASETS["surface"]()
     moved = handles.points + handles["Displacement"]
     expected = mesh.mls.deform(np.array(handles.points, float), np.array(moved, float)).points
-    for given in ((handles,), (handles, moved), (handles, pyvista.PolyData(moved))):
-        found = mesh.mls.deform(*given).points
+    for arguments in ((handles,), (handles, moved), (handles, pyvista.PolyData(moved))):
+        found = mesh.mls.deform(*arguments).points
         np.testing.assert_allclose(found, expected, atol=1e-5)
     field = mesh.mls.field(handles, sample_dimensions=(3, 3, 3))
     assert np.abs(field["BackwardDisplacement"]).max() > 0.1

@@ -12,7 +12,7 @@ from vtk_mls import Deformation, Plane
 from vtk_mls.model.options import MAP_TOLERANCE
 
 pyvista = pytest.importorskip("pyvista", "0.48", reason="PyVista is not installed")
-mls = importlib.import_module("vtk_mls.pyvista")  # which makes `mesh.mls` known
+mls = importlib.import_module("vtk_mls.pyvista")  # registers `mesh.mls`
 
 DEFAULT = MAP_TOLERANCE.interactive_default
 

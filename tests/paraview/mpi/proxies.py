@@ -108,10 +108,10 @@ large = simple.Wavelet(WholeExtent=[-24, 23, -20, 21, -22, 22])
 field = simple.MLSDisplacementField(Input=large, ControlPoints=handles)
 image = data(field)
 exact = value.displacement_field(grid(image)).displacement
-within = dataclasses.replace(value, map_tolerance=field.MapTolerance)
-within = within.displacement_field(grid(image)).displacement
-np.testing.assert_array_equal(array(image, "BackwardDisplacement"), within)
-assert not np.array_equal(within, exact)
+coarse_value = dataclasses.replace(value, map_tolerance=field.MapTolerance)
+expected = coarse_value.displacement_field(grid(image)).displacement
+np.testing.assert_array_equal(array(image, "BackwardDisplacement"), expected)
+assert not np.array_equal(expected, exact)
 
 folder.cleanup()
 print(f"done with {SIZE}")
