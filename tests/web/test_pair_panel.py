@@ -144,7 +144,7 @@ def test_a_session_is_saved_and_sent(session, tmp_path):
     path = folder / "session.mls.json"
     assert values["is_saved"]
     assert json.loads(path.read_text("utf-8"))["data"] == ["../moving.vti"]
-    transfers = Transfers(session, tmp_path, 1 << 20, None)
+    transfers = Transfers(session, tmp_path, None)
     do(session, "delete_pair", [0])
     do(session, "comparison", "beside")
     session.call(lambda: transfers._resume(path)).result()

@@ -54,7 +54,7 @@ class Client:
         self.session, self.opened = Session(lambda changed: None), []
         data, paths = [io.read_dataset("ball.vtp")], ["ball.vtp"]
         self.session.call(lambda: self.session.open(data, State([], []), paths, None)).result()
-        self.transfers = Transfers(self.session, self.folder, limit, self.opened.append)
+        self.transfers = Transfers(self.session, self.folder, self.opened.append, limit)
 
     def ask(self, *requests):
         """(status, body) of requests (method, path, data), sent at once."""

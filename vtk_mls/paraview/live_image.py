@@ -34,7 +34,7 @@ class LiveImage(LiveProp):
     draws_images = True
     representations = (*SURFACES, FEATURE_EDGES)
 
-    def __init__(self, display, image, renderer, index=0):
+    def __init__(self, display, image, renderer, index):
         self._mapper = vtkPolyDataMapper()
         apply_colors(self._mapper, display)
         self._has_cell_colors = color_array(display)[0]
@@ -70,7 +70,7 @@ class LiveSlice(LiveProp):
     draws_images = True
     representations = ("Slice",)
 
-    def __init__(self, display, image, renderer, index=0):
+    def __init__(self, display, image, renderer, index):
         self._mapper = vtkPVImageSliceMapper()
         apply_colors(self._mapper, display)
         self._mapper.SetUseXYPlane(pending_value(display, "UseXYPlane", 0))
@@ -99,7 +99,7 @@ class LiveBox(LiveProp):
     draws_images = True
     representations = ("Outline",)
 
-    def __init__(self, display, image, renderer, index=0):
+    def __init__(self, display, image, renderer, index):
         self._grid, outline = vtkImageData(), vtkPVGeometryFilter()
         outline.SetInputData(self._grid)
         outline.SetUseOutline(True)
@@ -122,7 +122,7 @@ class LiveVolume(LiveProp):
     representations = ("Volume",)
     prop_type = vtkVolume
 
-    def __init__(self, display, image, renderer, index=0):
+    def __init__(self, display, image, renderer, index):
         if pending_value(display, "VolumeRenderingMode", 0) not in _GPU_MODES:
             raise ValueError("`Volume Rendering Mode` is neither Smart nor GPU Based")
         self._mapper = vtkGPUVolumeRayCastMapper()

@@ -41,7 +41,7 @@ _NARROW = 900  # pixels; on narrower pages the panel covers the picture
 _IS_NARROW = f"$vuetify.display.width < {_NARROW}"
 
 
-def build(server, edit, begin, max_bytes):
+def build(server, edit, begin):
     """Build the page.
 
     Parameters
@@ -49,8 +49,6 @@ def build(server, edit, begin, max_bytes):
     server : trame's Server
     edit, begin : callable
         `edit(name, value)`; `begin(name)` of a task that may be long, or of "stop".
-    max_bytes : int
-        Limit for uploaded data.
     """
     with VAppLayout(server, vuetify_config=CONFIG) as layout:
         layout.root.theme = ("theme",)
@@ -63,7 +61,7 @@ def build(server, edit, begin, max_bytes):
             width=("Math.min(348, $vuetify.display.width - 42)",),
             mobile_breakpoint=(str(_NARROW),),  # a number for the page, not a string
         ):
-            panel.build(edit, begin, max_bytes)
+            panel.build(edit, begin)
         with v.VMain(style="height: 100dvh;"), html.Div(classes="mls-work"):
             with html.Div(classes="mls-stage"):
                 _stage(edit, begin)

@@ -9,17 +9,17 @@ from trame_client.widgets.core import HtmlElement
 from vtk_mls.editor.distortion import MODES
 from vtk_mls.model import options
 from vtk_mls.web.controls import FIELD, slider, small_button, toggle, wide_button
-from vtk_mls.web.transfers import MAX_HANDLE_BYTES
+from vtk_mls.web.transfers import MAX_DATA_BYTES, MAX_HANDLE_BYTES
 
 _CUTS = ("none", "None"), ("plane", "Plane"), ("half-plane", "Half-plane")
 
 
-def build(edit, begin, max_bytes):
+def build(edit, begin):
     """Build the panel.
 
     Parameters
     ----------
-    edit, begin, max_bytes
+    edit, begin
         As of `page_layout.build`.
     """
     with html.Div(classes="pa-4 d-flex flex-column", style="gap: 14px;"):
@@ -46,7 +46,7 @@ def build(edit, begin, max_bytes):
             **FIELD,
         )
         _section("Files")
-        _files(edit, begin, max_bytes)
+        _files(edit, begin)
 
 
 def _items(titles):
@@ -220,11 +220,11 @@ def _table(edit):
         v.VIcon("mdi-pin", v_if="item.fixed", size="x-small", classes="ml-2")
 
 
-def _files(edit, begin, max_bytes):
+def _files(edit, begin):
     wide_button("Saved files ...", "mdi-download", "has_files = true", v_if="files.length")
     for kind, title, icon, limit in (
         ("handles", "Open handles ...", "mdi-vector-point", MAX_HANDLE_BYTES),
-        ("data", "Open an image or a mesh ...", "mdi-folder-open-outline", max_bytes),
+        ("data", "Open an image or a mesh ...", "mdi-folder-open-outline", MAX_DATA_BYTES),
         ("session", "Open session ...", "mdi-folder-clock-outline", MAX_HANDLE_BYTES),
     ):
         HtmlElement(

@@ -23,7 +23,6 @@ from vtk_mls.web.transfers import Transfers
 LOOPBACK, PORT = "127.0.0.1", 8080
 _LOCAL_HOSTS = LOOPBACK, "localhost", "::1"
 _ALL_ADDRESSES = "0.0.0.0", "::"
-MAX_DATA_BYTES = 2 << 30  # in an upload
 _PAGE = "vtk_mls_page"  # path of the page's own files
 # Titles of the long tasks, which the page can stop, by the methods of the editor.
 _SAVING = {"save": "Saving", "save_session": "Saving"}
@@ -40,18 +39,16 @@ class Page:
         For uploads.
     results : Path
         Gets a folder for each uploaded dataset that is saved.
-    max_bytes : int
-        Limit for uploaded data.
     """
 
-    def __init__(self, folder, results, max_bytes=MAX_DATA_BYTES):
+    def __init__(self, folder, results):
         os.environ.setdefault("TRAME_ARGS", "--server")  # hides our options from trame
         os.environ["WSLINK_READY_MSG"] = ""
         self._results, self._loop, self._preparation = results, None, None
         self._task, self._is_stopping = None, False
         self.session = Session(self._update)
         self._picture = Picture(self.session)
-        self._transfers = Transfers(self.session, folder, max_bytes, self._note_upload)
+        self._transfers = Transfers(self.session, folder, self._note_upload)
         self._server = get_server("vtk-mls", client_type="vue3")
         self._server.enable_module(
             {
@@ -90,8 +87,8 @@ class Page:
         name = Path(paths[0]).name
         self._server.state.update({"title": name, "trame__title": f"{name} - vtk-mls"})
 
-    def serve(self, host, port, ready):
-        """Answer until the process is ended; `ready` is called with the address of the page."""
+    def serve(self, host, port):
+        """Print the address of the page, and answer until the process is ended."""
         token = access.new_token()
 
         def bind(server):
@@ -101,12 +98,15 @@ class Page:
 
         def begin(**_):
             self._loop = asyncio.get_running_loop()
-            ready(f"http://{_address_name(host)}:{self._server.port}/?token={token}")
+            address = f"http://{_address_name(host)}:{self._server.port}/?token={token}"
+            print(
+                f"The page is at {address}\n(Ctrl-C ends it; unsaved handles are kept.)", flush=True
+            )
             self._preparation = self._loop.create_task(self._prepare())
 
         self._server.controller.on_server_bind.add(bind)
         self._server.controller.on_server_ready.add(begin)
-        page_layout.build(self._server, self._edit, self._begin, self._transfers.max_bytes)
+        page_layout.build(self._server, self._edit, self._begin)
         self._server.start(
             port=port, host=host, open_browser=False, show_connection_info=False, timeout=0
         )
@@ -211,17 +211,13 @@ def serve(
     page = Page(Path(temporary), folder or Path())
     page.open(datasets, state, paths, folder, target, session)
     _warn_if_remote(host)
-    page.serve(host, port, _print_address)
+    page.serve(host, port)
 
 
 def _print_failure(future):
     """Print the traceback of an error that the editor does not show."""
     if future.exception() is not None:
         traceback.print_exception(future.exception())
-
-
-def _print_address(address):
-    print(f"The page is at {address}\n(Ctrl-C ends it; unsaved handles are kept.)", flush=True)
 
 
 def _warn_if_remote(host):

@@ -49,9 +49,9 @@ class Session:
 
     Notes
     -----
-    OpenGL belongs to the thread that drew first, and so do VTK's objects that hold buffers and
-    textures. Python's collector would free those of reference cycles in any thread. It is therefore
-    switched off for the process, which serves one page, and called by this thread when it is idle.
+    An OpenGL context belongs to the thread that drew first, and so do VTK's objects with buffers
+    and textures. Python's garbage collector would free such objects in any thread. It is therefore off
+    in this process, which serves one page; this thread calls it when it is idle.
     """
 
     def __init__(self, on_change):

@@ -22,7 +22,7 @@ from vtk_mls.files import session_files
 from vtk_mls.files.paths import replacing
 
 ALL = "all.zip"
-MAX_HANDLE_BYTES = 64 << 20
+MAX_DATA_BYTES, MAX_HANDLE_BYTES = 2 << 30, 64 << 20  # in an upload
 _READERS = {"data": "vtk_mls.io:read_dataset", "handles": "vtk_mls.io:read_control_points"}
 _KINDS = *_READERS, "session"
 _READING_TIMEOUT = 300  # seconds
@@ -36,14 +36,14 @@ class Transfers:
     session : Session
     folder : Path
         For uploads.
-    max_bytes : int
-        Limit for data.
     on_open : callable
         Called with the name of uploaded data that are shown.
+    max_bytes : int, optional
+        Limit for data.
     """
 
-    def __init__(self, session, folder, max_bytes, on_open):
-        self._session, self._folder, self.max_bytes = session, folder, max_bytes
+    def __init__(self, session, folder, on_open, max_bytes=MAX_DATA_BYTES):
+        self._session, self._folder, self._max_bytes = session, folder, max_bytes
         self._on_open, self._current = on_open, None  # the folder of the data that are shown
         self._upload_lock = asyncio.Lock()
 
@@ -75,7 +75,7 @@ class Transfers:
         kind, name = request.match_info["kind"], Path(request.match_info["name"]).name
         if kind not in _KINDS or not name.strip("."):
             raise web.HTTPNotFound()
-        limit = self.max_bytes if kind == "data" else MAX_HANDLE_BYTES
+        limit = self._max_bytes if kind == "data" else MAX_HANDLE_BYTES
         async with self._upload_lock:  # at most one file beside the current data
             folder = Path(tempfile.mkdtemp(dir=self._folder))
             try:
