@@ -50,8 +50,8 @@ class Session:
     Notes
     -----
     An OpenGL context belongs to the thread that drew first, and so do VTK's objects with buffers
-    and textures. Python's garbage collector would free such objects in any thread. It is therefore off
-    in this process, which serves one page; this thread calls it when it is idle.
+    and textures. Python's garbage collector would free such objects in any thread. Therefore it is
+    off in this process, which serves one page, and this thread calls it when it is idle.
     """
 
     def __init__(self, on_change):
