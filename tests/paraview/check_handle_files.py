@@ -1,4 +1,4 @@
-"""Control points that ParaView has saved, and those of text files, are read again."""
+"""Control points are read from files that ParaView saved and from text files."""
 
 import os
 import tempfile

@@ -44,7 +44,7 @@ def test_a_shader_that_does_not_build(start):
 
 
 @pytest.mark.matrix
-def test_a_volume_that_is_not_drawn_by_the_graphics_card(start):
+def test_a_volume_drawn_without_the_graphics_card(start):
     with start() as gui:
         gui.run(SETUP + LIVE + "display = simple.GetDisplayProperties(wavelet, view)")
         gui.run("display.VolumeRenderingMode = 'Ray Cast Only'; simple.Render(view)")

@@ -83,7 +83,7 @@ def test_a_client_of_pvserver(start):
 
 
 def await_line(process, words, seconds=60):
-    """Read what a process prints until a line with `words` comes."""
+    """Read the output of a process up to a line with `words`."""
     too_long = threading.Timer(seconds, os.killpg, (process.pid, signal.SIGKILL))
     too_long.start()
     lines = []

@@ -140,7 +140,7 @@ def test_markups_in_two_files(tmp_path):
     np.testing.assert_allclose(handles["Displacement"], DEFORMED - REST)
 
 
-def test_pyvista_reads_what_only_control_points_are_in(tmp_path):
+def test_pyvista_reads_formats_of_control_points(tmp_path):
     from vtk_mls.files import control_point_files
 
     control_point_files.write(tmp_path / "p.fcsv", REST, REST)
@@ -148,13 +148,13 @@ def test_pyvista_reads_what_only_control_points_are_in(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["table.csv", "table.txt", "other.json"])
-def test_files_of_others_are_left_to_others(name, tmp_path):
+def test_ambiguous_formats_are_not_registered(name, tmp_path):
     (tmp_path / name).write_text("1,2,3\n")
     with pytest.raises(Exception, match="meshio|not able to be automatically read|file type"):
         pyvista.read(tmp_path / name)
 
 
-def test_entry_points_name_what_there_is():
+def test_entry_points_exist():
     from vtk_mls.pyvista import readers
 
     tomllib = pytest.importorskip("tomllib", reason="Python has no tomllib")
@@ -166,7 +166,7 @@ def test_entry_points_name_what_there_is():
     assert set(points["pyvista.readers"].values()) == {"vtk_mls.pyvista.readers:read"}
 
 
-def test_filters_of_pyvista_go_on():
+def test_filters_of_pyvista_take_the_result():
     found = DATASETS["image"]().mls.deform(REST, DEFORMED).contour([150])
     assert arrays.to_numpy(found.GetPoints().GetData()).shape == (found.n_points, 3)
 
@@ -209,7 +209,7 @@ def test_control_points_of_a_selection(kind):
         (pyvista.MultiBlock, TypeError, "`rest` must be positions or a dataset with points of its"),
     ],
 )
-def test_what_is_missing_is_named(handles, error, sentence):
+def test_invalid_control_points_are_named(handles, error, sentence):
     with pytest.raises(error, match=sentence):
         DATASETS["surface"]().mls.deform(handles())
 

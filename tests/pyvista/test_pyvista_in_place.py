@@ -1,4 +1,4 @@
-"""What numpy changes in place is in the next answer, also on devices that keep images."""
+"""Changes of arrays in place are in the next result, also on devices that cache images."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def test_values_with_a_gradient():
     np.testing.assert_array_equal(found["Gradient"], 0)
 
 
-def test_nothing_is_kept_on_the_device(memory):
+def test_no_image_stays_on_the_device(memory):
     deformed(image())
     assert not memory._resident
 
@@ -119,7 +119,7 @@ def test_a_deformation_copies_its_arguments():
         np.testing.assert_array_equal(d.displacement_field(grid).displacement, field)
 
 
-def test_arrays_without_a_version_are_read_at_each_question():
+def test_arrays_without_a_version_are_read_each_time():
     values, deformation = np.arange(1000.0).reshape(10, 10, 10), Deformation(REST, DEFORMED)
     grid = Grid((10, 10, 10))
     deformation.resample([values], grid)
@@ -130,8 +130,8 @@ def test_arrays_without_a_version_are_read_at_each_question():
 
 
 @pytest.mark.parametrize("make", [MLSDeform, MLSDisplacementField])
-def test_a_filter_of_a_pipeline_sees_what_is_modified(make):
-    """As all of VTK: who writes by numpy calls `Modified`."""
+def test_a_filter_in_a_pipeline_follows_modified_arrays(make):
+    """As in all of VTK, the caller of numpy calls `Modified`."""
     data, handles = image(), pyvista.PolyData(REST)
     handles["Displacement"] = DEFORMED - REST
     filter_ = make()

@@ -143,7 +143,7 @@ def test_blocks_keep_their_types_names_and_places():
     assert (interpolated % 10 != 0).any()
 
 
-def test_the_field_keeps_what_it_passes_on():
+def test_the_field_keeps_field_data():
     for data in (with_arrays(MESHES["surface"]), with_arrays(IMAGE)):
         field = data.mls.field(REST, DEFORMED, sample_dimensions=(4, 4, 4))
         assert field.field_data["field flags"].dtype == bool
@@ -182,7 +182,7 @@ def test_the_result_can_be_processed_further(name, tmp_path):
         assert clean["double"].dtype == np.complex128
 
 
-def test_the_dataset_itself_stays_as_it_is():
+def test_the_input_is_not_changed():
     data = with_arrays(MESHES["surface"])
     data.user_dict = None  # copies of datasets with one are not equal to these
     copy = data.copy(deep=True)

@@ -19,7 +19,7 @@ edit = plotter.mls.edit(mesh)
 viewer = plotter.show(jupyter_backend="server", return_viewer=True)
 viewer
 """,
-    # what the page asks for; the kernel's loop must be free to answer
+    # the request of the page; the loop of the kernel must be free to answer
     """
 import asyncio
 page = await asyncio.to_thread(lambda: urllib.request.urlopen(viewer.src, timeout=20).read())

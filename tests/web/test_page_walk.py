@@ -22,7 +22,7 @@ _HAS_MOVED = "[...document.querySelectorAll('.mls-row .moved')].some(cell => cel
 
 
 class Steps:
-    """Counts what the user does, and takes a picture after each."""
+    """Counts the actions of the user, and takes a picture after each."""
 
     def __init__(self, page):
         self.count, self._page = 1, page  # the command

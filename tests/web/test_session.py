@@ -172,7 +172,7 @@ def test_shapes_names_and_numbers_by_the_panel():
     assert (values["has_mask"], len(values["rows"]), values["rows"][4]["name"]) == (False, 27, "5")
 
 
-def test_a_page_that_is_gone_holds_nothing():
+def test_a_closed_page_releases_the_mouse():
     session = opened(ball_mesh())
     picture = Picture(session)
     width, height = session.window.GetSize()
@@ -195,14 +195,14 @@ def test_a_page_that_is_gone_holds_nothing():
     moved = session.editor.state
     send("move", by=80)
     assert session.editor.state is moved
-    # nor is the camera held, beside handles
+    # the camera neither, when the press was beside handles
     camera = session.editor.scene.renderer.GetActiveCamera()
     session.call(lambda: session.send({"type": "down", "x": 0, "y": 0, "button": 0})).result()
     picture._release_buttons()
     session.call(lambda: None).result()
-    seen_from = camera.GetPosition()
+    position = camera.GetPosition()
     session.call(lambda: session.send({"type": "move", "x": 0.4, "y": 0.2})).result()
-    assert camera.GetPosition() == seen_from
+    assert camera.GetPosition() == position
 
 
 def test_slices_have_the_preset_of_the_panel(monkeypatch):

@@ -82,7 +82,7 @@ def nearby_predictions(
 
 
 def nearest(pairs: PointPairs, rows: NDArray[np.int64], count: int) -> NDArray[np.int64]:
-    """Those of the pairs `rows` whose q is nearest to that of each pair, without itself: (n, k)."""
+    """The `count` pairs of `rows` with the nearest q to each pair, without itself: (n, k)."""
     count = min(count, len(rows) - 1)
     result = np.empty((len(pairs), count), np.int64)
     for part in _slices(np.arange(len(pairs)), 3 * len(rows)):

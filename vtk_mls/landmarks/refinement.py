@@ -51,7 +51,7 @@ class Image:
 
 @dataclass(frozen=True, eq=False)
 class Refinement:
-    """What `refine` found for n landmarks.
+    """The result of `refine` for n landmarks.
 
     Attributes
     ----------

@@ -171,7 +171,7 @@ class Session:
             self._interactor.InvokeEvent("TimerEvent")
             self._update_panel()
             self.on_idle()
-        except Exception as error:  # the thread goes on: no other one does its work
+        except Exception as error:  # the thread must not end
             self._report(error)
 
     def _report(self, error):
@@ -222,7 +222,7 @@ class Session:
             if not len(state.grips):
                 state = state.with_handle(bounds[0], bounds[0])
             state = state.moved([0], state.grips.rest[:1] + step)
-        self._interactor.InvokeEvent("TimerEvent")  # pictures are coarse where time goes on
+        self._interactor.InvokeEvent("TimerEvent")  # with a running timer pictures are coarse first
         with suppress(ValueError, RuntimeError):  # the first edit reports it
             self.editor.document.preview(state.changed(anchored=None))
             self._interactor.InvokeEvent("TimerEvent")

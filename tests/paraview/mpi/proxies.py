@@ -57,7 +57,7 @@ def check(deform, field, value=value):
         assert expected.void.any() or value.in_rest_frame  # all that the cut parts moves alike
 
 
-# Control points that every process has, and those of a table, which one process reads.
+# Control points on every process, and from a table that one process reads.
 deform = simple.MLSDeform(Input=source, ControlPoints=control_points())
 field = simple.MLSDisplacementField(Input=source, ControlPoints=deform.ControlPoints)
 deform.MapTolerance = field.MapTolerance = 0
