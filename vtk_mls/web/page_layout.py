@@ -150,7 +150,7 @@ def _stage(edit, begin):
 
 def _offer(edit):
     """The offer of unsaved handles of another session; other messages do not hide it."""
-    with html.Div(v_if="offer && offer !== put_off", classes="mls-message", raw_attrs=_STATUS):
+    with html.Div(v_if="offer && offer !== hidden_offer", classes="mls-message", raw_attrs=_STATUS):
         html.Span("{{ offer }}")
         v.VBtn(
             "Bring them back",
@@ -159,7 +159,7 @@ def _offer(edit):
             classes="ml-3",
             click=(edit, "['accept']"),
         )
-        v.VBtn("Later", variant="text", size="small", classes="ml-1", click="put_off = offer")
+        v.VBtn("Later", variant="text", size="small", classes="ml-1", click="hidden_offer = offer")
         v.VBtn("Drop them", variant="text", size="small", click=(edit, "['decline']"))
 
 
@@ -181,7 +181,7 @@ def _legend():
 def _saved_files():
     """A dialog with the files that were saved last, for download."""
     dialog = v.VDialog(v_model=("has_files", False), max_width=480, scrollable=True)
-    with dialog, v.VCard(title="Saved", subtitle=("'in ' + files_at",)):
+    with dialog, v.VCard(title="Saved", subtitle=("'in ' + saved_folder",)):
         with v.VCardText(classes="px-2 py-0"), v.VList(density="compact", nav=True):
             v.VListItem(
                 v_for="file in files",

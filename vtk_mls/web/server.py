@@ -68,9 +68,9 @@ class Page:
                 "prepared": _READY,
                 "has_panel": True,  # on wide pages; on narrow ones:
                 "has_sheet": False,
-                "put_off": "",  # the offer that is hidden for now
+                "hidden_offer": "",  # hidden until there is another one
                 "files": [],
-                "files_at": "",
+                "saved_folder": "",
             }
         )
 
@@ -113,7 +113,7 @@ class Page:
 
     def _note_upload(self, name):
         """Called when uploaded data are shown."""
-        self._show(title=name, files=[], put_off="")
+        self._show(title=name, files=[], hidden_offer="")
         saver = self.session.editor.saver
         saver.within, saver.copies_data = self._results, True
 
@@ -151,7 +151,7 @@ class Page:
             editor.saver.progress = self._progress
             folder = self.session.save(as_session=name == "save_session")
             files = _files(editor.saver.files)
-            self._update({"files": files, "files_at": str(folder.resolve()), "has_files": True})
+            self._update({"files": files, "saved_folder": str(folder.resolve()), "has_files": True})
 
     async def _prepare(self):
         """Build the kernels of the other maps, and show the progress."""
