@@ -165,12 +165,12 @@ def element(prop, domain="", default=""):
 
 
 @element.register
-def _(prop: properties.Number, domain=""):
-    return _numeric(prop, [prop.default], domain)
+def _(prop: properties.Number):
+    return _numeric(prop, [prop.default], "")
 
 
 @element.register
-def _(prop: properties.Slider, domain=""):
+def _(prop: properties.Slider):
     kind = _kind(prop.default)
     limits = xml(f"{kind}RangeDomain", name="range", min=prop.low, max=prop.high)
     return _numeric(prop, [prop.default], limits)
@@ -183,39 +183,39 @@ def _(prop: properties.Vector, domain=""):
 
 
 @element.register
-def _(prop: properties.Choice, domain=""):
+def _(prop: properties.Choice):
     hints = _hints(prop)
     return choice(prop.name, prop.choices, prop.default, prop.help, hints, **_level(prop))
 
 
 @element.register
-def _(prop: properties.Flag, domain=""):
+def _(prop: properties.Flag):
     return check_box(prop.name, prop.help, default=int(prop.default))
 
 
 @element.register
-def _(prop: properties.Text, domain=""):
+def _(prop: properties.Text):
     return vector("String", prop.name, prop.default, prop.help, _hints(prop), **_level(prop))
 
 
 @element.register
-def _(prop: properties.FileName, domain=""):
+def _(prop: properties.FileName):
     return _file(prop, formats.extensions(formats.POINTS), "Handles")
 
 
 @element.register
-def _(prop: properties.TransformFile, domain=""):
+def _(prop: properties.TransformFile):
     return _file(prop, formats.extensions(formats.FIELD), "Transforms")
 
 
 @element.register
-def _(prop: properties.ArrayName, domain=""):
+def _(prop: properties.ArrayName):
     arrays = array_choice("scalars", "Input", none_string="none")
     return vector("String", prop.name, "none", prop.help, arrays, _hints(prop, xml("NoDefault")))
 
 
 @element.register
-def _(prop: properties.ArrayNames, domain=""):
+def _(prop: properties.ArrayNames):
     return vector(
         "String",
         prop.name,
