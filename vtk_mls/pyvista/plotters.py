@@ -37,8 +37,8 @@ class Editing:
         """Deform datasets by the mouse, in this plotter's window.
 
         They are drawn as they move: images as volumes, all else as surfaces, on the editor's dark
-        background unless another is set after this. Call `show` of the plotter then; the key H
-        shows what mouse and keys do.
+        background unless another is set afterwards. Then call `show` of the plotter; the key H
+        lists mouse and keys.
 
         Parameters
         ----------
@@ -52,7 +52,7 @@ class Editing:
         Returns
         -------
         Edit
-            What is edited, also when the window is closed.
+            The edited state, also after the window is closed.
 
         Raises
         ------
@@ -65,7 +65,7 @@ class Editing:
         return self._edit
 
     def _check(self):
-        """Raise if there is no place for an editor."""
+        """Raise a ValueError if the plotter cannot have an editor."""
         if self._plotter.render_window is None:
             raise ValueError("the plotter is closed; make a new one to edit in")
         if len(self._plotter.renderers) > 1:
@@ -81,7 +81,7 @@ class Editing:
 
 
 class Edit:
-    """What is edited in a plotter.
+    """An edit in a plotter.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ class Edit:
         self._datasets, self._plotter = datasets, plotter
         self.editor = Editor(plotter.iren.interactor, datasets, state)
         self._is_open = True
-        plotter.camera_set = True  # the first picture is not to turn it
+        plotter.camera_set = True  # otherwise the first picture turns it
         plotter.set_background(BOTTOM, top=TOP)
         self.editor.say("H shows what mouse and keys do.")
 
@@ -153,7 +153,7 @@ class Edit:
             raise ValueError(self.editor.message)
 
     def close(self):
-        """Leave the plotter to itself; what is edited stays."""
+        """Detach the editor from the plotter; the edited state stays."""
         if self._is_open:
             self._is_open = False
             self.editor.detach()
