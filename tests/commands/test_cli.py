@@ -23,7 +23,7 @@ from vtk_mls import (
     io,
 )
 from vtk_mls.cli import main
-from vtk_mls.engine.device import drivers
+from vtk_mls.engine.device import device_check, drivers
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 
@@ -235,7 +235,19 @@ def test_doctor_shows_checked_devices(tmp_path):
     assert "million points/s" in out
     assert f"result kept in {folder}" in out
     assert "Testing" not in run("doctor", XDG_CACHE_HOME=folder)[2]
-    assert "Testing" in run("doctor", "--retest", XDG_CACHE_HOME=folder)[2]
+
+
+def test_doctor_checks_devices_again(monkeypatch):
+    rechecks, results = [], device_check.results
+
+    def record(devices, recheck=False):
+        rechecks.append(recheck)
+        return results(devices)
+
+    monkeypatch.setattr(device_check, "results", record)
+    main(["doctor", "--retest"])
+    main(["doctor"])
+    assert rechecks == [True, False]
 
 
 @pytest.mark.skipif(not DEVICES, reason="no OpenCL device that computes right")
