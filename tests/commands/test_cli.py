@@ -23,7 +23,7 @@ from vtk_mls import (
     io,
 )
 from vtk_mls.cli import main
-from vtk_mls.engine.device import device_check, drivers
+from vtk_mls.engine.device import caches, device_check, drivers
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 
@@ -226,10 +226,12 @@ def test_doctor_lists_problems():
 
 
 @pytest.mark.skipif(not DEVICES, reason="no OpenCL device that computes right")
-def test_doctor_shows_checked_devices(tmp_path):
-    folder = str(tmp_path)
-    status, out, _ = run("doctor", VTK_MLS_DEVICE=DEVICES[0], XDG_CACHE_HOME=folder)
+@pytest.mark.parametrize("cache", ["usual", pytest.param("empty", marks=pytest.mark.matrix)])
+def test_doctor_shows_checked_devices(cache, tmp_path):
+    folder = str(tmp_path if cache == "empty" else caches.folder())
+    status, out, err = run("doctor", VTK_MLS_DEVICE=DEVICES[0], XDG_CACHE_HOME=folder)
     assert status == 0
+    assert ("Testing" in err) == (cache == "empty")
     assert f"-> {DEVICES[0]} " in out
     assert "computes right with" in out
     assert "million points/s" in out
