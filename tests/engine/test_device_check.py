@@ -276,8 +276,18 @@ def test_python_is_found_in_embedding_programs(tmp_path, monkeypatch):
     ("question", "changed", "found"),
     [
         ("jacobian", "answer + 0.01", "rigid Jacobian, cut: off by 0.01"),
-        ("jacobian", "answer * float('nan')", "rigid Jacobian, cut: off by nan"),
-        ("forward", "(answer[0] + 0.1, answer[1])", "similarity inverse, fixed cut: off by "),
+        pytest.param(
+            "jacobian",
+            "answer * float('nan')",
+            "rigid Jacobian, cut: off by nan",
+            marks=pytest.mark.matrix,
+        ),
+        pytest.param(
+            "forward",
+            "(answer[0] + 0.1, answer[1])",
+            "similarity inverse, fixed cut: off by ",
+            marks=pytest.mark.matrix,
+        ),
     ],
 )
 def test_wrong_results_are_detected(question, changed, found, fresh, monkeypatch):
@@ -318,7 +328,7 @@ print(Deformation([[0, 0, 0]], [[1, 2, 3]]).backward([[5, 5, 5]]).tolist())
 
 
 @pytest.mark.skipif(not DEVICES, reason="no OpenCL device that computes right")
-@pytest.mark.parametrize("home", ["empty", pytest.param("none", marks=pytest.mark.long)])
+@pytest.mark.parametrize("home", ["empty", pytest.param("none", marks=pytest.mark.matrix)])
 def test_processes_that_start_together(tmp_path, home):
     """With an empty record, or no place for one, and for no other cache."""
     variables = {k: v for k, v in os.environ.items() if k not in ("HOME", "XDG_CACHE_HOME")}
