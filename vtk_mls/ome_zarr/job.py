@@ -176,7 +176,7 @@ def _parts(job):
 def _executor(scheduler):
     """An executor, and the number of blocks to submit at a time."""
     if not scheduler:
-        count = min(_MAX_THREADS, (os.cpu_count() or 1) + 1)
+        count = min(_MAX_THREADS, max(2, os.cpu_count() or 1))
         with concurrent.futures.ThreadPoolExecutor(count) as executor:
             yield executor, count
         return
