@@ -15,6 +15,7 @@ from vtkmodules.vtkRenderingCore import (
 
 from vtk_mls import Grid
 from vtk_mls.editor import polydata
+from vtk_mls.editor.landmark_texts import LandmarkNames
 from vtk_mls.editor.projection import Projection
 from vtk_mls.editor.scene_mesh import OUTLINE_COLOR
 from vtk_mls.vtk import arrays
@@ -63,6 +64,7 @@ class SlicePane:
         self._label.GetTextProperty().SetColor(_AXIS_COLORS[axis])
         for prop in (image, lines, outlines, cross, self._handles, self._label):
             self.renderer.AddViewProp(prop)
+        self._names = LandmarkNames(self.renderer)
         middle, camera = bounds.mean(axis=0), self.renderer.GetActiveCamera()
         camera.ParallelProjectionOn()
         camera.SetFocalPoint(middle)
@@ -109,9 +111,11 @@ class SlicePane:
         self._label.SetInput(f"{'xyz'[self.axis]} = {self._position:.4g}")
         self.renderer.ResetCameraClippingRange()
 
-    def show_handles(self, positions, colors, are_visible):
-        """Draw handles at positions (n, 3) with colors (n, 3)."""
-        self._balls.SetPoints(polydata.points(self._in_front(positions, 2)))
+    def show_handles(self, positions, colors, are_visible, names=None):
+        """Draw handles at positions (n, 3) with colors (n, 3), and names as of `Slices`."""
+        places = self._in_front(positions, 2)
+        self._names.show(places, *(names or ([], [])), are_visible)
+        self._balls.SetPoints(polydata.points(places))
         self._balls.SetVerts(polydata.cells(np.arange(len(positions))[:, None]))
         self._balls.GetPointData().SetScalars(polydata.colors(colors))
         self._balls.Modified()

@@ -123,6 +123,7 @@ class TargetView:
     def draw(self, state, colors, hovered, selected, deformation, are_visible):
         """Place the landmarks of a `State`, with colors (g, 3), on both sides."""
         positions, names = state.grips.deformed, names_of(state)
+        priorities = np.isin(np.arange(len(names) + 1), [*selected, len(names)]).astype(int)
         sides = {MOVING: (positions, colors, names), TARGET: (positions, colors, names)}
         pending = state.pending
         if pending is not None:
@@ -139,8 +140,9 @@ class TargetView:
         for side, scene, slices in views:
             places, place_colors, place_names = sides[side]
             scene.glyphs.draw(places, places, place_colors, hovered)
-            slices.show_handles(places, place_colors, are_visible)
-            self._names[side].show(places, place_names, are_visible)
+            place_names = place_names, priorities[: len(place_names)]
+            slices.show_handles(places, place_colors, are_visible, place_names)
+            self._names[side].show(places, *place_names, are_visible)
         self._text.set_table(state.pairs if self._has_table else None, selected)
         self._text.set_visible(are_visible)
 
@@ -170,7 +172,7 @@ class TargetView:
         self._moving_slices.restore(self._moving.bounds)
         for actor in self._ghosts:
             self._moving.renderer.RemoveActor(actor)
-        self._names[MOVING].show(np.zeros((0, 3)), [], False)
+        self._names[MOVING].show(np.zeros((0, 3)), [], [], False)
         self._overlay.move_to()
         self._overlay.set_hint(keys.HINT)
         self.scene.detach()
