@@ -133,9 +133,16 @@ class Document:
         """Preview new positions (m, 3) of the dragged grips."""
         self.preview(self.committed.moved(self._dragged, positions))
 
+    def drag_on_data_to(self, positions):
+        """Show the dragged landmarks at other positions (m, 3) on the data, which do not follow."""
+        self.view.target.dragged = self._dragged, positions
+        self.draw(is_moving=True)
+
     def let_go(self):
         """End the drag and commit it."""
         self._dragged, self.grabbed = NO_ROWS, None
+        if self.view.target is not None and self.view.target.dragged is not None:
+            self._correct_rest()
         if (self.state.grips.deformed == self.committed.grips.deformed).all():
             self.state, self._is_preview_due = self.committed, False
             self.draw(is_moving=True)
@@ -227,6 +234,20 @@ class Document:
         except OSError as error:
             self.say(sentence_of(error))
             self.draw()
+
+    def _correct_rest(self):
+        """Move p of dragged landmarks to where they are let go on the data."""
+        target, state = self.view.target, self.state
+        (rows, places), target.dragged = target.dragged, None
+        deformation, is_free = self.view.distortion.deformation, ~state.anchored[rows]
+        places = places if deformation is None else deformation.backward(places)
+        if not np.isfinite(places[is_free]).all():
+            self.say("There are no data at this place, which a cut has opened.")
+            self.draw()
+            return
+        rest = state.rest.copy()
+        rest[rows[is_free]] = places[is_free]
+        self.change(state.changed(rest=rest))
 
     def _show_preview(self):
         self._is_preview_due = False

@@ -30,6 +30,7 @@ class LandmarkNames:
         font.SetFontSize(_SIZE)
         font.SetColor(_COLOR)
         font.SetJustificationToLeft()
+        font.BoldOn()
         font.ShadowOn()
         mapper.SetInputConnection(labels.GetOutputPort())
         self._actor.SetMapper(mapper)

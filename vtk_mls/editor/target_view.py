@@ -39,6 +39,8 @@ class TargetView:
     start : (p, q) or None
         The middles of sides that hardly overlap: the data are drawn moved by q - p as long as
         nothing deforms them.
+    dragged : (rows, positions) or None
+        Where landmarks are drawn on the moving data while the mouse drags them there.
     """
 
     def __init__(self, view, target):
@@ -50,6 +52,7 @@ class TargetView:
         self._own_camera = self.scene.renderer.GetActiveCamera()
         self.scene.renderer.SetActiveCamera(camera)
         self._comparison, self._ghosts, self._has_table = Comparison(), [], True
+        self.dragged = None
         self.start = self._start()
         bounds = self._bounds()
         for slices in (self._moving_slices, self.slices):
@@ -124,7 +127,10 @@ class TargetView:
         """Place the landmarks of a `State`, with colors (g, 3), on both sides."""
         positions, names = state.grips.deformed, names_of(state)
         priorities = np.isin(np.arange(len(names) + 1), [*selected, len(names)]).astype(int)
-        sides = {MOVING: (positions, colors, names), TARGET: (positions, colors, names)}
+        on_data = positions.copy()
+        if self.dragged is not None:
+            rows, on_data[rows] = self.dragged
+        sides = {MOVING: (on_data, colors, names), TARGET: (positions, colors, names)}
         pending = state.pending
         if pending is not None:
             place = pending.position[None]
@@ -132,7 +138,7 @@ class TargetView:
                 place = deformation.forward(place)
             if np.isfinite(place).all():
                 sides[pending.side] = (
-                    np.vstack([positions, place]),
+                    np.vstack([sides[pending.side][0], place]),
                     np.vstack([colors, PENDING]).astype(np.uint8),
                     [*names, pending.label],
                 )

@@ -87,7 +87,7 @@ def _rows(state):
 
 def _pairs(state, scores):
     """Rows of the table of pairs, as texts; the pending landmark is the last."""
-    decimals = min(max(_decimals(state.deformed), 0), 3)
+    decimals = min(max(_decimals(state.deformed), 0), 3) if len(state) else 1
     rows = []
     for pair in state.pairs.rows:
         is_pending = pair.row is None
@@ -111,7 +111,9 @@ def _pairs(state, scores):
 
 
 def _place(point, decimals):
-    return "" if point is None else ", ".join(f"{x + 0.0:.{decimals}f}" for x in point)
+    if point is None:
+        return ""
+    return ", ".join(f"{x:.{decimals}f}" for x in np.round(point, decimals) + 0.0)
 
 
 def _short(number):
