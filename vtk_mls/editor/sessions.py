@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import filecmp
+import itertools
+import shutil
 from contextlib import suppress
 from pathlib import Path
 
@@ -43,9 +46,22 @@ def write(editor):
         raise ValueError("a session names the files of its data, and the target has none")
     edit = state_values.encoded(editor.document.committed)
     path, data = editor.saver.session_place()
-    target = None if target is None else Path(target.path)
-    session_files.write(path, SessionFile(tuple(data), target, edit, _views_of(editor)))
+    file = None if target is None else _target_file(target, path.parent)
+    session_files.write(path, SessionFile(tuple(data), file, edit, _views_of(editor)))
     return path
+
+
+def _target_file(target, folder):
+    """The file of a target that a session in a folder names; never in place of another file."""
+    source = Path(target.path)
+    if not target.is_upload:
+        return source
+    for count in itertools.count():
+        path = folder / ("target-" * count + source.name)
+        if not path.exists():
+            shutil.copyfile(source, path)
+        if filecmp.cmp(source, path, shallow=False):
+            return path
 
 
 def resume(editor, path, views):

@@ -159,7 +159,8 @@ def _stage(edit, begin):
     with html.Div(v_if="prepared < 100 && !is_saving", classes="mls-prepared", role="status"):
         v.VProgressCircular(size=16, width=2, model_value=("prepared",), color="primary")
         html.Span("Building kernels of other kinds and cuts: {{ prepared }} %")
-    html.Div("{{ status }}", classes="mls-status")
+    html.Div("{{ target_name }}", v_if="target_name", classes="mls-side")
+    html.Div("{{ status }}", classes="mls-status", style=("has_target ? 'bottom: 34px' : ''",))
 
 
 def _offer(edit):

@@ -277,6 +277,7 @@ def _files(edit, begin, max_bytes):
     for kind, title, icon, limit in (
         ("handles", "Open handles ...", "mdi-vector-point", MAX_HANDLE_BYTES),
         ("data", "Open an image or a mesh ...", "mdi-folder-open-outline", max_bytes),
+        ("target", "Open a target to match ...", "mdi-image-multiple-outline", max_bytes),
         ("session", "Open session ...", "mdi-folder-clock-outline", MAX_HANDLE_BYTES),
     ):
         HtmlElement(

@@ -7,6 +7,7 @@ import numpy as np
 from vtk_mls import HalfPlane, Plane, Surface
 from vtk_mls.editor.grips import MASK, POINT, names_of
 from vtk_mls.editor.refining import key_of
+from vtk_mls.editor.target import BESIDE
 from vtk_mls.model.options import values_of as values_of_options
 
 _DIGITS = 5  # after the first digit of the distance between handles
@@ -45,6 +46,7 @@ def values_of(editor, previous, look):
         has_target=has_target,
         comparison=editor.comparison.mode,
         share=editor.comparison.share,
+        target_name=_title_of(editor),
         has_slices=editor.slices.is_visible,
     )
     if editor.document.grabbed is None or "rows" not in previous:
@@ -53,6 +55,12 @@ def values_of(editor, previous, look):
         median = state.pairs.median_error if has_target else None
         values["median_error"] = _short(median)
     return values
+
+
+def _title_of(editor):
+    """The title above the target; "" where both sides are drawn over each other."""
+    is_beside = editor.target is not None and editor.comparison.mode == BESIDE
+    return f"target: {editor.target.name}" if is_beside else ""
 
 
 def shape_of(cuts):
