@@ -53,6 +53,28 @@ def test_slices_of_both_sides_are_linked_and_take_landmarks():
     np.testing.assert_allclose(hands.state.rest, [point - (2, 0, 0)], atol=0.2)
 
 
+def test_a_landmark_dragged_on_the_data_is_corrected_there():
+    """The data do not follow the mouse; then what is under it comes to the place on the target."""
+    hands = Hands(ball_mesh(), State([], [], **NONE), target=ball_mesh(), pixels=300)
+    hands.press("m")
+    moving, target = hands.editor.slices, hands.editor.view.target.slices
+    q = np.array((MIDDLE + 3, MIDDLE - 2, MIDDLE))
+    hands.click(pixels_in(panes(moving)[2], q - (2, 0, 0))[0])
+    hands.click(pixels_in(panes(target)[2], q)[0])
+    before, pixel = hands.state, pixels_in(panes(moving)[2], hands.state.deformed[0])[0]
+    per_pixel = (
+        1 / (pixels_in(panes(moving)[2], q + (1, 0, 0))[0] - pixels_in(panes(moving)[2], q)[0])[0]
+    )
+    hands.drag(pixel, (20, 0), released=False)
+    assert hands.state is before
+    hands.send("LeftButtonReleaseEvent")
+    np.testing.assert_array_equal(hands.state.deformed, before.deformed)
+    expected = before.rest + [(20 * per_pixel, 0, 0)]
+    np.testing.assert_allclose(hands.state.rest, expected, atol=1e-3)
+    hands.press("z")
+    assert hands.state is before
+
+
 def test_the_right_button_changes_brightness_and_contrast_of_one_side():
     hands = Hands(ball_image(), State([], [], **NONE), target=ball_image(), pixels=300)
     point = np.full((1, 3), MIDDLE)

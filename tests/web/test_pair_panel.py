@@ -102,7 +102,14 @@ def test_landmarks_are_refined(session):
     np.testing.assert_allclose(editor.state.deformed[1] - editor.state.rest[1], _SHIFT, atol=0.1)
     assert values["pairs"][1]["score"] > 0.99
     assert values["pairs"][0]["score"] is None
-    session.call(editor.refine_all).result()
+    drawn = []
+
+    def note(done):
+        drawn.append(editor.view.drawn_message)
+        return False
+
+    session.call(lambda: editor.refine_all(progress=note)).result()
+    assert set(drawn) == {"Refining ..."}
     assert values["message"].startswith("3 of 3 landmarks are refined; moved by")
     shift = editor.state.deformed - editor.state.rest
     np.testing.assert_allclose(shift, [_SHIFT] * 3, atol=0.1)

@@ -21,6 +21,7 @@ from vtkmodules.vtkFiltersSources import vtkSphereSource
 from vtk_mls import Ball, CurveHandle, RegionHandle, io
 from vtk_mls.editor import State
 from vtk_mls.editor.handle_polydata import handle_polydata
+from vtk_mls.files import session_files
 from vtk_mls.web.session import Session
 
 pytest.importorskip("trame", reason="the extra web is not installed")
@@ -136,7 +137,7 @@ def test_uploads_are_removed_when_other_data_are_shown(client, folder):
     )
     assert [status for status, _ in answers] == [200] * 3
     assert len(client.opened) == 2
-    current = client.transfers._current
+    current = client.transfers._current["data"]
     assert [*client.folder.iterdir()] == [current]
     before = (current / "ball.vtp").read_bytes()
     answers = client.ask(
@@ -149,6 +150,26 @@ def test_uploads_are_removed_when_other_data_are_shown(client, folder):
     assert not any(str(client.folder).encode() in text for _, text in answers)
     assert [*client.folder.iterdir()] == [current]
     assert (current / "ball.vtp").read_bytes() == before
+
+
+def test_an_uploaded_target_is_shown_and_saved_with_a_session(client, folder):
+    ball = (folder / "ball.vtp").read_bytes()
+    assert len(client.session.editor.state) == 27
+    for path in ("ball.vtp", "other.vtp", "broken.vtp"):
+        content = b"broken" if path == "broken.vtp" else ball
+        ((status, _),) = client.ask(("POST", f"/send/target/{path}", content))
+        assert status == (400 if path == "broken.vtp" else 200)
+    editor = client.session.editor
+    assert (editor.target.name, len(editor.state)) == ("other.vtp", 0)
+    assert [path.name for path in client.folder.glob("*/*")] == ["other.vtp"]
+    client.session.call(lambda: editor.place("moving", (0, 0, 0.5))).result()
+    client.session.call(lambda: editor.place("target", (0, 0.1, 0.5))).result()
+    ((status, _),) = client.ask(("POST", "/send/target/ball.vtp", ball))
+    assert (status, len(editor.state)) == (200, 1)
+    saved = client.session.call(client.session.save_session).result()
+    session = session_files.read(saved / "session.mls.json")
+    assert session.target == (saved / "ball.vtp").resolve()
+    assert session.target.read_bytes() == ball
 
 
 def test_a_script_for_uploaded_data_has_them_beside_it(client, folder):

@@ -148,9 +148,16 @@ class Document:
         """Preview new positions (m, 3) of the dragged grips."""
         self.preview(self.committed.moved(self._dragged, positions))
 
+    def drag_on_data_to(self, positions):
+        """Show the dragged landmarks at other positions (m, 3) on the data, which do not follow."""
+        self.view.target.dragged = self._dragged, positions
+        self.draw(is_moving=True)
+
     def end_drag(self):
         """End the drag and commit it."""
         self._dragged, self.grabbed = NO_ROWS, None
+        if self.view.target is not None and self.view.target.dragged is not None:
+            self._correct_rest()
         if (self.state.grips.deformed == self.committed.grips.deformed).all():
             self.state, self._is_preview_due = self.committed, False
             self.draw(is_moving=True)
@@ -251,6 +258,20 @@ class Document:
             return self.state.handles[region].shape, self.state.handles[region].motion
         group = self.group
         return (None, None) if group is None else (group, group.motion)
+
+    def _correct_rest(self):
+        """Move p of dragged landmarks to where they are let go on the data."""
+        target, state = self.view.target, self.state
+        (rows, places), target.dragged = target.dragged, None
+        deformation, is_free = self.view.distortion.deformation, ~state.anchored[rows]
+        places = places if deformation is None else deformation.backward(places)
+        if not np.isfinite(places[is_free]).all():
+            self.say("There are no data at this place, which a cut has opened.")
+            self.draw()
+            return
+        for row, place in zip(rows[is_free], places[is_free]):
+            state = state.with_rest(row, place)
+        self.change(state)
 
     def _show_preview(self):
         self._is_preview_due = False

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import numpy as np
 import vtkmodules.vtkRenderingFreeType  # noqa: F401  renders texts
-from vtkmodules.vtkCommonCore import vtkStringArray
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkRenderingCore import vtkActor2D
-from vtkmodules.vtkRenderingLabel import vtkLabeledDataMapper
+from vtkmodules.vtkRenderingLabel import vtkLabelPlacementMapper, vtkPointSetToLabelHierarchy
 
 from vtk_mls.editor import polydata
 from vtk_mls.editor.overlay import text_actor
+from vtk_mls.vtk import arrays
 
 _COLOR, _TITLE_COLOR, _PANEL = (0.95, 0.95, 0.8), (1, 0.78, 0.35), (0.04, 0.05, 0.08)
 _MARGIN, _SIZE = 14, 13
@@ -17,30 +18,40 @@ _MAX_ROWS, _MAX_NAME = 24, 14  # of the table, and letters of a name
 
 
 class LandmarkNames:
-    """Names beside the landmarks of a renderer."""
+    """Names beside the landmarks of a renderer; those that would overlap another are left out."""
 
     def __init__(self, renderer):
-        self._points, mapper, self._actor = vtkPolyData(), vtkLabeledDataMapper(), vtkActor2D()
-        mapper.SetInputData(self._points)
-        mapper.SetLabelModeToLabelFieldData()
-        mapper.SetFieldDataName("name")
-        font = mapper.GetLabelTextProperty()
+        self._points, self._actor = vtkPolyData(), vtkActor2D()
+        labels, mapper = vtkPointSetToLabelHierarchy(), vtkLabelPlacementMapper()
+        labels.SetInputData(self._points)
+        labels.SetLabelArrayName("name")
+        labels.SetPriorityArrayName("priority")
+        font = labels.GetTextProperty()
+        font.SetFontFamilyToArial()
         font.SetFontSize(_SIZE)
         font.SetColor(_COLOR)
-        font.ItalicOff()
+        font.SetJustificationToLeft()
+        font.BoldOn()
+        font.ShadowOn()
+        mapper.SetInputConnection(labels.GetOutputPort())
         self._actor.SetMapper(mapper)
         self._actor.PickableOff()
         renderer.AddViewProp(self._actor)
 
-    def show(self, positions, names, are_visible):
-        """Draw names, list of n str, at positions (n, 3)."""
-        array = vtkStringArray()
-        array.SetName("name")
-        for name in names:
-            array.InsertNextValue(f"  {name}")
+    def show(self, positions, names, priorities, are_visible):
+        """Draw names at positions (n, 3): of overlapping ones that with the highest priority.
+
+        Parameters
+        ----------
+        positions : (n, 3) float
+        names : list of n str
+        priorities : (n,) int
+        are_visible : bool
+        """
         self._points.Initialize()
         self._points.SetPoints(polydata.points(positions))
-        self._points.GetPointData().AddArray(array)
+        arrays.add_texts(self._points.GetPointData(), "name", [f"  {name}" for name in names])
+        arrays.add(self._points.GetPointData(), "priority", np.array(priorities, float))
         self._actor.SetVisibility(are_visible and len(names) > 0)
 
 
@@ -87,7 +98,7 @@ def lines_of(table, selected):
     for row in rows[first : first + _MAX_ROWS]:
         mark = ">" if row.row is not None and row.row in marked else " "
         if row.row is None:
-            missing = "target" if row.deformed is None else "moving data"
+            missing = "target" if row.deformed is None else "data"
             lines.append(f"  {row.name[:_MAX_NAME]:{_MAX_NAME}} click on the {missing}")
             continue
         error = "off" if not row.is_enabled else "-" if row.error is None else f"{row.error:.4g}"

@@ -48,7 +48,7 @@ class Mouse(Observer):
     def __init__(self, interactor, document, tools, place):
         self._document, self._tools, self._place = document, tools, place
         self._view, self._slices = document.view, document.view.slices
-        self._is_placing, self._adjusted_pixel = False, None
+        self._is_placing, self._adjusted_pixel, self._corrects_rest = False, None, False
         self._drag = self._picker = self._normal = None
         self._pane = self._band_corner = self._pressed_pixel = None
         handlers = {
@@ -123,6 +123,8 @@ class Mouse(Observer):
         rows = np.union1d(document.selected, [row])
         projection = self._projection_of(self._pane)
         self._drag = Drag(projection, positions[rows], positions[row], self.pixel)
+        is_on_data = self._view.target is not None and self._view.is_on_data(self.pixel)
+        self._corrects_rest = is_on_data and rows.max() < len(document.state)
         scene = self._view.scene_at(self.pixel)
         self._picker = scene.picker() if self._pane is None else None
         document.start_drag(rows, row)
@@ -133,7 +135,8 @@ class Mouse(Observer):
             if not self._is_click:
                 self._pressed_pixel = np.full(2, np.inf)  # no longer a click
                 with document.reporting_errors():
-                    document.drag_to(self._dragged_positions())
+                    drag_to = document.drag_on_data_to if self._corrects_rest else document.drag_to
+                    drag_to(self._dragged_positions())
         elif self._pane is not None:
             document.move_slices(self._pane.point_at(self.pixel), is_moving=True)
         elif self._band_corner is not None:

@@ -138,6 +138,8 @@ class PairEdits:
         if not rows:
             self.say("There are no pairs to refine, or they are fixed.")
             return
+        self.say("Refining ...")
+        self.document.draw(is_moving=True)
         datasets = self.saver.datasets[0], self.target.dataset
         try:
             refined, found = refining.refined(state, datasets, rows, progress)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import filecmp
+import itertools
+import shutil
 from contextlib import suppress
 from pathlib import Path
 
@@ -131,7 +134,7 @@ class Saving:
             raise ValueError("a session names the files of its data, and the target has none")
         edit = state_values.encoded(self.document.committed)
         path, data = self.saver.session_place()
-        target = None if target is None else Path(target.path)
+        target = None if target is None else _target_file(target, path.parent)
         views = {
             "camera": {name: list(getattr(camera, f"Get{name}")()) for name in _CAMERA},
             "slices": self.slices.is_visible,
@@ -140,3 +143,16 @@ class Saving:
         }
         session_files.write(path, SessionFile(tuple(data), target, edit, views))
         return path
+
+
+def _target_file(target, folder):
+    """The file of a target that a session in a folder names; never in place of another file."""
+    source = Path(target.path)
+    if not target.is_upload:
+        return source
+    for count in itertools.count():
+        path = folder / ("target-" * count + source.name)
+        if not path.exists():
+            shutil.copyfile(source, path)
+        if filecmp.cmp(source, path, shallow=False):
+            return path

@@ -11,6 +11,7 @@ from vtkmodules.vtkRenderingCore import vtkImageSlice, vtkImageSliceMapper, vtkR
 from vtk_mls import Grid
 from vtk_mls.editor import polydata
 from vtk_mls.editor.comparing import colors_of
+from vtk_mls.editor.landmark_texts import LandmarkNames
 from vtk_mls.editor.overlay import text_actor
 from vtk_mls.editor.projection import Projection
 from vtk_mls.editor.scene_mesh import OUTLINE_COLOR
@@ -57,6 +58,7 @@ class SlicePane:
         self._label.SetPosition(8, 8)
         for prop in (image, lines, outlines, cross, self._handles, self._label):
             self.renderer.AddViewProp(prop)
+        self._names = LandmarkNames(self.renderer)
         middle, camera = bounds.mean(axis=0), self.renderer.GetActiveCamera()
         camera.ParallelProjectionOn()
         camera.SetFocalPoint(middle)
@@ -99,9 +101,11 @@ class SlicePane:
         self._label.SetInput(f"{'xyz'[self.axis]} = {self._position:.4g}")
         self.renderer.ResetCameraClippingRange()
 
-    def show_handles(self, positions, colors, are_visible):
-        """Draw handles at positions (n, 3) with colors (n, 3)."""
-        self._balls.SetPoints(polydata.points(self._in_front(positions, 2)))
+    def show_handles(self, positions, colors, are_visible, names=None):
+        """Draw handles at positions (n, 3) with colors (n, 3), and names as of `Slices`."""
+        places = self._in_front(positions, 2)
+        self._names.show(places, *(names or ([], [])), are_visible)
+        self._balls.SetPoints(polydata.points(places))
         self._balls.SetVerts(polydata.cells(np.arange(len(positions))[:, None]))
         self._balls.GetPointData().SetScalars(polydata.colors(colors))
         self._balls.Modified()

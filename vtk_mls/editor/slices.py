@@ -94,11 +94,15 @@ class Slices:
             items = self.compared or self._scene.items
             pane.show(items, surfaces, self.point, samples, self._distortion)
 
-    def show_handles(self, positions, colors, are_visible):
-        """Draw the handles that are near slices, from positions and colors (n, 3)."""
+    def show_handles(self, positions, colors, are_visible, names=None):
+        """Draw the handles that are near slices, from positions and colors (n, 3).
+
+        `names` are n names and their n priorities, as of `LandmarkNames`; None for none.
+        """
         for pane in self._visible_panes:
             rows = self.rows_near(pane, positions)
-            pane.show_handles(positions[rows], colors[rows], are_visible)
+            near = None if names is None else [np.array(column)[rows] for column in names]
+            pane.show_handles(positions[rows], colors[rows], are_visible, near)
 
     def pane_at(self, pixel):
         """The `SlicePane` at a pixel; None in the 3-D view."""

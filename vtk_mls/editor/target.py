@@ -18,10 +18,13 @@ class Target:
     dataset : vtkDataSet
     path : path or None
         Its file.
+    is_upload : bool
+        Whether the file will be deleted, so that sessions copy it.
     """
 
     dataset: Any
     path: Any = None
+    is_upload: bool = False
 
     def __post_init__(self):
         if not self.dataset.IsA("vtkDataSet"):

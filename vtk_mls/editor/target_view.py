@@ -38,6 +38,8 @@ class TargetView:
     slices : Slices
     far_centers : (p, q) or None
         The centers of both sides if they hardly overlap: undeformed data are drawn moved by q - p.
+    dragged : (rows, positions) or None
+        Where landmarks are drawn on the moving data while the mouse drags them there.
     """
 
     def __init__(self, view, target):
@@ -49,6 +51,7 @@ class TargetView:
         self._own_camera = self.scene.renderer.GetActiveCamera()
         self.scene.renderer.SetActiveCamera(camera)
         self._comparison, self._ghosts, self._has_table = Comparison(), [], True
+        self.dragged = None
         self.far_centers = self._far_centers()
         bounds = self._bounds()
         for slices in (self._moving_slices, self.slices):
@@ -122,7 +125,11 @@ class TargetView:
     def draw(self, state, colors, hovered, selected, deformation, are_visible):
         """Place the landmarks of a `State`, with colors (g, 3), on both sides."""
         positions, names = state.grips.deformed, names_of(state)
-        sides = {MOVING: (positions, colors, names), TARGET: (positions, colors, names)}
+        priorities = np.isin(np.arange(len(names) + 1), [*selected, len(names)]).astype(int)
+        on_data = positions.copy()
+        if self.dragged is not None:
+            rows, on_data[rows] = self.dragged
+        sides = {MOVING: (on_data, colors, names), TARGET: (positions, colors, names)}
         pending = state.pending
         if pending is not None:
             place = pending.position[None]
@@ -130,7 +137,7 @@ class TargetView:
                 place = deformation.forward(place)
             if np.isfinite(place).all():
                 sides[pending.side] = (
-                    np.vstack([positions, place]),
+                    np.vstack([sides[pending.side][0], place]),
                     np.vstack([colors, PENDING]).astype(np.uint8),
                     [*names, pending.label],
                 )
@@ -138,8 +145,9 @@ class TargetView:
         for side, scene, slices in views:
             places, place_colors, place_names = sides[side]
             scene.glyphs.show(places, places, place_colors, hovered)
-            slices.show_handles(places, place_colors, are_visible)
-            self._names[side].show(places, place_names, are_visible)
+            place_names = place_names, priorities[: len(place_names)]
+            slices.show_handles(places, place_colors, are_visible, place_names)
+            self._names[side].show(places, *place_names, are_visible)
         self._text.set_table(state.pairs if self._has_table else None, selected)
         self._text.set_visible(are_visible)
 
@@ -169,7 +177,7 @@ class TargetView:
         self._moving_slices.restore(self._moving.bounds)
         for actor in self._ghosts:
             self._moving.renderer.RemoveActor(actor)
-        self._names[MOVING].show(np.zeros((0, 3)), [], False)
+        self._names[MOVING].show(np.zeros((0, 3)), [], [], False)
         self._overlay.move_to()
         self._overlay.set_hint(keys.HINT)
         self.scene.detach()

@@ -174,6 +174,10 @@ class View:
         """Whether both sides are drawn over each other at a pixel."""
         return bool(self.slices.compared) and self.slices.pane_at(pixel) is not None
 
+    def is_on_data(self, pixel):
+        """Whether the moving data, and not the target, are drawn at a pixel."""
+        return self.side_at(pixel) == MOVING and not self.shows_both_at(pixel)
+
     def adjust(self, pixel, brightness, contrast):
         """Change the gray values of slices at a pixel, as `SceneVolume.adjust`."""
         scenes = {self.scene_at(pixel)}

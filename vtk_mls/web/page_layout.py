@@ -145,7 +145,8 @@ def _stage(edit, begin):
     with html.Div(v_if="prepared < 100 && !is_saving", classes="mls-prepared", raw_attrs=_STATUS):
         v.VProgressCircular(size=16, width=2, model_value=("prepared",), color="primary")
         html.Span("Building kernels of other kinds and cuts: {{ prepared }} %")
-    html.Div("{{ status }}", classes="mls-status")
+    html.Div("{{ target_name }}", v_if="target_name", classes="mls-side")
+    html.Div("{{ status }}", classes="mls-status", style=("has_target ? 'bottom: 34px' : ''",))
 
 
 def _offer(edit):

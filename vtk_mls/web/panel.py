@@ -225,6 +225,7 @@ def _files(edit, begin):
     for kind, title, icon, limit in (
         ("handles", "Open handles ...", "mdi-vector-point", MAX_HANDLE_BYTES),
         ("data", "Open an image or a mesh ...", "mdi-folder-open-outline", MAX_DATA_BYTES),
+        ("target", "Open a target to match ...", "mdi-image-multiple-outline", MAX_DATA_BYTES),
         ("session", "Open session ...", "mdi-folder-clock-outline", MAX_HANDLE_BYTES),
     ):
         HtmlElement(

@@ -7,6 +7,7 @@ import numpy as np
 from vtk_mls import HalfPlane, Plane, Surface
 from vtk_mls.editor.grips import MASK, POINT, names_of
 from vtk_mls.editor.refining import key_of
+from vtk_mls.editor.target import BESIDE
 from vtk_mls.model.options import values_of as values_of_options
 
 _DIGITS = 5  # after the first digit of the distance between handles
@@ -45,6 +46,7 @@ def values_of(editor, previous, preset):
         has_target=has_target,
         comparison=editor.comparison.mode,
         share=editor.comparison.share,
+        target_name=_title_of(editor),
         has_slices=editor.slices.is_visible,
     )
     if editor.document.grabbed is None or "rows" not in previous:
@@ -53,6 +55,12 @@ def values_of(editor, previous, preset):
         median = state.pairs.median_error if has_target else None
         values["median_error"] = "" if median is None else f"{median:.3g}"
     return values
+
+
+def _title_of(editor):
+    """The title above the target; "" where both sides are drawn over each other."""
+    is_beside = editor.target is not None and editor.comparison.mode == BESIDE
+    return f"target: {editor.target.name}" if is_beside else ""
 
 
 def shape_of(cuts):
@@ -87,7 +95,7 @@ def _rows(state):
 
 def _pairs(state, scores):
     """Rows of the table of pairs, as texts; the pending landmark is the last."""
-    decimals = min(max(_decimals(state.deformed), 0), 3)
+    decimals = min(max(_decimals(state.deformed), 0), 3) if len(state) else 1
     rows = []
     for pair in state.pairs.rows:
         is_pending = pair.row is None
@@ -111,7 +119,9 @@ def _pairs(state, scores):
 
 
 def _place(point, decimals):
-    return "" if point is None else ", ".join(f"{x + 0.0:.{decimals}f}" for x in point)
+    if point is None:
+        return ""
+    return ", ".join(f"{x:.{decimals}f}" for x in np.round(point, decimals) + 0.0)
 
 
 def _decimals(positions):

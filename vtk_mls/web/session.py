@@ -94,12 +94,26 @@ class Session:
         self.editor, self.window, self._interactor, self.preset = editor, window, interactor, 0
         del previous
         gc.collect()
-        _remove_texts(self.editor)
-        if target is not None:
-            self.editor.toggle_table()  # the page has its own
+        self._leave_texts_to_page()
         self._saved = self.editor.state
         self._fit_narrow_pictures(size)
         self._warm_up()
+
+    def set_target(self, target):
+        """Show a `Target` beside the data, without the initial handles; in the editor's thread.
+
+        Raises
+        ------
+        TypeError, ValueError
+            If the target cannot be shown.
+        """
+        editor = self.editor
+        editor.finish()
+        editor.set_target(target)
+        self._leave_texts_to_page()
+        if editor.state.is_resting.all() and not any(editor.state.labels):
+            editor.select([])
+            editor.change(editor.state.with_handles_at([]))
 
     def send(self, event):
         """Send an event of the page to the editor, as of `send_event`; in its thread."""
@@ -208,6 +222,15 @@ class Session:
         interactor.SetInteractorStyle(vtkInteractorStyleTrackballCamera())
         return window, interactor
 
+    def _leave_texts_to_page(self):
+        """Remove texts and the table of pairs from the picture: the page has its own, sharper."""
+        renderer = self.editor.view.overlay.renderer
+        for prop in [*renderer.GetViewProps()]:
+            if isinstance(prop, vtkTextActor):
+                renderer.RemoveViewProp(prop)
+        if self.editor.target is not None:
+            self.editor.toggle_table()
+
     def _fit_narrow_pictures(self, size):
         """In upright pictures, make the view angle the horizontal one."""
         camera = self.editor.scene.renderer.GetActiveCamera()
@@ -243,11 +266,3 @@ def _key_name(event):
     """The editor's name of a key event."""
     key = event["key"].lower() if len(event["key"]) == 1 else event["key"]
     return f"Ctrl+{key}" if event.get("ctrl") else key
-
-
-def _remove_texts(editor):
-    """Remove texts from the picture: the page shows them, and sharper."""
-    renderer = editor.view.overlay.renderer
-    for prop in [*renderer.GetViewProps()]:
-        if isinstance(prop, vtkTextActor):
-            renderer.RemoveViewProp(prop)

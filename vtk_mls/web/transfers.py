@@ -18,12 +18,17 @@ from vtk_mls.base import child_process
 from vtk_mls.editor import State, sessions
 from vtk_mls.editor.autosave import Autosave
 from vtk_mls.editor.handle_polydata import handle_values
+from vtk_mls.editor.target import Target
 from vtk_mls.files import session_files
 from vtk_mls.files.paths import replacing
 
 ALL = "all.zip"
 MAX_DATA_BYTES, MAX_HANDLE_BYTES = 2 << 30, 64 << 20  # in an upload
-_READERS = {"data": "vtk_mls.io:read_dataset", "handles": "vtk_mls.io:read_control_points"}
+_READERS = {
+    "data": "vtk_mls.io:read_dataset",
+    "target": "vtk_mls.io:read_dataset",
+    "handles": "vtk_mls.io:read_control_points",
+}
 _KINDS = *_READERS, "session"
 _READING_TIMEOUT = 300  # seconds
 
@@ -44,7 +49,8 @@ class Transfers:
 
     def __init__(self, session, folder, on_open, max_bytes=MAX_DATA_BYTES):
         self._session, self._folder, self._max_bytes = session, folder, max_bytes
-        self._on_open, self._current = on_open, None  # the folder of the data that are shown
+        self._on_open = on_open
+        self._current = {}  # folders of the data and the target that are shown
         self._upload_lock = asyncio.Lock()
 
     @property
@@ -75,8 +81,8 @@ class Transfers:
         kind, name = request.match_info["kind"], Path(request.match_info["name"]).name
         if kind not in _KINDS or not name.strip("."):
             raise web.HTTPNotFound()
-        limit = self._max_bytes if kind == "data" else MAX_HANDLE_BYTES
-        async with self._upload_lock:  # at most one file beside the current data
+        limit = self._max_bytes if kind in ("data", "target") else MAX_HANDLE_BYTES
+        async with self._upload_lock:  # at most one file beside the current ones
             folder = Path(tempfile.mkdtemp(dir=self._folder))
             try:
                 await self._receive(request, kind, folder / name, limit)
@@ -84,7 +90,7 @@ class Transfers:
                 text = " ".join(str(error).split()) or "There is not enough memory"
                 return web.Response(status=400, text=text.replace(f"{folder}{os.sep}", ""))
             finally:
-                if folder != self._current:
+                if folder not in self._current.values():
                     shutil.rmtree(folder, ignore_errors=True)
         return web.Response(text=f"{name} is shown.")
 
@@ -98,7 +104,7 @@ class Transfers:
         if kind == "handles":
             await asyncio.wrap_future(self._session.call(lambda: self._show_handles(path)))
         else:
-            await self._show_data(path, digest)
+            await self._show_dataset(kind, path, digest)
 
     async def _write(self, request, path, limit):
         """Write the upload to a file, and return its SHA-256."""
@@ -139,15 +145,21 @@ class Transfers:
             raise ValueError(editor.message)
         editor.show_views(session.views)
 
-    async def _show_data(self, path, digest):
+    async def _show_dataset(self, kind, path, digest):
         dataset = await asyncio.to_thread(io.read_dataset, path)
         if not dataset.IsA("vtkDataSet"):
             raise ValueError(f"`{path.name}` has blocks; single images and meshes are shown")
-        await asyncio.wrap_future(self._session.call(lambda: self._open(dataset, path, digest)))
-        previous, self._current = self._current, path.parent
-        if previous is not None:
-            shutil.rmtree(previous, ignore_errors=True)
-        self._on_open(path.name)
+        if kind == "target":
+            target = Target(dataset, path, is_upload=True)
+            await asyncio.wrap_future(self._session.call(lambda: self._session.set_target(target)))
+            replaced = {"target"}
+        else:
+            await asyncio.wrap_future(self._session.call(lambda: self._open(dataset, path, digest)))
+            replaced = {"data", "target"}  # other data are opened without a target
+            self._on_open(path.name)
+        for other in replaced & self._current.keys():
+            shutil.rmtree(self._current.pop(other), ignore_errors=True)
+        self._current[kind] = path.parent
 
     def _open(self, dataset, path, digest):
         autosave = Autosave(path, digest=digest)
