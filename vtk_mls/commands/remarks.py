@@ -202,7 +202,7 @@ def _far(algorithm, is_field):
 
     dataset, handles = (algorithm.GetInputDataObject(port, 0) for port in (0, 1))
     rest = arrays.to_numpy(handles.GetPoints().GetData())
-    initial, _ = initial_transforms.divided(algorithm.updated_deformation())
+    initial, _ = initial_transforms.split_chain(algorithm.updated_deformation())
     displacement = arrays.to_numpy(handles.GetPointData().GetArray("Displacement"))
     deformed = rest + algorithm.GetBlend() * displacement
     if initial is not None:
