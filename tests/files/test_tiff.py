@@ -114,8 +114,8 @@ def two_axes_of_layers(stack):
     ("make", "sentence"),
     [
         (two_images, "it must be one stack, got 2 images"),
-        (truncated, "cannot be read|no readable TIFF"),
-        (no_tiff, "no readable TIFF file"),
+        (truncated, "cannot be read|not a readable TIFF"),
+        (no_tiff, "not a readable TIFF file"),
         (complex_numbers, "type complex64 are not supported"),
         (two_axes_of_layers, "its axes must be rows, columns and at most one of layers"),
     ],
