@@ -166,7 +166,7 @@ def test_an_uploaded_target_is_shown_and_saved_with_a_session(client, folder):
     client.session.call(lambda: editor.place("target", (0, 0.1, 0.5))).result()
     ((status, _),) = client.ask(("POST", "/send/target/ball.vtp", ball))
     assert (status, len(editor.state)) == (200, 1)
-    saved = client.session.call(client.session.save_session).result()
+    saved = client.session.call(lambda: client.session.save(as_session=True)).result()
     session = session_files.read(saved / "session.mls.json")
     assert session.target == (saved / "ball.vtp").resolve()
     assert session.target.read_bytes() == ball
