@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 import pytest
 from drawing import MIDDLE, SIZE, Scene, assert_alike, image_of, phantom, volume_of
-from pairwise import paired
+from pairwise import one_of, paired
 from vtk_fixtures import FAST, TURNED
 from vtkmodules.vtkCommonDataModel import vtkPiecewiseFunction, vtkPlane
 from vtkmodules.vtkFiltersSources import vtkSphereSource
@@ -256,7 +256,7 @@ def test_voids_of_every_cut(cut, moved, kind):
     assert_alike(*pictures(d), mean=1.5, p99=30)
 
 
-@pytest.mark.parametrize("style", BLENDED)
+@pytest.mark.parametrize("style", one_of(3, BLENDED))
 def test_a_cut_in_every_blend_mode(style):
     d = deformation((-6, 0, 0), (6, 0, 0), cuts=CUTS["half-plane"])
     assert_alike(*pictures(d, **STYLES[style]), mean=1.5, p99=30)

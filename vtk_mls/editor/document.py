@@ -7,6 +7,7 @@ from contextlib import contextmanager
 import numpy as np
 
 from vtk_mls.editor.grips import NO_ROWS, only_region
+from vtk_mls.editor.turning import HandleGroup
 
 # Errors of a deformation or its device, which the window shows.
 FAILURES = (ValueError, TypeError, RuntimeError, MemoryError)
@@ -37,6 +38,7 @@ class Document:
         self.hovered = self.grabbed = None
         self._states, self._index, self._saved = [state], 0, state
         self._is_preview_due = False
+        self._group = None
 
     @property
     def committed(self):
@@ -107,6 +109,20 @@ class Document:
         """The index of the region that alone is selected; None without one."""
         return only_region(self.state, self.selected)
 
+    @property
+    def group(self):
+        """The `HandleGroup` of the selected handles, if a box turns them; None without."""
+        group = self._group
+        if group is None or not np.array_equal(group.rows, self.selected):
+            self._group = None
+        elif not np.array_equal(group.positions, self.committed.deformed[group.rows]):
+            self.turn_selected()
+        return self._group
+
+    def turn_selected(self):
+        """Let a box turn the selected point handles."""
+        self._group = HandleGroup(self.selected, self.committed.deformed[self.selected])
+
     def target_rows(self):
         """Rows of the selected grips; without a selection, of the grip under the mouse."""
         if len(self.selected):
@@ -171,6 +187,7 @@ class Document:
 
     def draw(self, is_moving=False):
         """Render; coarsely while something moves."""
+        self.view.motion_widget.show(*self._boxed())
         self.view.draw(self.state, self.selected, self.hovered, self._dragged, is_moving)
 
     def draw_slices(self):
@@ -226,6 +243,14 @@ class Document:
         except OSError as error:
             self.say(sentence_of(error))
             self.draw()
+
+    def _boxed(self):
+        """The shape that a box turns, and its motion (4, 4)."""
+        region = self.selected_region
+        if region is not None:
+            return self.state.handles[region].shape, self.state.handles[region].motion
+        group = self.group
+        return (None, None) if group is None else (group, group.motion)
 
     def _show_preview(self):
         self._is_preview_due = False

@@ -16,7 +16,7 @@ _MIN_SIZE = 0.12  # of the box, relative to the data
 
 
 class MotionWidget(DragWidget):
-    """Lets the mouse turn a region about its center by the faces of a box; Shift moves it."""
+    """Lets the mouse turn a shape about its center by the faces of a box; Shift moves it."""
 
     def __init__(self, interactor, scene):
         self._min_size = _MIN_SIZE * np.ptp(scene.bounds, axis=0).max()
@@ -29,16 +29,15 @@ class MotionWidget(DragWidget):
     def _has_value(self):
         return self._shape is not None
 
-    def show(self, region):
-        """Show the box around a RegionHandle, or nothing for None."""
-        shape = None if region is None else region.shape
+    def show(self, shape, motion):
+        """Show the box around the `bounds` of a shape after a motion (4, 4); nothing for None."""
         if shape is not self._shape and shape is not None:
             self._box.PlaceWidget(self._bounds_of(shape))
         self._shape = shape
         self._update()
-        if region is not None and not self._is_dragged:
+        if shape is not None and not self._is_dragged:
             transform = vtkTransform()
-            transform.SetMatrix(region.motion.ravel())
+            transform.SetMatrix(motion.ravel())
             self._box.SetTransform(transform)
 
     def _bounds_of(self, shape):

@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from vtk_mls import Ball, Labels, RegionHandle
+from vtk_mls.editor.turning import in_enough_steps
 
 _RADIUS = 0.05  # of a handle that can be turned, relative to the data
 _HINT = "Drag the box to turn it, its middle to move it; X removes it."
+_GROUP_HINT = "Drag the box to turn the handles, its middle to move them; turns add up."
 _NO_SHAPE = "There is no mesh and no segment of a label image here; load one with `--with`."
 
 
@@ -17,7 +19,7 @@ class RegionTool:
     def __init__(self, document):
         self._document, self.is_waiting = document, False
         self._scene, self._widget = document.view.scene, document.view.motion_widget
-        self._widget.set_callbacks(self._preview, document.commit)
+        self._widget.set_callbacks(self._preview, self._commit)
 
     def wait(self):
         """Make the mesh or the segment at the next click rigid."""
@@ -71,16 +73,36 @@ class RegionTool:
         if document.change(state.without([row]).with_shape(region)):
             self._select(len(document.state.handles) - 1, "The handle can be turned. " + _HINT)
 
+    def turn_handles(self, rows):
+        """Let the box turn several point handles together."""
+        document = self._document
+        if (rows >= len(document.state)).any():
+            document.say("Only point handles turn together.")
+            return
+        document.select(rows)
+        document.turn_selected()
+        document.say(_GROUP_HINT)
+
     def _select(self, index, message):
         self._document.say(message)
         self._document.select(self._document.state.grips.rows_of(index))
 
     def _preview(self, motion):
         document = self._document
-        state, index = document.committed, document.selected_region
-        if index is not None:
+        state, index, group = document.committed, document.selected_region, document.group
+        if group is not None:
+            group.turn_to(motion)
+            document.preview(group.turned(state))
+        elif index is not None:
             region = RegionHandle(state.handles[index].shape, motion)
             document.preview(state.with_shape(region, index))
+
+    def _commit(self):
+        document = self._document
+        with document.reporting_errors():
+            if document.group is not None:
+                document.state = in_enough_steps(document.state)
+        document.commit()
 
 
 def _index_of(shape, handles):

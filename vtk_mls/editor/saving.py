@@ -24,7 +24,7 @@ from vtk_mls.vtk.shape_surfaces import polydata_of
 
 SESSION = "session.mls.json"
 HANDLES, AT_REST, MOVED = "handles.csv", "handles-at-rest.mrk.json", "handles-moved.mrk.json"
-SHAPES = "handles.vtp"  # instead, if there are regions or curves
+SHAPES = "handles.vtp"  # instead, if there are regions, curves or paths
 FIELD, PICTURE, SCRIPT = "displacement-field.nrrd", "picture.png", "deform.py"
 _FALLBACK_ENDINGS = ".vti", ".vtp", ".vtu", ".vts"  # for data that the format cannot hold
 
@@ -221,13 +221,18 @@ def _configure(algorithm, state, folder, surfaces):
             algorithm.AddCut(cut)
 
 
+def _needs_polydata(state):
+    """Whether tables cannot hold the handles."""
+    return bool(state.handles) or len(state.path) > 0
+
+
 def _handles_file(state):
     """The name of the file with all handles."""
-    return SHAPES if state.handles else HANDLES
+    return SHAPES if _needs_polydata(state) else HANDLES
 
 
 def _write_handles(state, folder):
-    if state.handles:
+    if _needs_polydata(state):
         io.write_dataset(handle_polydata(state), folder / SHAPES)
         return
     values = state.rest, state.deformed, state.weights, state.labels

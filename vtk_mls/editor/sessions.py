@@ -29,7 +29,7 @@ def state_of(session, path):
         return state_values.decoded(session.edit)
     except _INVALID as error:
         reason = " ".join(str(error).split())
-        raise ValueError(f"`{path}` is no session: its edit is not valid ({reason})") from error
+        raise ValueError(f"`{path}` is not a session: its edit is not valid ({reason})") from error
 
 
 class Saving:

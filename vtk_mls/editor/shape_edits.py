@@ -53,9 +53,11 @@ class ShapeEdits:
         self._region_tool.wait()
 
     def turn_handle(self):
-        """Make the selected handle, or the one under the mouse, a ball that can be turned."""
+        """Let a box turn the selected handles, or the one under the mouse, which becomes a ball."""
         rows = self.document.target_rows()
-        if len(rows):
+        if len(rows) > 1:
+            self._region_tool.turn_handles(rows)
+        elif len(rows):
             self._region_tool.turn_handle(rows[0])
 
     def draw_curve(self):

@@ -9,6 +9,7 @@ import numpy as np
 
 from vtk_mls import BallMask, CurveHandle, Deformation, HalfPlane, Plane, RegionHandle, kinds
 from vtk_mls.editor import grips, pairs
+from vtk_mls.handles.paths import blended_path
 from vtk_mls.handles.rigid_motion import blended
 from vtk_mls.model import options
 
@@ -40,6 +41,8 @@ class State(_Options):
         Whether the mouse cannot move a handle.
     enabled : (n,) bool
         Whether a point handle belongs to the map.
+    path : (k, n, 3) float64, world coordinates
+        Intermediate places of the point handles, at equal times; k is 0 if they go straight.
     pending : Pending or None
         A landmark without its partner on the other side.
     cuts : tuple of Cut
@@ -59,11 +62,13 @@ class State(_Options):
     mask: BallMask | None = None
     enabled: np.ndarray | None = None
     pending: pairs.Pending | None = None
+    path: np.ndarray | None = None
 
     def __post_init__(self):
         if not isinstance(self.mask, (BallMask, type(None))):
             raise TypeError(f"`mask` must be a BallMask in the editor, got {self.mask!r}")
         count = len(self.rest)
+        has_path = count > 0 and self.path is not None and len(self.path) > 0
         anchored = np.zeros(count, bool) if self.anchored is None else self.anchored
         enabled = np.ones(count, bool) if self.enabled is None else self.enabled
         for name, value in {
@@ -72,6 +77,7 @@ class State(_Options):
             "labels": tuple(self.labels) or ("",) * count,
             "anchored": np.array(anchored, bool),
             "enabled": np.array(enabled, bool),
+            "path": np.array(self.path, float) if has_path else np.zeros((0, count, 3)),
             "cuts": tuple(self.cuts),
             "handles": tuple(self.handles),
         }.items():
@@ -84,22 +90,25 @@ class State(_Options):
         Raises
         ------
         TypeError, ValueError
-            For constraints, paths, and masks that are no balls: the editor does not have them.
+            For constraints, and masks that are no balls: the editor does not have them.
         """
         if deformation.constraints:
             raise ValueError("`constraints` must be empty in the editor, which has none")
-        if len(deformation.path):
-            raise ValueError("`path` must be empty in the editor, where handles go straight")
         settings = options.values_of(deformation, options.DEFORMATION_OPTIONS)
         weights = deformation.weights
         if weights is not None and (weights == 1).all():
             weights = None
-        for name in ("cuts", "handles", "mask"):
+        for name in ("cuts", "handles", "mask", "path"):
             settings[name] = getattr(deformation, name)
         return cls(deformation.rest, deformation.deformed, weights, labels, **settings)
 
     def __len__(self):
         return len(self.rest)
+
+    @property
+    def _times(self):
+        """The times (k, 1, 1) of the intermediate places, from 0 to 1."""
+        return np.linspace(0, 1, len(self.path) + 2)[1:-1, None, None]
 
     @property
     def is_resting(self):
@@ -126,6 +135,7 @@ class State(_Options):
         """Whether nothing moves."""
         return self.blend == 0 or bool(
             self.is_resting[self.enabled].all()
+            and not len(self.path)
             and all(_is_resting(handle) for handle in self.handles)
         )
 
@@ -135,8 +145,9 @@ class State(_Options):
             return None
         settings = options.values_of(self, options.DEFORMATION_OPTIONS)
         rest, deformed = self.rest[self.enabled], self.deformed[self.enabled]
+        path = self.path[:, self.enabled]
         if self.blend != 1:
-            deformed = rest + self.blend * (deformed - rest)
+            deformed, path = blended_path(rest, deformed, path, self.blend)
         return Deformation(
             rest,
             deformed,
@@ -144,6 +155,7 @@ class State(_Options):
             cuts=self.cuts,
             handles=[blended(handle, self.blend) for handle in self.handles],
             mask=self.mask,
+            path=path,
             **settings,
         )
 
@@ -183,18 +195,22 @@ class State(_Options):
         if grips.MASK in owners:
             row = rows[owners == grips.MASK].min()  # its place before its radius and fall-off
             mask = grips.moved_mask(mask, table.part[row], deformed[row])
-        return replace(self, deformed=deformed[: len(self)], handles=handles, mask=mask)
+        deformed = deformed[: len(self)]
+        path = self.path + self._times * (deformed - self.deformed)
+        return replace(self, deformed=deformed, handles=handles, mask=mask, path=path)
 
     def at_rest(self):
         """A copy with all handles at rest."""
         handles = [blended(handle, 0.0) for handle in self.handles]
-        return replace(self, deformed=self.rest, handles=handles)
+        return replace(self, deformed=self.rest, handles=handles, path=None)
 
     def with_handle(self, rest, deformed):
         """A copy with one more handle, the last."""
         weights = None if self.weights is None else np.append(self.weights, 1.0)
+        straight = rest + self._times * np.subtract(deformed, rest)
         return replace(
             self,
+            path=np.concatenate([self.path, straight], axis=1),
             rest=np.vstack([self.rest, rest]),
             deformed=np.vstack([self.deformed, deformed]),
             weights=weights,
@@ -231,6 +247,7 @@ class State(_Options):
             labels=tuple(self.labels[i] for i in remaining),
             anchored=self.anchored[remaining],
             enabled=self.enabled[remaining],
+            path=self.path[:, remaining],
             handles=handles,
             mask=None if grips.MASK in owners else self.mask,
         )
@@ -252,7 +269,9 @@ class State(_Options):
         owner, rest = self.grips.owner[row], self.grips.rest.copy()
         rest[row] = position
         if owner == grips.POINT:
-            return replace(self, rest=rest[: len(self)])
+            rest = rest[: len(self)]
+            path = self.path + (1 - self._times) * (rest - self.rest)
+            return replace(self, rest=rest, path=path)
         handle = self.handles[owner] if owner >= 0 else None
         if not isinstance(handle, CurveHandle):
             raise ValueError(
@@ -292,7 +311,7 @@ class State(_Options):
 
     def with_handles_at(self, rest):
         """A copy with other point handles (n, 3), all at rest."""
-        others = {"weights": None, "labels": (), "anchored": None, "enabled": None}
+        others = {"weights": None, "labels": (), "anchored": None, "enabled": None, "path": None}
         return replace(self, rest=rest, deformed=rest, **others)
 
     @property

@@ -56,6 +56,7 @@ def encoded(state):
         "labels": list(state.labels),
         "anchored": state.anchored.tolist(),
         "enabled": state.enabled.tolist(),
+        "path": state.path.tolist(),
         "pending": pending and [pending.side, pending.position.tolist(), pending.label],
         "cuts": [_encoded_value(cut) for cut in state.cuts],
         "handles": [_encoded_value(handle) for handle in state.handles],
@@ -85,13 +86,16 @@ def decoded(values):
         handles=[_decoded_value(handle) for handle in values.get("handles", ())],
         mask=None if mask is None else _decoded_value(mask),
         enabled=values.get("enabled"),
+        path=values.get("path"),
         pending=None if pending is None else Pending(*pending),
         **{o.name: o.checked(values[o.name]) for o in options.OPTIONS if o.name in values},
     )
     columns = state.deformed, state.labels, state.anchored, state.enabled, state.weights
     if any(column is not None and len(column) != len(state) for column in columns):
         raise ValueError("its columns of pairs have different lengths")
-    if not (np.isfinite(state.rest).all() and np.isfinite(state.deformed).all()):
+    if state.path.shape[1:] != state.rest.shape:
+        raise ValueError("its path must have a place for each handle")
+    if not all(np.isfinite(x).all() for x in (state.rest, state.deformed, state.path)):
         raise ValueError("its positions must be finite")
     return state
 

@@ -9,7 +9,7 @@ import numpy as np
 from vtk_mls.editor import keys
 from vtk_mls.editor.cut_widget import CutWidget
 from vtk_mls.editor.distortion import MODES, Distortion
-from vtk_mls.editor.grips import NO_ROWS, only_region
+from vtk_mls.editor.grips import NO_ROWS
 from vtk_mls.editor.handle_glyphs import handle_colors
 from vtk_mls.editor.motion_widget import MotionWidget
 from vtk_mls.editor.overlay import Overlay
@@ -207,8 +207,6 @@ class View:
         is_moving, pace = is_moving and self.has_timer, self._pace
         pixels = pace.pixels(_MOVING if is_moving else _RESTING)
         self.cut_widget.show(state.flat_cut)
-        region = only_region(state, selected)
-        self.motion_widget.show(None if region is None else state.handles[region])
         self._set_coarseness(pixels)
         self._draw_handles(state, selected, hovered, dragged)
         self.overlay.set_status(self._status_of(state, selected))

@@ -14,9 +14,310 @@ from vtk_mls.handles.handle_set import Handle
 from vtk_mls.limits import FixedFace, Mask
 from vtk_mls.queries.transform import Transform
 
+class _DeformingFilter(VTKPythonAlgorithmBase):
+    def __init__(self) -> None: ...
+    def SetKind(self, value: Literal["affine", "rigid", "similarity", "polynomial"]) -> None:
+        """How the space between the control points follows them: rigid keeps sizes and angles as
+        well as it can, similarity allows a change of size, affine allows shear, polynomial
+        bends most freely.
+
+        One of "affine", "rigid", "similarity", "polynomial"; default: "rigid".
+        """
+
+    def GetKind(self) -> str: ...
+    def SetDegree(self, value: int) -> None:
+        """Degree of the polynomials: 1 is the affine kind; 2 and 3 need more control points.
+
+        An integer; default: 2.
+        """
+
+    def GetDegree(self) -> int: ...
+    def SetAlpha(self, value: float) -> None:
+        """How local the influence of a control point is: its weight at distance r is 1 / r^(2
+        alpha). Take 1.5 to 2 for a few handles to drag, 3 for many landmarks with the affine
+        kind or polynomials of degree 2. Up to 1.5 the influence of far control points does not
+        fade in space; 1 is the paper's. Must be greater than 0.
+
+        A number; default: 2.0.
+        """
+
+    def GetAlpha(self) -> float: ...
+    def SetSmoothing(self, value: float) -> None:
+        """Length in world units: weights are 1 / (r^2 + smoothing^2)^alpha. 0 meets the control
+        points exactly; above 0 the deformation passes close to them, for noisy landmarks.
+
+        A number; default: 0.0.
+        """
+
+    def GetSmoothing(self) -> float: ...
+    def SetSteps(self, value: int) -> None:
+        """Steps in which the control points go from p to q, each with its own map: many small
+        steps do not fold. 1 is the single map of the paper; auto, or 0, takes as many as
+        needed, up to 256. Polynomials of degree 2 and 3 may fold in any steps.
+
+        `Deformation.steps_used` and `smallest_determinant` tell what was found.
+
+        An integer; default: 1.
+        """
+
+    def GetSteps(self) -> int: ...
+    def SetBlend(self, value: float) -> None:
+        """Fraction of the displacement from p to q that is applied: 0 leaves everything exactly as
+        it was.
+
+        A number; default: 1.0.
+        """
+
+    def GetBlend(self) -> float: ...
+    def SetCutType(self, value: Literal["none", "plane", "half-plane"]) -> None:
+        """A cut through the volume beside those of the input Cuts: a plane divides everything; a
+        half-plane has an edge through its origin, and begins there.
+
+        One of "none", "plane", "half-plane"; default: "none".
+        """
+
+    def GetCutType(self) -> str: ...
+    def SetCutOrigin(self, *values: float | Sequence[float]) -> None:
+        """A point of the plane, or of the edge of the half-plane. While CutFrame is rest, the cut
+        in the view stays at the undeformed volume, where it was laid, and the material takes
+        the cut itself along.
+
+        (x, y, z), world coordinates; default: (0.0, 0.0, 0.0).
+        """
+
+    def GetCutOrigin(self) -> tuple[float, ...]: ...
+    def SetCutNormal(self, *values: float | Sequence[float]) -> None:
+        """Normal of the plane or half-plane.
+
+        Its length does not count.
+
+        (x, y, z), world coordinates; default: (1.0, 0.0, 0.0).
+        """
+
+    def GetCutNormal(self) -> tuple[float, ...]: ...
+    def SetCutInward(self, *values: float | Sequence[float]) -> None:
+        """Direction in which the half-plane extends from its edge, which goes through the origin
+        at a right angle to it and to the normal; the view shows all of the plane.
+
+        Its part along the normal does not count.
+
+        (x, y, z), world coordinates; default: (0.0, 0.0, 1.0).
+        """
+
+    def GetCutInward(self) -> tuple[float, ...]: ...
+    def AddCut(self, value: Cut) -> None:
+        """Cuts beside those of CutType and of input port 2.
+
+        Each a `vtk_mls.Plane`, `HalfPlane` or `Surface`; default: none.
+        """
+
+    def ClearCuts(self) -> None: ...
+    def GetCuts(self) -> tuple[Cut, ...]: ...
+    def SetCutFrame(self, value: Literal["rest", "deformed"]) -> None:
+        """Where cuts are: rest, in the undeformed volume, and the material takes them along;
+        deformed, in the deformed space, where they stay, and material that is moved through
+        them is lost.
+
+        The paper's are in the deformed space.
+
+        One of "rest", "deformed"; default: "rest".
+        """
+
+    def GetCutFrame(self) -> str: ...
+    def SetNu(self, value: float) -> None:
+        """How fast the influence of control points behind a cut falls with the length of the
+        detour around it. Must be greater than 1.
+
+        The damping exponent of Eq. 28.
+
+        A number; default: 2.0.
+        """
+
+    def GetNu(self) -> float: ...
+    def SetDeformedPoints(self, values: ArrayLike) -> None:
+        """Positions q to which the handles are dragged, with the mouse in the view or here. Those
+        that are not dragged hold the material where it is.
+
+        Without any, q = p. Unused where input port 1 is connected.
+
+        (n, 3) array_like, world coordinates; default: none.
+        """
+
+    def GetDeformedPoints(self) -> tuple[tuple[float, float, float], ...]: ...
+    def SetNumberOfDeformedPoints(self, count: int) -> None: ...
+    def GetNumberOfDeformedPoints(self) -> int: ...
+    def SetDeformedPoint(self, index: int, x: float, y: float, z: float) -> None: ...
+    def SetRestPoints(self, values: ArrayLike) -> None:
+        """Positions p of the handles in the undeformed space, one for each of those dragged; to
+        begin with a lattice over the bounds of the input.
+
+        That lattice is ParaView's: without it there are none, and nothing moves. Those that
+        rest on the cut of CutType belong to neither of its sides and do not count: they would
+        hold it shut. Unused where input port 1 is connected.
+
+        (n, 3) array_like, world coordinates; default: none.
+        """
+
+    def GetRestPoints(self) -> tuple[tuple[float, float, float], ...]: ...
+    def SetNumberOfRestPoints(self, count: int) -> None: ...
+    def GetNumberOfRestPoints(self) -> int: ...
+    def SetRestPoint(self, index: int, x: float, y: float, z: float) -> None: ...
+    def SetWeights(self, values: ArrayLike) -> None:
+        """A positive factor for each handle; empty: all count alike.
+
+        (n,) array_like; default: none.
+        """
+
+    def GetWeights(self) -> tuple[float, ...]: ...
+    def SetNumberOfWeights(self, count: int) -> None: ...
+    def GetNumberOfWeights(self) -> int: ...
+    def SetWeight(self, index: int, weight: float) -> None: ...
+    def SetHandleShapes(self, value: Literal["points", "cells"]) -> None:
+        """What the input ControlPoints is: points, each a handle; or cells: vertices, and points
+        without a cell, are points, lines are curves, and closed surfaces are rigid regions.
+
+        Curves are carried along their whole length. Each connected surface moves by the
+        rotation and translation that its points have in common; cells with a volume count by
+        their outer faces. Weights and paths are those of points.
+
+        One of "points", "cells"; default: "points".
+        """
+
+    def GetHandleShapes(self) -> str: ...
+    def AddHandle(self, value: Handle) -> None:
+        """Handles beside those of input port 1, or of RestPoints.
+
+        Each a `vtk_mls.CurveHandle` or `RegionHandle`; default: none.
+        """
+
+    def ClearHandles(self) -> None: ...
+    def GetHandles(self) -> tuple[Handle, ...]: ...
+    def SetMaskBall(self, *values: float | Sequence[float]) -> None:
+        """Ball in the deformed space in which the deformation acts: center, radius, and the
+        distance over which it fades to nothing outside of the ball. All 0: no ball.
+
+        (x, y, z, radius, falloff), world coordinates; default: (0.0, 0.0, 0.0, 0.0, 0.0).
+        """
+
+    def GetMaskBall(self) -> tuple[float, ...]: ...
+    def SetMask(self, value: Mask | vtkImageData | None) -> None:
+        """Image in the deformed space by which displacements are multiplied, from 0 to 1; of
+        integers, as of labels, what is not 0 counts as 1. Outside of the image nothing moves.
+
+        Or input port 3.
+
+        A vtkImageData, or a `vtk_mls.BallMask`, `BoxMask` or `ImageMask`; default: None.
+        """
+
+    def GetMask(self) -> Mask | vtkImageData | None: ...
+    def SetFixedPlanes(self, values: ArrayLike) -> None:
+        """Planes that stay where they are: a point, a normal, and the distance from the plane over
+        which the deformation grows to its whole.
+
+        Rows (x, y, z, nx, ny, nz, falloff), world coordinates; default: none.
+        """
+
+    def GetFixedPlanes(self) -> tuple[tuple[float, ...], ...]: ...
+    def SetNumberOfFixedPlanes(self, count: int) -> None: ...
+    def GetNumberOfFixedPlanes(self) -> int: ...
+    def SetFixedPlane(self, index: int, *row: float) -> None: ...
+    def SetSlidingPlanes(self, values: ArrayLike) -> None:
+        """Planes along which material slides, as at a plane of symmetry: a point, a normal, and
+        the distance from the plane over which displacements along the normal grow to their
+        whole.
+
+        Rows (x, y, z, nx, ny, nz, falloff), world coordinates; default: none.
+        """
+
+    def GetSlidingPlanes(self) -> tuple[tuple[float, ...], ...]: ...
+    def SetNumberOfSlidingPlanes(self, count: int) -> None: ...
+    def GetNumberOfSlidingPlanes(self) -> int: ...
+    def SetSlidingPlane(self, index: int, *row: float) -> None: ...
+    def AddConstraint(self, value: FixedFace) -> None:
+        """Faces beside those of FixedPlanes and SlidingPlanes.
+
+        Each a `vtk_mls.FixedFace` or `SlidingFace`; default: none.
+        """
+
+    def ClearConstraints(self) -> None: ...
+    def GetConstraints(self) -> tuple[FixedFace, ...]: ...
+    def SetInitialTransform(self, value: Transform | str | PathLike[str] | None) -> None:
+        """Transform that moves the material first, so that the handles correct it: a file of ITK,
+        ANTs or 3D Slicer with an affine transform or a displacement field that resamples
+        images. Handles at rest, and cuts in the rest frame, are in the space that it leads to.
+
+        Images are resampled once, by both; points of meshes are moved by both.
+
+        The path of a file, or a `vtk_mls.Affine`, `Field`, `Chain` or `Deformation`; default:
+        "".
+        """
+
+    def GetInitialTransform(self) -> Transform | str | PathLike[str]: ...
+    def SetGenerateOverlap(self, value: bool) -> None:
+        """Whether to make the point array Overlap of an image, which is 1 where material from both
+        sides of a cut has come to the same place and only one can be shown, and the field array
+        OverlappingPoints with the number of such points.
+
+        With CutFrame deformed there is none: what comes to a cut is gone. Meshes keep both
+        sides. If the output is made in pieces, it is the number of each piece.
+
+        True or False; default: False.
+        """
+
+    def GetGenerateOverlap(self) -> bool: ...
+    def SetGenerateJacobian(self, value: bool) -> None:
+        """Whether to make the point array Jacobian with 9 components: component 3 i + j is the
+        derivative of G_j in the direction i, where G(v) is the point that the material now at v
+        came from. It takes gradients of the input to those of the output.
+
+        It is (I + J_D)^T of Eq. 29, row by row.
+
+        True or False; default: False.
+        """
+
+    def GetGenerateJacobian(self) -> bool: ...
+    def SetGenerateJacobianDeterminant(self, value: bool) -> None:
+        """Whether to make the point array JacobianDeterminant, zero or negative where space is
+        folded, and the field array FoldedVoxels with the number of such points.
+
+        The void does not count. Of a mesh the field arrays are InvertedCells, the number of
+        cells that the deformation has inverted, and UncheckedCells, the number of cells without
+        a result. If the output is made in pieces, each piece has its own numbers, without ghost
+        cells.
+
+        True or False; default: False.
+        """
+
+    def GetGenerateJacobianDeterminant(self) -> bool: ...
+    def SetMapTolerance(self, value: float) -> None:
+        """How far displacements on grids may be off, in spacings of the grid: above 0 they are
+        found faster, from fewer points. The default of Python and the shell, 0, finds each
+        point's own; that of ParaView and the editor, 0.02, is too small to see. Next to cuts
+        all are exact.
+
+        A number; default: 0.0.
+        """
+
+    def GetMapTolerance(self) -> float: ...
+    def SetDevice(self, value: str | None) -> None:
+        """Where to compute: empty for the first GPU, else the CPU by its fastest driver; cpu; gpu;
+        platform:device as in 0:1; reference for the slow float64 specification in numpy.
+
+        A text; default: "".
+        """
+
+    def GetDevice(self) -> str: ...
+    def GetOutput(self) -> Any: ...
+    def SetInputData(self, *port_and_data) -> Any: ...
+    def DisconnectControlPoints(self) -> Any: ...
+    def DisconnectCuts(self) -> Any: ...
+    def DisconnectMask(self) -> Any: ...
+    def DisconnectDeformedControlPoints(self) -> Any: ...
+    def updated_deformation(self, info=None) -> Any: ...
+
 class MLSControlPoints(VTKPythonAlgorithmBase):
     def __init__(self) -> None: ...
-    def SetMode(self, choice: Literal["points", "lattice", "file"]) -> None:
+    def SetMode(self, value: Literal["points", "lattice", "file"]) -> None:
         """points: the rest positions are listed; lattice: they fill a box regularly; file: they
         are read from one.
 
@@ -24,7 +325,7 @@ class MLSControlPoints(VTKPythonAlgorithmBase):
         """
 
     def GetMode(self) -> str: ...
-    def SetFileName(self, text: str | None) -> None:
+    def SetFileName(self, value: str | None) -> None:
         """File with control points: markups of 3D Slicer (.fcsv, .mrk.json) and other landmarks,
         which are p; or pairs, as of px,py,pz,qx,qy,qz[,weight] (.csv, .txt) and of BigWarp. The
         list of deformed positions goes first, if it is not empty.
@@ -33,7 +334,7 @@ class MLSControlPoints(VTKPythonAlgorithmBase):
         """
 
     def GetFileName(self) -> str: ...
-    def SetDeformedFileName(self, text: str | None) -> None:
+    def SetDeformedFileName(self, value: str | None) -> None:
         """File with the positions q that control points were moved to, such as markups; or none.
         They are matched with their p by labels, or else by order.
 
@@ -41,7 +342,7 @@ class MLSControlPoints(VTKPythonAlgorithmBase):
         """
 
     def GetDeformedFileName(self) -> str: ...
-    def SetSpace(self, choice: Literal["lps", "ras"]) -> None:
+    def SetSpace(self, value: Literal["lps", "ras"]) -> None:
         """Frame of files that do not say theirs: markups do. What comes out is in LPS (x to the
         patient's left, y to the back, z to the head), as from MLS Image Reader.
 
@@ -103,253 +404,16 @@ class MLSControlPoints(VTKPythonAlgorithmBase):
     def SetWeight(self, index: int, weight: float) -> None: ...
     def GetOutput(self) -> Any: ...
 
-class MLSDeform(VTKPythonAlgorithmBase):
+class MLSDeform(_DeformingFilter):
     def __init__(self) -> None: ...
-    def SetKind(self, choice: Literal["affine", "rigid", "similarity", "polynomial"]) -> None:
-        """How the space between the control points follows them: rigid keeps sizes and angles as
-        well as it can, similarity allows a change of size, affine allows shear, polynomial
-        bends most freely.
-
-        One of "affine", "rigid", "similarity", "polynomial"; default: "rigid".
-        """
-
-    def GetKind(self) -> str: ...
-    def SetDegree(self, value: int) -> None:
-        """Degree of the polynomials: 1 is the affine kind; 2 and 3 need more control points.
-
-        An integer; default: 2.
-        """
-
-    def GetDegree(self) -> int: ...
-    def SetAlpha(self, value: float) -> None:
-        """How local the influence of a control point is: its weight at distance r is 1 / r^(2
-        alpha). Take 1.5 to 2 for a few handles to drag, 3 for many landmarks with the affine
-        kind or polynomials of degree 2. Up to 1.5 the influence of far control points does not
-        fade in space; 1 is the paper's. Must be greater than 0.
-
-        A number; default: 2.0.
-        """
-
-    def GetAlpha(self) -> float: ...
-    def SetSmoothing(self, value: float) -> None:
-        """Length in world units: weights are 1 / (r^2 + smoothing^2)^alpha. 0 meets the control
-        points exactly; above 0 the deformation passes close to them, for noisy landmarks.
-
-        A number; default: 0.0.
-        """
-
-    def GetSmoothing(self) -> float: ...
-    def SetSteps(self, value: int) -> None:
-        """Steps in which the control points go from p to q, each with its own map: many small
-        steps do not fold. 1 is the single map of the paper; auto, or 0, takes as many as
-        needed, up to 256. Polynomials of degree 2 and 3 may fold in any steps.
-
-        `Deformation.steps_used` and `smallest_determinant` tell what was found.
-
-        An integer; default: 1.
-        """
-
-    def GetSteps(self) -> int: ...
-    def SetBlend(self, value: float) -> None:
-        """Fraction of the displacement from p to q that is applied: 0 leaves everything exactly as
-        it was.
-
-        A number; default: 1.0.
-        """
-
-    def GetBlend(self) -> float: ...
-    def SetCutType(self, choice: Literal["none", "plane", "half-plane"]) -> None:
-        """A cut through the volume beside those of the input Cuts: a plane divides everything; a
-        half-plane has an edge through its origin, and begins there.
-
-        One of "none", "plane", "half-plane"; default: "none".
-        """
-
-    def GetCutType(self) -> str: ...
-    def SetCutOrigin(self, *values: float | Sequence[float]) -> None:
-        """A point of the plane, or of the edge of the half-plane. While CutFrame is rest, the cut
-        in the view stays at the undeformed volume, where it was laid, and the material takes
-        the cut itself along.
-
-        (x, y, z), world coordinates; default: (0.0, 0.0, 0.0).
-        """
-
-    def GetCutOrigin(self) -> tuple[float, ...]: ...
-    def SetCutNormal(self, *values: float | Sequence[float]) -> None:
-        """Normal of the plane or half-plane.
-
-        Its length does not count.
-
-        (x, y, z), world coordinates; default: (1.0, 0.0, 0.0).
-        """
-
-    def GetCutNormal(self) -> tuple[float, ...]: ...
-    def SetCutInward(self, *values: float | Sequence[float]) -> None:
-        """Direction in which the half-plane extends from its edge, which goes through the origin
-        at a right angle to it and to the normal; the view shows all of the plane.
-
-        Its part along the normal does not count.
-
-        (x, y, z), world coordinates; default: (0.0, 0.0, 1.0).
-        """
-
-    def GetCutInward(self) -> tuple[float, ...]: ...
-    def AddCut(self, value: Cut) -> None:
-        """Cuts beside those of CutType and of input port 2.
-
-        Each a `vtk_mls.Plane`, `HalfPlane` or `Surface`; default: none.
-        """
-
-    def ClearCuts(self) -> None: ...
-    def GetCuts(self) -> tuple[Cut, ...]: ...
-    def SetCutFrame(self, choice: Literal["rest", "deformed"]) -> None:
-        """Where cuts are: rest, in the undeformed volume, and the material takes them along;
-        deformed, in the deformed space, where they stay, and material that is moved through
-        them is lost.
-
-        The paper's are in the deformed space.
-
-        One of "rest", "deformed"; default: "rest".
-        """
-
-    def GetCutFrame(self) -> str: ...
-    def SetNu(self, value: float) -> None:
-        """How fast the influence of control points behind a cut falls with the length of the
-        detour around it. Must be greater than 1.
-
-        The damping exponent of Eq. 28.
-
-        A number; default: 2.0.
-        """
-
-    def GetNu(self) -> float: ...
-    def SetDeformedPoints(self, values: ArrayLike) -> None:
-        """Positions q to which the handles are dragged, with the mouse in the view or here. Those
-        that are not dragged hold the material where it is.
-
-        Without any, q = p. Unused where input port 1 is connected.
-
-        (n, 3) array_like, world coordinates; default: none.
-        """
-
-    def GetDeformedPoints(self) -> tuple[tuple[float, float, float], ...]: ...
-    def SetNumberOfDeformedPoints(self, count: int) -> None: ...
-    def GetNumberOfDeformedPoints(self) -> int: ...
-    def SetDeformedPoint(self, index: int, x: float, y: float, z: float) -> None: ...
-    def SetRestPoints(self, values: ArrayLike) -> None:
-        """Positions p of the handles in the undeformed space, one for each of those dragged; to
-        begin with a lattice over the bounds of the input.
-
-        That lattice is ParaView's: without it there are none, and nothing moves. Those that
-        rest on the cut of CutType belong to neither of its sides and do not count: they would
-        hold it shut. Unused where input port 1 is connected.
-
-        (n, 3) array_like, world coordinates; default: none.
-        """
-
-    def GetRestPoints(self) -> tuple[tuple[float, float, float], ...]: ...
-    def SetNumberOfRestPoints(self, count: int) -> None: ...
-    def GetNumberOfRestPoints(self) -> int: ...
-    def SetRestPoint(self, index: int, x: float, y: float, z: float) -> None: ...
-    def SetWeights(self, values: ArrayLike) -> None:
-        """A positive factor for each handle; empty: all count alike.
-
-        (n,) array_like; default: none.
-        """
-
-    def GetWeights(self) -> tuple[float, ...]: ...
-    def SetNumberOfWeights(self, count: int) -> None: ...
-    def GetNumberOfWeights(self) -> int: ...
-    def SetWeight(self, index: int, weight: float) -> None: ...
-    def SetHandleShapes(self, choice: Literal["points", "cells"]) -> None:
-        """What the input ControlPoints is: points, each a handle; or cells: vertices, and points
-        without a cell, are points, lines are curves, and closed surfaces are rigid regions.
-
-        Curves are carried along their whole length. Each connected surface moves by the
-        rotation and translation that its points have in common; cells with a volume count by
-        their outer faces. Weights and paths are those of points.
-
-        One of "points", "cells"; default: "points".
-        """
-
-    def GetHandleShapes(self) -> str: ...
-    def AddHandle(self, value: Handle) -> None:
-        """Handles beside those of input port 1, or of RestPoints.
-
-        Each a `vtk_mls.CurveHandle` or `RegionHandle`; default: none.
-        """
-
-    def ClearHandles(self) -> None: ...
-    def GetHandles(self) -> tuple[Handle, ...]: ...
-    def SetMaskBall(self, *values: float | Sequence[float]) -> None:
-        """Ball in the deformed space in which the deformation acts: center, radius, and the
-        distance over which it fades to nothing outside of the ball. All 0: no ball.
-
-        (x, y, z, radius, falloff), world coordinates; default: (0.0, 0.0, 0.0, 0.0, 0.0).
-        """
-
-    def GetMaskBall(self) -> tuple[float, ...]: ...
-    def SetMask(self, value: Mask | vtkImageData | None) -> None:
-        """Image in the deformed space by which displacements are multiplied, from 0 to 1; of
-        integers, as of labels, what is not 0 counts as 1. Outside of the image nothing moves.
-
-        Or input port 3.
-
-        A vtkImageData, or a `vtk_mls.BallMask`, `BoxMask` or `ImageMask`; default: None.
-        """
-
-    def GetMask(self) -> Mask | vtkImageData | None: ...
-    def SetFixedPlanes(self, values: ArrayLike) -> None:
-        """Planes that stay where they are: a point, a normal, and the distance from the plane over
-        which the deformation grows to its whole.
-
-        Rows (x, y, z, nx, ny, nz, falloff), world coordinates; default: none.
-        """
-
-    def GetFixedPlanes(self) -> tuple[tuple[float, ...], ...]: ...
-    def SetNumberOfFixedPlanes(self, count: int) -> None: ...
-    def GetNumberOfFixedPlanes(self) -> int: ...
-    def SetFixedPlane(self, index: int, *row: float) -> None: ...
-    def SetSlidingPlanes(self, values: ArrayLike) -> None:
-        """Planes along which material slides, as at a plane of symmetry: a point, a normal, and
-        the distance from the plane over which displacements along the normal grow to their
-        whole.
-
-        Rows (x, y, z, nx, ny, nz, falloff), world coordinates; default: none.
-        """
-
-    def GetSlidingPlanes(self) -> tuple[tuple[float, ...], ...]: ...
-    def SetNumberOfSlidingPlanes(self, count: int) -> None: ...
-    def GetNumberOfSlidingPlanes(self) -> int: ...
-    def SetSlidingPlane(self, index: int, *row: float) -> None: ...
-    def AddConstraint(self, value: FixedFace) -> None:
-        """Faces beside those of FixedPlanes and SlidingPlanes.
-
-        Each a `vtk_mls.FixedFace` or `SlidingFace`; default: none.
-        """
-
-    def ClearConstraints(self) -> None: ...
-    def GetConstraints(self) -> tuple[FixedFace, ...]: ...
-    def SetInitialTransform(self, text: Transform | str | PathLike[str] | None) -> None:
-        """Transform that moves the material first, so that the handles correct it: a file of ITK,
-        ANTs or 3D Slicer with an affine transform or a displacement field that resamples
-        images. Handles at rest, and cuts in the rest frame, are in the space that it leads to.
-
-        Images are resampled once, by both; points of meshes are moved by both.
-
-        The path of a file, or a `vtk_mls.Affine`, `Field`, `Chain` or `Deformation`; default:
-        "".
-        """
-
-    def GetInitialTransform(self) -> Transform | str | PathLike[str]: ...
-    def SetInterpolation(self, choice: Literal["nearest", "linear", "cubic"]) -> None:
+    def SetInterpolation(self, value: Literal["nearest", "linear", "cubic"]) -> None:
         """How values between the points of the input are interpolated.
 
         One of "nearest", "linear", "cubic"; default: "linear".
         """
 
     def GetInterpolation(self) -> str: ...
-    def AddLabelArray(self, name: str) -> None:
+    def AddLabelArray(self, value: str) -> None:
         """Arrays with labels, whose values must not be mixed: they are sampled nearest whatever
         the interpolation is.
 
@@ -372,7 +436,7 @@ class MLSDeform(VTKPythonAlgorithmBase):
         """
 
     def GetBackground(self) -> float: ...
-    def SetOutputGrid(self, choice: Literal["input", "fitted", "given"]) -> None:
+    def SetOutputGrid(self, value: Literal["input", "fitted", "given"]) -> None:
         """Grid of the output: that of the input; fitted, with the input's spacing but large enough
         for the deformed volume; or given by dimensions, spacing and origin.
 
@@ -431,7 +495,7 @@ class MLSDeform(VTKPythonAlgorithmBase):
         """
 
     def GetSplitCells(self) -> bool: ...
-    def SetVoidValues(self, choice: Literal["background", "continued"]) -> None:
+    def SetVoidValues(self, value: Literal["background", "continued"]) -> None:
         """What arrays hold in the void: the background; or continued, as if the material of each
         side went on behind the face of the cut. Turn HideVoid off, contour or slice that and
         clip the result by VoidDistance at 0: it ends at the face without steps.
@@ -440,19 +504,7 @@ class MLSDeform(VTKPythonAlgorithmBase):
         """
 
     def GetVoidValues(self) -> str: ...
-    def SetGenerateOverlap(self, value: bool) -> None:
-        """Whether to make the point array Overlap of an image, which is 1 where material from both
-        sides of a cut has come to the same place and only one can be shown, and the field array
-        OverlappingPoints with the number of such points.
-
-        With CutFrame deformed there is none: what comes to a cut is gone. Meshes keep both
-        sides. If the output is made in pieces, it is the number of each piece.
-
-        True or False; default: False.
-        """
-
-    def GetGenerateOverlap(self) -> bool: ...
-    def SetGradientArray(self, text: str | None) -> None:
+    def SetGradientArray(self, value: str | None) -> None:
         """Point scalars whose gradient in the deformed volume is wanted, as the point array
         Gradient, for shading: it follows the deformation exactly.
 
@@ -463,7 +515,7 @@ class MLSDeform(VTKPythonAlgorithmBase):
         """
 
     def GetGradientArray(self) -> str: ...
-    def AddGradientVectorArray(self, name: str) -> None:
+    def AddGradientVectorArray(self, value: str) -> None:
         """Arrays of the input that are gradients, and are transformed as such (covariantly). So
         are the active normals, without being named.
 
@@ -479,7 +531,7 @@ class MLSDeform(VTKPythonAlgorithmBase):
         """
 
     def GetNormalizeGradient(self) -> bool: ...
-    def AddPushForwardArray(self, name: str) -> None:
+    def AddPushForwardArray(self, value: str) -> None:
         """Arrays of vectors that move with the material, as velocities do, and are transformed as
         such (contravariantly).
 
@@ -488,30 +540,6 @@ class MLSDeform(VTKPythonAlgorithmBase):
 
     def ClearPushForwardArrays(self) -> None: ...
     def GetPushForwardArrays(self) -> tuple[str, ...]: ...
-    def SetGenerateJacobian(self, value: bool) -> None:
-        """Whether to make the point array Jacobian with 9 components: component 3 i + j is the
-        derivative of G_j in the direction i, where G(v) is the point that the material now at v
-        came from. It takes gradients of the input to those of the output.
-
-        It is (I + J_D)^T of Eq. 29, row by row.
-
-        True or False; default: False.
-        """
-
-    def GetGenerateJacobian(self) -> bool: ...
-    def SetGenerateJacobianDeterminant(self, value: bool) -> None:
-        """Whether to make the point array JacobianDeterminant, zero or negative where space is
-        folded, and the field array FoldedVoxels with the number of such points.
-
-        The void does not count. Of a mesh the field arrays are InvertedCells, the number of
-        cells that the deformation has inverted, and UncheckedCells, the number of cells without
-        a result. If the output is made in pieces, each piece has its own numbers, without ghost
-        cells.
-
-        True or False; default: False.
-        """
-
-    def GetGenerateJacobianDeterminant(self) -> bool: ...
     def SetGenerateCellQuality(self, value: bool) -> None:
         """Whether to make the cell arrays CellQuality and CellQualityBefore of a mesh: VTK's
         scaled Jacobian of the deformed cells, and of the same cells at rest. It is 1 for
@@ -536,274 +564,12 @@ class MLSDeform(VTKPythonAlgorithmBase):
         """
 
     def GetGenerateLargestBlend(self) -> bool: ...
-    def SetMapTolerance(self, value: float) -> None:
-        """How far displacements on grids may be off, in spacings of the grid: above 0 they are
-        found faster, from fewer points. The default of Python and the shell, 0, finds each
-        point's own; that of ParaView and the editor, 0.02, is too small to see. Next to cuts
-        all are exact.
-
-        A number; default: 0.0.
-        """
-
-    def GetMapTolerance(self) -> float: ...
-    def SetDevice(self, text: str | None) -> None:
-        """Where to compute: empty for the first GPU, else the CPU by its fastest driver; cpu; gpu;
-        platform:device as in 0:1; reference for the slow float64 specification in numpy.
-
-        A text; default: "".
-        """
-
-    def GetDevice(self) -> str: ...
-    def GetOutput(self) -> Any: ...
-    def SetInputData(self, *port_and_data) -> Any: ...
-    def DisconnectControlPoints(self) -> Any: ...
-    def DisconnectCuts(self) -> Any: ...
-    def DisconnectMask(self) -> Any: ...
-    def DisconnectDeformedControlPoints(self) -> Any: ...
-    def updated_deformation(self, info=None) -> Any: ...
     def DisconnectReference(self) -> Any: ...
     def has_reference(self) -> Any: ...
     def output_geometry(self, source, make_deformation) -> Any: ...
 
-class MLSDisplacementField(VTKPythonAlgorithmBase):
+class MLSDisplacementField(_DeformingFilter):
     def __init__(self) -> None: ...
-    def SetKind(self, choice: Literal["affine", "rigid", "similarity", "polynomial"]) -> None:
-        """How the space between the control points follows them: rigid keeps sizes and angles as
-        well as it can, similarity allows a change of size, affine allows shear, polynomial
-        bends most freely.
-
-        One of "affine", "rigid", "similarity", "polynomial"; default: "rigid".
-        """
-
-    def GetKind(self) -> str: ...
-    def SetDegree(self, value: int) -> None:
-        """Degree of the polynomials: 1 is the affine kind; 2 and 3 need more control points.
-
-        An integer; default: 2.
-        """
-
-    def GetDegree(self) -> int: ...
-    def SetAlpha(self, value: float) -> None:
-        """How local the influence of a control point is: its weight at distance r is 1 / r^(2
-        alpha). Take 1.5 to 2 for a few handles to drag, 3 for many landmarks with the affine
-        kind or polynomials of degree 2. Up to 1.5 the influence of far control points does not
-        fade in space; 1 is the paper's. Must be greater than 0.
-
-        A number; default: 2.0.
-        """
-
-    def GetAlpha(self) -> float: ...
-    def SetSmoothing(self, value: float) -> None:
-        """Length in world units: weights are 1 / (r^2 + smoothing^2)^alpha. 0 meets the control
-        points exactly; above 0 the deformation passes close to them, for noisy landmarks.
-
-        A number; default: 0.0.
-        """
-
-    def GetSmoothing(self) -> float: ...
-    def SetSteps(self, value: int) -> None:
-        """Steps in which the control points go from p to q, each with its own map: many small
-        steps do not fold. 1 is the single map of the paper; auto, or 0, takes as many as
-        needed, up to 256. Polynomials of degree 2 and 3 may fold in any steps.
-
-        `Deformation.steps_used` and `smallest_determinant` tell what was found.
-
-        An integer; default: 1.
-        """
-
-    def GetSteps(self) -> int: ...
-    def SetBlend(self, value: float) -> None:
-        """Fraction of the displacement from p to q that is applied: 0 leaves everything exactly as
-        it was.
-
-        A number; default: 1.0.
-        """
-
-    def GetBlend(self) -> float: ...
-    def SetCutType(self, choice: Literal["none", "plane", "half-plane"]) -> None:
-        """A cut through the volume beside those of the input Cuts: a plane divides everything; a
-        half-plane has an edge through its origin, and begins there.
-
-        One of "none", "plane", "half-plane"; default: "none".
-        """
-
-    def GetCutType(self) -> str: ...
-    def SetCutOrigin(self, *values: float | Sequence[float]) -> None:
-        """A point of the plane, or of the edge of the half-plane. While CutFrame is rest, the cut
-        in the view stays at the undeformed volume, where it was laid, and the material takes
-        the cut itself along.
-
-        (x, y, z), world coordinates; default: (0.0, 0.0, 0.0).
-        """
-
-    def GetCutOrigin(self) -> tuple[float, ...]: ...
-    def SetCutNormal(self, *values: float | Sequence[float]) -> None:
-        """Normal of the plane or half-plane.
-
-        Its length does not count.
-
-        (x, y, z), world coordinates; default: (1.0, 0.0, 0.0).
-        """
-
-    def GetCutNormal(self) -> tuple[float, ...]: ...
-    def SetCutInward(self, *values: float | Sequence[float]) -> None:
-        """Direction in which the half-plane extends from its edge, which goes through the origin
-        at a right angle to it and to the normal; the view shows all of the plane.
-
-        Its part along the normal does not count.
-
-        (x, y, z), world coordinates; default: (0.0, 0.0, 1.0).
-        """
-
-    def GetCutInward(self) -> tuple[float, ...]: ...
-    def AddCut(self, value: Cut) -> None:
-        """Cuts beside those of CutType and of input port 2.
-
-        Each a `vtk_mls.Plane`, `HalfPlane` or `Surface`; default: none.
-        """
-
-    def ClearCuts(self) -> None: ...
-    def GetCuts(self) -> tuple[Cut, ...]: ...
-    def SetCutFrame(self, choice: Literal["rest", "deformed"]) -> None:
-        """Where cuts are: rest, in the undeformed volume, and the material takes them along;
-        deformed, in the deformed space, where they stay, and material that is moved through
-        them is lost.
-
-        The paper's are in the deformed space.
-
-        One of "rest", "deformed"; default: "rest".
-        """
-
-    def GetCutFrame(self) -> str: ...
-    def SetNu(self, value: float) -> None:
-        """How fast the influence of control points behind a cut falls with the length of the
-        detour around it. Must be greater than 1.
-
-        The damping exponent of Eq. 28.
-
-        A number; default: 2.0.
-        """
-
-    def GetNu(self) -> float: ...
-    def SetDeformedPoints(self, values: ArrayLike) -> None:
-        """Positions q to which the handles are dragged, with the mouse in the view or here. Those
-        that are not dragged hold the material where it is.
-
-        Without any, q = p. Unused where input port 1 is connected.
-
-        (n, 3) array_like, world coordinates; default: none.
-        """
-
-    def GetDeformedPoints(self) -> tuple[tuple[float, float, float], ...]: ...
-    def SetNumberOfDeformedPoints(self, count: int) -> None: ...
-    def GetNumberOfDeformedPoints(self) -> int: ...
-    def SetDeformedPoint(self, index: int, x: float, y: float, z: float) -> None: ...
-    def SetRestPoints(self, values: ArrayLike) -> None:
-        """Positions p of the handles in the undeformed space, one for each of those dragged; to
-        begin with a lattice over the bounds of the input.
-
-        That lattice is ParaView's: without it there are none, and nothing moves. Those that
-        rest on the cut of CutType belong to neither of its sides and do not count: they would
-        hold it shut. Unused where input port 1 is connected.
-
-        (n, 3) array_like, world coordinates; default: none.
-        """
-
-    def GetRestPoints(self) -> tuple[tuple[float, float, float], ...]: ...
-    def SetNumberOfRestPoints(self, count: int) -> None: ...
-    def GetNumberOfRestPoints(self) -> int: ...
-    def SetRestPoint(self, index: int, x: float, y: float, z: float) -> None: ...
-    def SetWeights(self, values: ArrayLike) -> None:
-        """A positive factor for each handle; empty: all count alike.
-
-        (n,) array_like; default: none.
-        """
-
-    def GetWeights(self) -> tuple[float, ...]: ...
-    def SetNumberOfWeights(self, count: int) -> None: ...
-    def GetNumberOfWeights(self) -> int: ...
-    def SetWeight(self, index: int, weight: float) -> None: ...
-    def SetHandleShapes(self, choice: Literal["points", "cells"]) -> None:
-        """What the input ControlPoints is: points, each a handle; or cells: vertices, and points
-        without a cell, are points, lines are curves, and closed surfaces are rigid regions.
-
-        Curves are carried along their whole length. Each connected surface moves by the
-        rotation and translation that its points have in common; cells with a volume count by
-        their outer faces. Weights and paths are those of points.
-
-        One of "points", "cells"; default: "points".
-        """
-
-    def GetHandleShapes(self) -> str: ...
-    def AddHandle(self, value: Handle) -> None:
-        """Handles beside those of input port 1, or of RestPoints.
-
-        Each a `vtk_mls.CurveHandle` or `RegionHandle`; default: none.
-        """
-
-    def ClearHandles(self) -> None: ...
-    def GetHandles(self) -> tuple[Handle, ...]: ...
-    def SetMaskBall(self, *values: float | Sequence[float]) -> None:
-        """Ball in the deformed space in which the deformation acts: center, radius, and the
-        distance over which it fades to nothing outside of the ball. All 0: no ball.
-
-        (x, y, z, radius, falloff), world coordinates; default: (0.0, 0.0, 0.0, 0.0, 0.0).
-        """
-
-    def GetMaskBall(self) -> tuple[float, ...]: ...
-    def SetMask(self, value: Mask | vtkImageData | None) -> None:
-        """Image in the deformed space by which displacements are multiplied, from 0 to 1; of
-        integers, as of labels, what is not 0 counts as 1. Outside of the image nothing moves.
-
-        Or input port 3.
-
-        A vtkImageData, or a `vtk_mls.BallMask`, `BoxMask` or `ImageMask`; default: None.
-        """
-
-    def GetMask(self) -> Mask | vtkImageData | None: ...
-    def SetFixedPlanes(self, values: ArrayLike) -> None:
-        """Planes that stay where they are: a point, a normal, and the distance from the plane over
-        which the deformation grows to its whole.
-
-        Rows (x, y, z, nx, ny, nz, falloff), world coordinates; default: none.
-        """
-
-    def GetFixedPlanes(self) -> tuple[tuple[float, ...], ...]: ...
-    def SetNumberOfFixedPlanes(self, count: int) -> None: ...
-    def GetNumberOfFixedPlanes(self) -> int: ...
-    def SetFixedPlane(self, index: int, *row: float) -> None: ...
-    def SetSlidingPlanes(self, values: ArrayLike) -> None:
-        """Planes along which material slides, as at a plane of symmetry: a point, a normal, and
-        the distance from the plane over which displacements along the normal grow to their
-        whole.
-
-        Rows (x, y, z, nx, ny, nz, falloff), world coordinates; default: none.
-        """
-
-    def GetSlidingPlanes(self) -> tuple[tuple[float, ...], ...]: ...
-    def SetNumberOfSlidingPlanes(self, count: int) -> None: ...
-    def GetNumberOfSlidingPlanes(self) -> int: ...
-    def SetSlidingPlane(self, index: int, *row: float) -> None: ...
-    def AddConstraint(self, value: FixedFace) -> None:
-        """Faces beside those of FixedPlanes and SlidingPlanes.
-
-        Each a `vtk_mls.FixedFace` or `SlidingFace`; default: none.
-        """
-
-    def ClearConstraints(self) -> None: ...
-    def GetConstraints(self) -> tuple[FixedFace, ...]: ...
-    def SetInitialTransform(self, text: Transform | str | PathLike[str] | None) -> None:
-        """Transform that moves the material first, so that the handles correct it: a file of ITK,
-        ANTs or 3D Slicer with an affine transform or a displacement field that resamples
-        images. Handles at rest, and cuts in the rest frame, are in the space that it leads to.
-
-        Images are resampled once, by both; points of meshes are moved by both.
-
-        The path of a file, or a `vtk_mls.Affine`, `Field`, `Chain` or `Deformation`; default:
-        "".
-        """
-
-    def GetInitialTransform(self) -> Transform | str | PathLike[str]: ...
     def SetInverse(self, value: bool) -> None:
         """Whether to make the displacement to where the material goes, which moves points, instead
         of the one to where it came from, which resamples images.
@@ -819,71 +585,10 @@ class MLSDisplacementField(VTKPythonAlgorithmBase):
         """
 
     def GetSampleDimensions(self) -> tuple[int, ...]: ...
-    def SetGenerateOverlap(self, value: bool) -> None:
-        """Whether to make the point array Overlap of an image, which is 1 where material from both
-        sides of a cut has come to the same place and only one can be shown, and the field array
-        OverlappingPoints with the number of such points.
-
-        With CutFrame deformed there is none: what comes to a cut is gone. Meshes keep both
-        sides. If the output is made in pieces, it is the number of each piece.
-
-        True or False; default: False.
-        """
-
-    def GetGenerateOverlap(self) -> bool: ...
-    def SetGenerateJacobian(self, value: bool) -> None:
-        """Whether to make the point array Jacobian with 9 components: component 3 i + j is the
-        derivative of G_j in the direction i, where G(v) is the point that the material now at v
-        came from. It takes gradients of the input to those of the output.
-
-        It is (I + J_D)^T of Eq. 29, row by row.
-
-        True or False; default: False.
-        """
-
-    def GetGenerateJacobian(self) -> bool: ...
-    def SetGenerateJacobianDeterminant(self, value: bool) -> None:
-        """Whether to make the point array JacobianDeterminant, zero or negative where space is
-        folded, and the field array FoldedVoxels with the number of such points.
-
-        The void does not count. Of a mesh the field arrays are InvertedCells, the number of
-        cells that the deformation has inverted, and UncheckedCells, the number of cells without
-        a result. If the output is made in pieces, each piece has its own numbers, without ghost
-        cells.
-
-        True or False; default: False.
-        """
-
-    def GetGenerateJacobianDeterminant(self) -> bool: ...
-    def SetMapTolerance(self, value: float) -> None:
-        """How far displacements on grids may be off, in spacings of the grid: above 0 they are
-        found faster, from fewer points. The default of Python and the shell, 0, finds each
-        point's own; that of ParaView and the editor, 0.02, is too small to see. Next to cuts
-        all are exact.
-
-        A number; default: 0.0.
-        """
-
-    def GetMapTolerance(self) -> float: ...
-    def SetDevice(self, text: str | None) -> None:
-        """Where to compute: empty for the first GPU, else the CPU by its fastest driver; cpu; gpu;
-        platform:device as in 0:1; reference for the slow float64 specification in numpy.
-
-        A text; default: "".
-        """
-
-    def GetDevice(self) -> str: ...
-    def GetOutput(self) -> Any: ...
-    def SetInputData(self, *port_and_data) -> Any: ...
-    def DisconnectControlPoints(self) -> Any: ...
-    def DisconnectCuts(self) -> Any: ...
-    def DisconnectMask(self) -> Any: ...
-    def DisconnectDeformedControlPoints(self) -> Any: ...
-    def updated_deformation(self, info=None) -> Any: ...
 
 class MLSLandmarkReport(VTKPythonAlgorithmBase):
     def __init__(self) -> None: ...
-    def SetDevice(self, text: str | None) -> None:
+    def SetDevice(self, value: str | None) -> None:
         """Where to compute: empty for the first GPU, else the CPU by its fastest driver; cpu; gpu;
         platform:device as in 0:1; reference for the slow float64 specification in numpy.
 

@@ -1,9 +1,9 @@
 """The result of pending edits of MLS Deform, drawn before Apply.
 
-Where the filter is shown, or before the first Apply its input, the deformed input is drawn in place
-of ParaView's own prop. The pipeline has no part in this: states, Undo and the panel ignore it. It
-is updated once a frame for any number of edits, so that it keeps up with the mouse. Views without
-the mouse are rendered when a drag ends.
+The deformed input is drawn in place of ParaView's own prop of the filter, or of the input before
+the first Apply. This does not change the pipeline: states, Undo and the panel ignore it. It is
+updated once a frame for any number of edits, to keep up with the mouse. Other views are rendered
+when a drag ends.
 """
 
 from __future__ import annotations

@@ -94,7 +94,7 @@ TABLE = (
         "Distance from the void, negative in it: its zero level is the face of the cut.",
         f"{_CUTS}; in MLSDisplacementField unless Inverse",
     ),
-    Array("Void", CELLS, (IMAGE,), "0 or 1", "Whether a cell's centre is void.", _CUTS),
+    Array("Void", CELLS, (IMAGE,), "0 or 1", "Whether a cell's center is void.", _CUTS),
     Array(
         "Void",
         CELLS,
