@@ -58,7 +58,7 @@ def _of_each_side(own, deformation, grid):
     behind = distance < 0
     groups = _groups(deformation.cuts, x, distance, near)
     for group in groups:
-        group.keep(_near_faces(group, rows, behind, grid.shape))
+        group.clear_except(_near_faces(group, rows, behind, grid.shape))
     values = np.repeat(own[None], 2 ** len(groups), axis=0)
     if not groups:
         return values
@@ -116,7 +116,7 @@ class _Group:
         self.below[rows] = _is_below(cut, x[rows])
         self.cuts.append(cut)
 
-    def keep(self, rows):
+    def clear_except(self, rows):
         """Clear the nearest cut in all other rows."""
         self.nearest[~rows] = -1
 
