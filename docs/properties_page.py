@@ -18,25 +18,27 @@ from vtk_mls.vtk import array_table
 PAGE = Path(__file__).with_name("properties.md")
 HEAD = """# Properties of the filters
 
-`python docs/properties_page.py` makes this page from `vtk_mls/filters/property_tables.py`. In Python, a
-property `X` of a filter has the methods `SetX` and `GetX`. Vectors are given as `SetX(1, 2, 3)` or as
-one sequence. In ParaView and `pvpython` it is the property `X` of the proxy. Options are those of
-`vtk-mls deform` and `vtk-mls field`.
+`python docs/properties_page.py` makes this page from `vtk_mls/filters/property_tables.py`. In
+Python, a property `X` of a filter has the methods `SetX` and `GetX`. Vectors are given as
+`SetX(1, 2, 3)` or as one sequence. In ParaView and `pvpython` it is the property `X` of the
+proxy. Options are those of `vtk-mls deform` and `vtk-mls field`.
 """
 ARRAYS = """\
-The input ControlPoints has the point arrays `Displacement` (q - p) and `Weight`. To use another array
-for q - p, call `SetInputArrayToProcess(0, 1, 0, vtkDataObject.FIELD_ASSOCIATION_POINTS, name)`. For
-the weights, the first argument is 1. In ParaView, set DisplacementArray and WeightArray. Drag and
+The input ControlPoints has the point arrays `Displacement` (q - p) and `Weight`. To use another
+array for q - p, call
+`SetInputArrayToProcess(0, 1, 0, vtkDataObject.FIELD_ASSOCIATION_POINTS, name)`. For the weights,
+the first argument is 1. In ParaView, set DisplacementArray and WeightArray. Drag and
 LatticeDimensions of ParaView's panel are for the mouse only."""
 REPORT = """\
-The output has two tables. *Pairs* has a row for each pair of landmarks: Name, Rest, Deformed, Moved,
-Error (when left out), Outlier, SwappedWith. Its field data are Recommended, SmallestDeterminant and
-Summary. *Settings* has a row for each setting that was tried, best first: Kind, Degree, Alpha,
-Smoothing, Median, Options, Recommended. Alpha 0 is one map for all pairs. Arrays of the input are
-chosen as above."""
+The output has two tables. *Pairs* has a row for each pair of landmarks: Name, Rest, Deformed,
+Moved, Error (when left out), Outlier, SwappedWith. Its field data are Recommended,
+SmallestDeterminant and Summary. *Settings* has a row for each setting that was tried, best
+first: Kind, Degree, Alpha, Smoothing, Median, Options, Recommended. Alpha 0 is one map for all
+pairs. Arrays of the input are chosen as above."""
 OUTPUTS = """\
-The filters write these arrays beside the arrays of their inputs, which they carry along. The table is
-made from `vtk_mls/vtk/array_table.py`; a test compares it with the output of the filters.
+The filters write these arrays beside the arrays of their inputs, which they carry along. The
+table is made from `vtk_mls/vtk/array_table.py`; a test compares it with the output of the
+filters.
 """
 # Of values of `vtk_mls`.
 _IN_PARAVIEW = {

@@ -15,28 +15,29 @@ RESULTS = Path(__file__).parent / "results"
 PAGE = PROJECT / "docs/benchmarks.md"
 HEAD = """# Benchmarks
 
-`make bench` measured these times, in milliseconds. [Speed](speed.md) says what they mean. Rows of one
-table were measured in turns and can be compared. Rows of different machines cannot.
+`make bench` measured these times, in milliseconds. [Speed](speed.md) says what they mean. Rows
+of one table were measured in turns and can be compared. Rows of different machines cannot.
 
 - Columns: the smallest of several times, the median, and for drags the 99th percentile. Then the
   smallest time and the **processor** time of all threads, as multiples of the row in bold.
 - The paper's times are those of its Table 1, on a GeForce 8800 Ultra and a CPU of 2 GHz.
-- **Kernels** are timed alone. A simulator (Oclgrind) counts their **operations** on floats for each
-  point in the compiled code. Additions, multiplications, divisions and roots count as one, and fused
-  multiply-adds as two. Comparisons, selections and integers do not count. With a half-plane the count
-  is too high for a fine grid, because searches start farther away on the grid of the simulator.
-- The **bytes** of a point are those of each array that is read or written, once. In a cache they may
-  be faster than the memory.
+- **Kernels** are timed alone. A simulator (Oclgrind) counts their **operations** on floats for
+  each point in the compiled code. Additions, multiplications, divisions and roots count as one,
+  and fused multiply-adds as two. Comparisons, selections and integers do not count. With a
+  half-plane the count is too high for a fine grid, because searches start farther away on the
+  grid of the simulator.
+- The **bytes** of a point are those of each array that is read or written, once. In a cache they
+  may be faster than the memory.
 - Operations and bytes stand next to the peaks of the device: fused multiply-adds, and copies in
   memory.
 - The data that an update moves for each voxel are counted where buffers are made. The memory
   **beside** input and output is the largest that the system reports.
-- An **exponent** e means that a value grows as size^e, fitted to all sizes of a table. It is 1 for
-  proportional growth, and less where part of the work does not depend on the size.
+- An **exponent** e means that a value grows as size^e, fitted to all sizes of a table. It is 1
+  for proportional growth, and less where part of the work does not depend on the size.
 
-To add a machine: `make bench LARGE=1`, copy `build/bench.json` to `tests/benchmarks/results/`, and
-`make pages`. The benchmark uses the first GPU, or else the fastest driver for the CPU, or the device
-in `VTK_MLS_DEVICE` (`VTK_MLS_DEVICE=cpu make bench LARGE=1`).
+To add a machine: `make bench LARGE=1`, copy `build/bench.json` to `tests/benchmarks/results/`,
+and `make pages`. The benchmark uses the first GPU, or else the fastest driver for the CPU, or
+the device in `VTK_MLS_DEVICE` (`VTK_MLS_DEVICE=cpu make bench LARGE=1`).
 """
 
 
