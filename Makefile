@@ -27,7 +27,7 @@ CHECKED := tests/core tests/engine tests/filters tests/project
 # Tests with the mouse: two at a time. A busy machine can lose an event, so a failed test runs once
 # more and is listed under RERUN.
 BY_MOUSE := tests/paraview tests/web tests/editor/test_window.py
-SECOND_TRY := --numprocesses 2 --reruns 1 -rR
+SECOND_TRY := --numprocesses 2 --dist worksteal --reruns 1 -rR
 PY := .venv/bin/python
 
 demo: .venv/demo-$(OPENCL).stamp
@@ -35,19 +35,19 @@ demo: .venv/demo-$(OPENCL).stamp
 	@$(PY) examples/demo/make_demo.py demo-output
 
 check: lint
-	$(PY) -m pytest --numprocesses auto -m "not long and not matrix" $(CHECKED)
+	$(PY) -m pytest --numprocesses auto --dist worksteal -m "not long and not matrix" $(CHECKED)
 
 test: lint .venv-slicer/made.stamp
 	@bash .ci/drivers
 	@bash tests/paraview/install.sh
-	$(PY) -m pytest --numprocesses auto -m "not matrix" $(BY_MOUSE:%=--ignore %)
+	$(PY) -m pytest --numprocesses auto --dist worksteal -m "not matrix" $(BY_MOUSE:%=--ignore %)
 	$(PY) -m pytest $(SECOND_TRY) -m "not matrix" $(BY_MOUSE)
 
 matrix: lint .venv-slicer/made.stamp
 	@bash .ci/drivers
 	@bash tests/paraview/install.sh trixie forky
 	@bash tests/web/install.sh
-	$(PY) -m pytest --numprocesses auto $(BY_MOUSE:%=--ignore %)
+	$(PY) -m pytest --numprocesses auto --dist worksteal $(BY_MOUSE:%=--ignore %)
 	$(PY) -m pytest $(SECOND_TRY) $(BY_MOUSE)
 
 environments: .venv/test-$(OPENCL).stamp

@@ -34,7 +34,7 @@ camera.SetFocalPoint(middle)
 camera.SetPosition(middle + 3.0 * (high - low).max() * np.array((0.28, -0.72, 0.62)))
 camera.SetViewUp(0, 0, 1)
 editor.toggle_slices()
-editor.look_at(middle + (0, 8, 12))
+editor.move_slices(middle + (0, 8, 12))
 
 # what four keys and two drags would do
 cut = HalfPlane(middle + (1.5, 0, -0.1 * (high - low)[2]), (1, 0, 0), (0, 0, 1))

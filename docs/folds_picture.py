@@ -43,7 +43,7 @@ editor.toggle_slices()
 editor.change(state)
 editor.set_distortion(3)  # what key J would do in three steps
 editor.say("")
-editor.look_at(middle + (0, -2, 10))
+editor.move_slices(middle + (0, -2, 10))
 editor.scene.set_coarseness(1)
 window.Render()
 grab, writer = vtkWindowToImageFilter(), vtkPNGWriter()

@@ -51,7 +51,7 @@ deform.CutOrigin = [98, 116, 60]
 
 def draw(file):
     """Draw the animation."""
-    brain = write_brain(FOLDER / "brain.vti", every=1)
+    brain = write_brain(FOLDER / "brain.vti", step=1)
     frames = []
     with (
         virtual_display() as display,

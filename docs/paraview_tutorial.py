@@ -33,7 +33,7 @@ CLICKS = {
 def draw(folder, three):
     """Draw the pictures into a folder, and the file of three."""
     folder.mkdir(exist_ok=True)
-    brain, shots = write_brain(FOLDER / "brain.vti", every=1), {}
+    brain, shots = write_brain(FOLDER / "brain.vti", step=1), {}
     with (
         virtual_display() as display,
         running(NEWEST, PROJECT, FOLDER, display, vtk_mls_command(brain)) as gui,

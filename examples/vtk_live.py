@@ -26,7 +26,7 @@ volume = plotter.add_volume(
     block, cmap="coolwarm", opacity=[0, 0.4, 0.6, 0.7], opacity_unit_distance=1, mapper="gpu"
 )
 volume.mapper.SetAutoAdjustSampleDistances(False)
-volume.mapper.SetSampleDistance(0.4)
+volume.mapper.SetSampleDistance(2)  # coarse while it moves
 volume.prop.SetShade(True)
 volume.prop.SetAmbient(0.4)
 actor = plotter.add_mesh(block.contour([200]), color="tan")
@@ -44,6 +44,7 @@ for distance in np.linspace(0, 14, 8):  # what an observer of a dragged handle w
         drawn.update(deformation)
     plotter.render_window.Render()
 
+volume.mapper.SetSampleDistance(0.4)
 plotter.screenshot(sys.argv[1] if len(sys.argv) > 1 else "live.png")
 print(f"{shown[0].uploads} moves, as many maps on the graphics card, the volume once")
 assert shown[0].failure is None

@@ -27,6 +27,14 @@ def paired(**parameters):
     return pytest.mark.parametrize(tuple(parameters), marked)
 
 
+def one_of(count, values):
+    """Parameters of a test of which one of `count` is not left to `make matrix`."""
+    return [
+        pytest.param(value, marks=[pytest.mark.matrix] * (i % count > 0))
+        for i, value in enumerate(values)
+    ]
+
+
 def few_with_each_value(rows):
     """Numbers of a few rows in which each value of each column appears.
 

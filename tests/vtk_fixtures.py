@@ -13,6 +13,7 @@ from control_point_sets import DEVICES
 from vtkmodules import vtkCommonCore
 from vtkmodules.vtkCommonCore import vtkDataArray, vtkOutputWindow, vtkStringOutputWindow
 from vtkmodules.vtkCommonDataModel import vtkImageData
+from vtkmodules.vtkFiltersSources import vtkSphereSource
 
 from vtk_mls.filters import MLSControlPoints
 from vtk_mls.vtk import arrays
@@ -144,6 +145,31 @@ def update(algorithm):
     """The output after an update."""
     assert algorithm.GetExecutive().Update()
     return algorithm.GetOutputDataObject(0)
+
+
+def ball(center, radius, resolution=30, normals=True):
+    """The surface of a ball."""
+    source = vtkSphereSource()
+    source.SetCenter(*center)
+    source.SetRadius(radius)
+    source.SetThetaResolution(resolution)
+    source.SetPhiResolution(resolution)
+    source.SetGenerateNormals(normals)
+    return update(source)
+
+
+def picture_of(window):
+    """The picture in a vtkRenderWindow: (height, width, 3) float, 0 to 255."""
+    from vtkmodules.vtkRenderingCore import vtkWindowToImageFilter
+
+    grab = vtkWindowToImageFilter()
+    grab.SetInput(window)
+    grab.ReadFrontBufferOff()
+    grab.ShouldRerenderOff()
+    image = update(grab)
+    width, height, _ = image.GetDimensions()
+    pixels = arrays.to_numpy(image.GetPointData().GetScalars())
+    return pixels.reshape(height, width, -1)[..., :3].astype(float)
 
 
 class Executions:

@@ -15,7 +15,7 @@ def main(arguments=None):
     Parameters
     ----------
     arguments : list of str, optional
-        Run in this process, which a crash of VTK ends. By default those of the process, which are
+        Run in this process, which a crash of VTK ends. By default the arguments of the process are
         run in a child.
 
     Returns

@@ -162,5 +162,5 @@ class Deformation(Transform, MapParameters):
     def _engine(self):
         return engine_for(self.device)
 
-    def _known_positions(self, grid):
+    def _material_samples(self, grid):
         return self.handle_set.positions

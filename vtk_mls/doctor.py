@@ -94,13 +94,13 @@ def _plugin(problems):
 def _devices(problems, retest):
     """The result for each device; an arrow marks the device that would be used."""
     requested = os.environ.get("VTK_MLS_DEVICE") or None
-    lines, devices, chosen = [], [], None
+    lines, devices, used_device = [], [], None
     try:
         devices = device.list_devices()
         results = device_check.results(devices, retest)
         if requested != "reference":
-            chosen = dispatch.choose(requested)
-            if chosen is None:
+            used_device = dispatch.choose(requested)
+            if used_device is None:
                 problems.append(
                     f"no OpenCL device computes right, numpy does it, slowly: {drivers.advice()}"
                 )
@@ -108,7 +108,7 @@ def _devices(problems, retest):
         problems.append(str(error))
     lines.append("OpenCL devices" if devices else "OpenCL devices: none")
     for candidate, result in zip(devices, results if devices else ()):
-        mark = "->" if chosen is not None and candidate.key == chosen.key else "  "
+        mark = "->" if used_device is not None and candidate.key == used_device.key else "  "
         lines.append(f"  {mark} {candidate}, {candidate.version}, driver {candidate.driver}")
         lines += [f"       {line}" for line in _result(candidate, result)]
     if not any(drivers.is_fastest(candidate.platform) for candidate in devices):

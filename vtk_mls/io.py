@@ -341,7 +341,7 @@ def write_handles(
         factors = np.ones(len(all_p))
         factors[: len(p)] = arguments.positive_weights(weights, len(p))
     polydata = vtkPolyData()
-    path_of_all = np.tile(all_p, (len(places), 1, 1))  # that of shapes does not count
+    path_of_all = np.tile(all_p, (len(places), 1, 1))  # the path of shapes does not count
     path_of_all[:, : len(p)] = places
     fill_polydata(polydata, all_p, all_q, factors, cells=cells, path=path_of_all)
     metadata.store(polydata, metadata.SPACE, ["LPS"])
@@ -478,14 +478,14 @@ def read_cuts(path: _PathLike) -> list[Surface]:
 
 
 def _checked(
-    read: Callable[[], Any], path: Path, kind: type | tuple[type, ...], nothing: str
+    read: Callable[[], Any], path: Path, kind: type | tuple[type, ...], absent: str
 ) -> Any:
     """The result of a reader, if it is of this kind, not empty, and valid."""
     with failures_named(path):
         dataset = read()
     parts = blocks(dataset) if isinstance(dataset, kind) else []
     if not any(part.GetNumberOfPoints() for part in parts):
-        raise ValueError(f"`{path}` holds {nothing}")
+        raise ValueError(f"`{path}` holds {absent}")
     with failures_named(path):
         for part in parts:
             validity.check(part)

@@ -1,5 +1,5 @@
-// The backward map at a point. It is a single step as a rule. Of several, the last one comes first: it
-// leads from the deformed space to the stage before.
+// The backward map at a point: one step, or several. The last step comes first: it leads from the
+// deformed space to the previous stage.
 
 #include "types.cl"
 #include "powers.cl"
@@ -23,8 +23,8 @@ inline vec unlimited_displacement(const map_t *map, const fit_t *fit) {
                  (fit->pivot.k >= map->params.count) & (fit->pivot.d2 <= ON_CURVE * ON_CURVE));
 #endif
 #if CUTS
-  vec still = vec_scale((real)(-1), mean_displacement_of(&map->cuts));
-  d = vec_select(d, still, fit->pivot.d2 >= UNREACHABLE);
+  vec rest = vec_scale((real)(-1), mean_displacement_of(&map->cuts));
+  d = vec_select(d, rest, fit->pivot.d2 >= UNREACHABLE);
 #endif
   return d;
 }
@@ -38,8 +38,8 @@ inline vec step_displacement(const map_t *map, const fit_t *fit) {
 #endif
 }
 
-inline mat still_if(mat j, integer still) {
-  for (int i = 0; i < 9; ++i) j.a[i] = select(j.a[i], (real)(0), still);
+inline mat zero_if(mat j, integer condition) {
+  for (int i = 0; i < 9; ++i) j.a[i] = select(j.a[i], (real)(0), condition);
   return j;
 }
 
@@ -47,10 +47,10 @@ inline mat still_if(mat j, integer still) {
 inline weight_jacobian_t step_jacobian(const map_t *map, const fit_t *fit) {
   weight_jacobian_t jacobian = displacement_jacobian(map, fit);
 #if CUTS
-  integer still = fit->pivot.d2 >= UNREACHABLE;
-  jacobian.by_v = still_if(jacobian.by_v, still);
+  integer is_unreachable = fit->pivot.d2 >= UNREACHABLE;
+  jacobian.by_v = zero_if(jacobian.by_v, is_unreachable);
 #if AT_REST
-  jacobian.by_x = still_if(jacobian.by_x, still);
+  jacobian.by_x = zero_if(jacobian.by_x, is_unreachable);
 #endif
 #endif
 #if LIMITS
@@ -104,7 +104,7 @@ inline real void_distance_at(const map_t *map, const fit_t *fit, vec d) {
 #if AT_REST
   return void_distance_of(&map->cuts, g, g, fit->point.crossed_cuts);
 #elif STEPS
-  return least(fit->point.steps.void_distance,
+  return fast_min(fit->point.steps.void_distance,
                void_distance_of(&map->cuts, fit->point.v, g, (integer)(0)));
 #else
   return void_distance_of(&map->cuts, fit->point.v, g, (integer)(0));

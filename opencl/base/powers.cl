@@ -4,7 +4,7 @@
 // 2^x for |x| <= 126, relative error 2.2e-7. The built-in functions are more exact, and several times
 // slower in vectors.
 inline real fast_exp2(real x) {
-  x = least(most(x, (real)(-126)), (real)(126));
+  x = fast_min(fast_max(x, (real)(-126)), (real)(126));
   real whole = rint(x), f = x - whole;
   real power = 0.00132764715f;
   power = fma(power, f, (real)(0.00967554133f));

@@ -1,7 +1,7 @@
 // A map of several steps: G = G_1 o ... o G_N. Step k leads from stage k to stage k - 1. All steps have
 // the local frame of the whole, without a mean displacement.
 
-// The point of step `map` that the steps after it have led to.
+// Sets the point v at which step `map` is evaluated.
 inline void set_step_point(const map_t *map, evaluation_point_t *point, vec v) {
 #if AT_REST
   point->v = v;  // cuts see from the origin in all steps
@@ -25,7 +25,7 @@ inline void fit_map(const map_t *map, fit_t *fit) {
     if (!map->cuts.params.regions_compete) {  // cuts that stay may be crossed in any step
       const real distance =
           void_distance_of(&step.cuts, point->v, vec_add(point->v, d), (integer)(0));
-      done.void_distance = least(done.void_distance, distance);
+      done.void_distance = fast_min(done.void_distance, distance);
     }
 #endif
   }
@@ -58,8 +58,8 @@ inline real determinant_of(const mat *a) {
   return dot3(x, cross3(y, z));
 }
 
-// The Jacobians of all steps by the chain rule. The steps are fitted again, for a work item cannot keep
-// their fits. `least_determinant` becomes the smallest determinant of a step.
+// The Jacobians of all steps by the chain rule. The steps are fitted again, because a work item cannot
+// store their fits. `least_determinant` becomes the smallest determinant of a step.
 inline weight_jacobian_t composed_jacobian(const map_t *map, const fit_t *fit,
                                            real *least_determinant) {
   fit_t at;
@@ -77,7 +77,7 @@ inline weight_jacobian_t composed_jacobian(const map_t *map, const fit_t *fit,
     fit_step(&step, &at);
     v = vec_add(v, step_displacement(&step, &at));
     const weight_jacobian_t jacobian = step_jacobian(&step, &at);
-    *least_determinant = least(*least_determinant, determinant_of(&jacobian.by_v));
+    *least_determinant = fast_min(*least_determinant, determinant_of(&jacobian.by_v));
     total.by_v = mat_composed(&jacobian.by_v, &total.by_v);
 #if AT_REST
     // (I + A) B + C = (I + A) (I + B) - I - A + C

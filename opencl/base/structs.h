@@ -1,5 +1,5 @@
-// Structs and constants shared by host and kernels. vtk_mls/engine/launch/kernel_arguments.py has the
-// same as numpy dtypes; tests/engine/test_kernel_arguments.py compares them on each device.
+// Structs and constants shared by host and kernels. vtk_mls/engine/launch/structs.py reads this file, and
+// makes numpy dtypes of the structs; tests/engine/test_kernel_arguments.py compares them on each device.
 //
 // A transform is 12 floats: the columns of a matrix, then an offset (`transformed` in types.cl).
 // A struct with a long ends with explicit padding: rusticl 22.3 does not count any other.
@@ -7,7 +7,7 @@
 enum {
   NODE_STEP = 4,       // grid points between nodes of first guesses (origin_nodes.cl)
   COARSE_STEP = 4,     // grid points between nodes of displacements (coarse_map.cl)
-  FINE_STEP = 2,       // the same in cells where these are too far apart (fine_map.cl)
+  FINE_STEP = 2,       // the same where the coarse map is inaccurate (fine_map.cl)
   LATTICE_CELLS = 20,  // cells along each axis of a level of the lattice (lattice.cl)
   LATTICE_LEVELS = 8,
   CELL_ROWS = 4,       // rows and layers of cells of a work item (void_by_corners.cl)
@@ -36,7 +36,7 @@ typedef struct {
   float u[3];
 } control_point_t;
 
-// A rigid region where it was moved to, local units: the points within `radius` of the segment from
+// A rigid region after its motion, local units: the points within `radius` of the segment from
 // `end` along `along`, or those with a distance below 0 in an image. Cuts see it at `anchor`. Of its
 // proxies about their mean, `moments` are the weighted means of p q^T, and `spread` that of |q|^2.
 typedef struct {
@@ -71,9 +71,11 @@ typedef struct {
 
 // The map of a region: numbers of control points without proxies, of rigid regions, segments, limits
 // and steps; alpha, square of the smoothing length, rank of the set of control points, and the axis
-// of half turns (rigid and similarity kinds).
+// of half turns (rigid and similarity kinds). In the buffer `map_tables`, which begins with the control
+// points, the other tables begin at the floats `kind_start`, ...
 typedef struct {
   int count, region_count, segment_count, limit_count, step_count;
+  int kind_start, region_start, segment_start, limit_start, image_start, step_start;
   float alpha, smoothing2;
   int rank;
   float flip_axis[3];
@@ -194,11 +196,12 @@ typedef struct {
 
 // All cuts: exponents of the damping, relative distance that counts as on a plane, mean displacement
 // and affine map from v to x in the local frame, number of full cuts. Regions compete where full cuts
-// belong to the material (on_grid.cl); the second pass computes the points that are void so far.
+// belong to the material (on_grid.cl); the second pass computes the points that are void so far. In the
+// buffer `cut_tables`, which begins with the full cuts, obstacles begin at the float `obstacle_start`;
 // `obstacle_stride` is the size of the tables of a step, 0 if all steps have the same.
 typedef struct {
   float damping, nu, on_plane;
   float mean_displacement[3];
   float affine[12];
-  int plane_count, regions_compete, second_pass, obstacle_stride;
+  int plane_count, regions_compete, second_pass, obstacle_start, obstacle_stride;
 } cut_params_t;

@@ -72,8 +72,8 @@ typedef struct {
 #endif
 
 // One instruction each, unlike fmin() and fmax() with their rules for NaN.
-inline real least(real a, real b) { return a < b ? a : b; }
-inline real most(real a, real b) { return a > b ? a : b; }
+inline real fast_min(real a, real b) { return a < b ? a : b; }
+inline real fast_max(real a, real b) { return a > b ? a : b; }
 
 inline vec vec_add(vec a, vec b) { return (vec){a.x + b.x, a.y + b.y, a.z + b.z}; }
 inline vec vec_sub(vec a, vec b) { return (vec){a.x - b.x, a.y - b.y, a.z - b.z}; }
@@ -187,7 +187,7 @@ inline void subtract_outer(mat *m, vec a, vec b) { add_outer(m, vec_scale((real)
 
 // The size that rounding of a local x is relative to.
 inline real size_of(vec x) {
-  return most(most(most(fabs(x.x), fabs(x.y)), fabs(x.z)), (real)(1));
+  return fast_max(fast_max(fast_max(fabs(x.x), fabs(x.y)), fabs(x.z)), (real)(1));
 }
 
 // d with (I + J) d = r for a matrix J; r itself where I + J is singular.

@@ -23,38 +23,33 @@ typedef struct {
   cuts_t cuts;
 #endif
 #if CUTS && STEPS
-  __global const float *obstacles;
   __global const control_point_t *rest_control_points;  // of the first step, which begins at rest
   __global const segment_t *rest_segments;
 #endif
 } map_t;
 
-// The map of a launch, from the first eleven arguments of each kernel of the map. Pointers to what a map
-// does not have are null. Of several steps it is the first, from which `step_of` finds the others.
-inline map_t map_of(const map_params_t params, __global const control_point_t *control_points,
-                    __global const float *kind_table, __global const region_t *regions,
-                    __global const segment_t *segments, __global const limit_t *limits,
-                    __global const float *images, __global const step_t *steps,
-                    const cut_params_t cut_params, __global const plane_t *planes,
-                    __global const float *obstacles) {
+// The map of a launch, from the first four arguments of each kernel of the map; `cut_tables` is null
+// without cuts. Of several steps it is the first, from which `step_of` finds the others.
+inline map_t map_of(const map_params_t params, __global const float *map_tables,
+                    const cut_params_t cut_params, __global const float *cut_tables) {
   map_t map;
   map.params = params;
-  map.control_points = control_points;
-  map.kind_table = kind_table;
-  map.regions = regions;
-  map.segments = segments;
-  map.limits = limits;
-  map.images = images;
+  map.control_points = (__global const control_point_t *)map_tables;
+  map.kind_table = map_tables + params.kind_start;
+  map.regions = (__global const region_t *)(map_tables + params.region_start);
+  map.segments = (__global const segment_t *)(map_tables + params.segment_start);
+  map.limits = (__global const limit_t *)(map_tables + params.limit_start);
+  map.images = map_tables + params.image_start;
 #if STEPS
-  map.steps = steps;
+  map.steps = (__global const step_t *)(map_tables + params.step_start);
 #endif
 #if CUTS
-  map.cuts = cuts_of(cut_params, planes, obstacles);
+  map.cuts = cuts_of(cut_params, (__global const plane_t *)cut_tables,
+                     cut_tables + cut_params.obstacle_start);
 #endif
 #if CUTS && STEPS
-  map.obstacles = obstacles;
-  map.rest_control_points = control_points;
-  map.rest_segments = segments;
+  map.rest_control_points = map.control_points;
+  map.rest_segments = map.segments;
 #endif
   return map;
 }
@@ -77,7 +72,7 @@ inline map_t step_of(const map_t *map, int k) {
 #endif
 #if CUTS
   step.cuts = cuts_of(map->cuts.params, map->cuts.planes,
-                      map->obstacles + k * map->cuts.params.obstacle_stride);
+                      map->cuts.obstacles + k * map->cuts.params.obstacle_stride);
 #endif
   return step;
 }
@@ -240,7 +235,7 @@ HOT real segment_damping(const map_t *map, int i, const evaluation_point_t *poin
 }
 
 // Weights are relative to at least this squared distance where the nearest is a segment.
-#define LEAST_SECOND 1e-4f
+#define MIN_SECOND 1e-4f
 
 // Makes the nearest points of segments the pivot, at the shares `t` of their lengths.
 inline void pivot_on_segments(const map_t *map, real t, integer on_segment, pivot_t *pivot) {
@@ -260,14 +255,33 @@ inline void pivot_on_segments(const map_t *map, real t, integer on_segment, pivo
 }
 #endif
 
+// Sets the values of the control points k of the lanes.
+HOT void set_nearest(pivot_t *pivot, const map_t *map, integer k) {
+  __global const control_point_t *nearest = control_point_of(map, LANE_INT(k, 0));
+  pivot->q = point_of(nearest);
+  pivot->c = nearest->c;
+  pivot->u = (vec){nearest->u[0], nearest->u[1], nearest->u[2]};
+  if (!ANY(k != LANE_INT(k, 0))) return;  // neighbors mostly share their nearest control point
+  for (int l = 1; l < LANES; ++l) {
+    nearest = control_point_of(map, LANE_INT(k, l));
+    LANE(pivot->q.x, l) = nearest->q[0];
+    LANE(pivot->q.y, l) = nearest->q[1];
+    LANE(pivot->q.z, l) = nearest->q[2];
+    LANE(pivot->c, l) = nearest->c;
+    LANE(pivot->u.x, l) = nearest->u[0];
+    LANE(pivot->u.y, l) = nearest->u[1];
+    LANE(pivot->u.z, l) = nearest->u[2];
+  }
+}
+
 inline pivot_t find_pivot(const map_t *map, evaluation_point_t *point) {
   real first = FLT_MAX, second = FLT_MAX;
   integer k = 0, hides_any = 0;
   for (int i = 0; i < map->params.count; ++i) {
     const real d2 = control_point_distance2(map, i, point, &hides_any);
     integer nearer = d2 < first;
-    second = least(second, is_region(map, i) ? d2 : most(first, d2));
-    first = least(first, d2);
+    second = fast_min(second, is_region(map, i) ? d2 : fast_max(first, d2));
+    first = fast_min(first, d2);
     k = select(k, (integer)(i), nearer);
 #if CACHED
     if (i < CACHED) point->distance2[i] = d2;
@@ -283,8 +297,8 @@ inline pivot_t find_pivot(const map_t *map, evaluation_point_t *point) {
     damped = select(damped, (real)(2 * UNREACHABLE), damping >= UNREACHABLE);
 #endif
     const integer nearer = damped < first;
-    second = least(second, most(first, damped));
-    first = least(first, damped);
+    second = fast_min(second, fast_max(first, damped));
+    first = fast_min(first, damped);
     k = select(k, (integer)(i), nearer);
     t = select(t, nearest.t, nearer);
 #if CUTS && CACHED
@@ -301,30 +315,17 @@ inline pivot_t find_pivot(const map_t *map, evaluation_point_t *point) {
 #if SEGMENTS
   k = select(k, (integer)(0), on_segment);
 #endif
-  __global const control_point_t *nearest = control_point_of(map, LANE_INT(k, 0));
-  pivot.q = point_of(nearest);
-  pivot.c = nearest->c;
-  pivot.u = (vec){nearest->u[0], nearest->u[1], nearest->u[2]};
-  if (ANY(k != LANE_INT(k, 0)))  // neighbors mostly share their nearest control point
-    for (int l = 1; l < LANES; ++l) {
-      nearest = control_point_of(map, LANE_INT(k, l));
-      LANE(pivot.q.x, l) = nearest->q[0];
-      LANE(pivot.q.y, l) = nearest->q[1];
-      LANE(pivot.q.z, l) = nearest->q[2];
-      LANE(pivot.c, l) = nearest->c;
-      LANE(pivot.u.x, l) = nearest->u[0];
-      LANE(pivot.u.y, l) = nearest->u[1];
-      LANE(pivot.u.z, l) = nearest->u[2];
-    }
+  set_nearest(&pivot, map, k);
 #if SEGMENTS
   if (ANY(on_segment)) pivot_on_segments(map, t, on_segment, &pivot);
 #endif
   pivot.x = vec_sub(point->v, pivot.q);
   pivot.d2 = first;
-  pivot.e2 = most(second, 1e-30f);
+  pivot.e2 = fast_max(second, 1e-30f);
   pivot.r = power(first / pivot.e2, map->params.alpha);
 #if SEGMENTS
-  pivot.e2 = select(pivot.e2, most(least(second, (real)(1e6f)), (real)(LEAST_SECOND)), on_segment);
+  second = fast_max(fast_min(second, (real)(1e6f)), (real)(MIN_SECOND));
+  pivot.e2 = select(pivot.e2, second, on_segment);
   pivot.r = select(pivot.r, (real)(1), on_segment);
 #endif
   return pivot;
@@ -340,7 +341,7 @@ HOT real control_point_weight(const map_t *map, int i, const pivot_t *pivot,
   real d2 = control_point_distance2(map, i, point, &hides_any);
 #endif
   real w = control_point_of(map, i)->c *
-           power(pivot->e2 / most(d2, pivot->e2), map->params.alpha);
+           power(pivot->e2 / fast_max(d2, pivot->e2), map->params.alpha);
 #if CUTS
   w = select(w, (real)(0), d2 >= UNREACHABLE);
 #endif
@@ -369,7 +370,7 @@ inline vec weight_slope(const map_t *map, int i, const evaluation_point_t *point
     to = vec_scale((real)(-1), distance.away);
   }
 #endif
-  vec slope = vec_scale(2 * map->params.alpha / most(d2, 1e-30f), to);
+  vec slope = vec_scale(2 * map->params.alpha / fast_max(d2, 1e-30f), to);
 #if CUTS && !AT_REST
   slope = vec_add(slope, damping_slope(&map->cuts, point, i, cut_target(map, i)));
 #endif
@@ -387,9 +388,9 @@ inline vec pivot_slope(const map_t *map, const pivot_t *pivot, const evaluation_
 #elif AT_REST
   // not pivot->d2, which is longer where a cut hides k
   real d2 = dot3(pivot->x, pivot->x) + map->params.smoothing2;
-  return vec_scale(-2 * map->params.alpha / most(d2, 1e-30f), pivot->x);
+  return vec_scale(-2 * map->params.alpha / fast_max(d2, 1e-30f), pivot->x);
 #else
-  return vec_scale(-2 * map->params.alpha / most(pivot->d2, 1e-30f), pivot->x);
+  return vec_scale(-2 * map->params.alpha / fast_max(pivot->d2, 1e-30f), pivot->x);
 #endif
 }
 

@@ -46,7 +46,7 @@ inline integer half_plane_blocks(__global const float *cut, frame_t a, frame_t b
 
 inline real half_plane_detour(__global const float *cut, frame_t a, frame_t b, vec *bend) {
   real radius = a.r + b.r, along = a.l - b.l;
-  real l = fma(b.l - a.l, a.r / most(radius, 1e-30f), a.l);
+  real l = fma(b.l - a.l, a.r / fast_max(radius, 1e-30f), a.l);
   *bend = vec_madd(l, load3(cut + 9), load3(cut));
   return fma(radius, radius, along * along);
 }
@@ -54,8 +54,8 @@ inline real half_plane_detour(__global const float *cut, frame_t a, frame_t b, v
 inline real half_plane_void_distance(__global const float *cut, frame_t a, frame_t b) {
   real to_cut = select(b.r, fabs(b.s), b.h > 0);
   real ds = b.s - a.s, dh = b.h - a.h;
-  real share = clamp01(-fma(a.s, ds, a.h * dh) / most(fma(ds, ds, dh * dh), 1e-30f));
+  real share = clamp01(-fma(a.s, ds, a.h * dh) / fast_max(fma(ds, ds, dh * dh), 1e-30f));
   real s = fma(ds, share, a.s), h = fma(dh, share, a.h);
-  real reach = least(to_cut, sqrt(fma(s, s, h * h)));
+  real reach = fast_min(to_cut, sqrt(fma(s, s, h * h)));
   return select(reach, -reach, half_plane_blocks(cut, a, b));
 }

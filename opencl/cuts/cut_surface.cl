@@ -18,11 +18,11 @@ inline __global const float *edge_of(__global const float *cut, int i) {
   return triangle_of(cut, as_int(cut[0])) + (long)i * EDGE_SIZE;
 }
 
-// Times the length of a segment: below it float32 does not tell on which side of an edge it passes.
+// Rounding of the side of an edge on which a segment passes, relative to the length of the segment.
 #define BLUR 1e-6f
 
-// On which side of the edge a - b the line along `segment` passes: the sign of `side`, or where that
-// is in the blur, of the line moved aside: a line through a corner then passes one of its triangles.
+// On which side of the edge a - b the line along `segment` passes: the sign of `side`, or within
+// rounding, that of the line shifted along ASIDE. So a line through a corner passes one of its triangles.
 inline integer right_of(real side, vec segment, real blur, __global const float *a,
                         __global const float *b) {
   float3 moment = cross((float3)(b[0] - a[0], b[1] - a[1], b[2] - a[2]), ASIDE);
@@ -60,8 +60,8 @@ inline vec bend_on_edge(__global const float *edge, vec v, vec q) {
   real l_v = dot3(to_v, along), l_q = dot3(to_q, along);
   vec off_v = vec_madd(-l_v, along, to_v), off_q = vec_madd(-l_q, along, to_q);
   real r_v = sqrt(dot3(off_v, off_v)), r_q = sqrt(dot3(off_q, off_q));
-  real share = r_v / most(r_v + r_q, 1e-30f);
-  return vec_madd(least(most(fma(l_q - l_v, share, l_v), (real)(0)), length), along, a);
+  real share = r_v / fast_max(r_v + r_q, 1e-30f);
+  return vec_madd(fast_min(fast_max(fma(l_q - l_v, share, l_v), (real)(0)), length), along, a);
 }
 
 inline real surface_detour(__global const float *cut, vec v, vec q, vec *bend) {
@@ -72,17 +72,17 @@ inline real surface_detour(__global const float *cut, vec v, vec q, vec *bend) {
     vec at = bend_on_edge(edge_of(cut, i), v, q);
     real length = distance3(v, at) + distance3(q, at);
     nearest = vec_select(nearest, at, length < shortest);
-    shortest = least(shortest, length);
+    shortest = fast_min(shortest, length);
   }
   *bend = nearest;
-  real path = least(shortest, (real)(1e8f));
+  real path = fast_min(shortest, (real)(1e8f));
   return select(path * path, (real)(NO_DETOUR), shortest >= UNREACHABLE);
 }
 
 inline real distance_to_segment(vec x, vec a, vec b) {
   vec segment = vec_sub(b, a), to = vec_sub(x, a);
-  real share = dot3(to, segment) / most(dot3(segment, segment), (real)(1e-30f));
-  share = least(most(share, (real)(0)), (real)(1));
+  real share = dot3(to, segment) / fast_max(dot3(segment, segment), (real)(1e-30f));
+  share = fast_min(fast_max(share, (real)(0)), (real)(1));
   return distance3(to, vec_scale(share, segment));
 }
 
@@ -92,8 +92,8 @@ inline real distance_to_triangle(__global const float *corners, vec x) {
   integer inside = (dot3(vec_sub(x, a), cross3(normal, vec_sub(b, a))) >= 0) &
                    (dot3(vec_sub(x, b), cross3(normal, vec_sub(c, b))) >= 0) &
                    (dot3(vec_sub(x, c), cross3(normal, vec_sub(a, c))) >= 0);
-  real border = least(distance_to_segment(x, a, b),
-                     least(distance_to_segment(x, b, c), distance_to_segment(x, c, a)));
+  real border = fast_min(distance_to_segment(x, a, b),
+                     fast_min(distance_to_segment(x, b, c), distance_to_segment(x, c, a)));
   return select(border, fabs(dot3(vec_sub(x, a), normal)), inside);
 }
 
@@ -102,9 +102,10 @@ inline real distance_of_segments(vec v, vec g, __global const float *edge) {
   vec a = load3(edge), d1 = vec_sub(g, v), d2 = vec_sub(load3(edge + 3), a), r = vec_sub(v, a);
   real dd1 = dot3(d1, d1), dd2 = dot3(d2, d2), c = dot3(d1, r), f = dot3(r, d2), e = dot3(d1, d2);
   real det = dd1 * dd2 - e * e;
-  real s = clamp01(select((e * f - c * dd2) / most(det, 1e-30f), (real)(0), det < 1e-12f * dd1 * dd2));
+  integer is_parallel = det < 1e-12f * dd1 * dd2;
+  real s = clamp01(select((e * f - c * dd2) / fast_max(det, 1e-30f), (real)(0), is_parallel));
   real t = clamp01(fma(e, s, f) / dd2);
-  s = clamp01((e * t - c) / most(dd1, 1e-30f));
+  s = clamp01((e * t - c) / fast_max(dd1, 1e-30f));
   t = clamp01(fma(e, s, f) / dd2);
   return distance3(vec_madd(s, d1, r), vec_scale(t, d2));
 }
@@ -113,7 +114,8 @@ inline real surface_void_distance(__global const float *cut, vec v, vec g) {
   real reach = FLT_MAX;
   const int triangles = as_int(cut[0]), edges = as_int(cut[1]);
   for (int i = 0; i < triangles; ++i)
-    reach = least(reach, distance_to_triangle(triangle_of(cut, i), g));
-  for (int i = 0; i < edges; ++i) reach = least(reach, distance_of_segments(v, g, edge_of(cut, i)));
+    reach = fast_min(reach, distance_to_triangle(triangle_of(cut, i), g));
+  for (int i = 0; i < edges; ++i)
+    reach = fast_min(reach, distance_of_segments(v, g, edge_of(cut, i)));
   return select(reach, -reach, surface_blocks(cut, v, g));
 }

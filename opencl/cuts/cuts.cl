@@ -8,16 +8,17 @@
 typedef struct {
   cut_params_t params;
   __global const plane_t *planes;
+  __global const float *obstacles;  // start of the table of each shape, then the tables
   SHAPES(SHAPE_TABLE)
 } cuts_t;
 
-// The cuts of a launch. `obstacles` holds the start of the table of each shape, then the tables.
 inline cuts_t cuts_of(const cut_params_t params, __global const plane_t *planes,
                       __global const float *obstacles) {
   cuts_t cuts;
   int shape_index = 0;
   cuts.params = params;
   cuts.planes = planes;
+  cuts.obstacles = obstacles;
 #define SET_TABLE(shape) cuts.shape = obstacles + as_int(obstacles[shape_index++]);
   SHAPES(SET_TABLE)
   return cuts;
@@ -36,7 +37,7 @@ inline real distance3(vec a, vec b) {
   return sqrt(dot3(d, d));
 }
 
-inline real clamp01(real x) { return least(most(x, (real)(0)), (real)(1)); }
+inline real clamp01(real x) { return fast_min(fast_max(x, (real)(0)), (real)(1)); }
 
 // The functions of a shape that uses points as they are and caches nothing (README.md, Cut shapes).
 #define PLAIN_POINTS(shape)                                                                       \
@@ -91,14 +92,19 @@ inline vec origin_of(const cuts_t *cuts, vec v, vec d) {
   return vec_add(vec_add(v, d), mean_displacement_of(cuts));
 }
 
+// Runs `statement` for each `cut` of a shape, and counts the cuts of all shapes.
+#define FOR_EACH_CUT(shape, statement)                                                            \
+  for (int i = 0; i < shape##_count(cuts->shape); ++i, ++cut_index) {                             \
+    __global const float *cut = record_of(cuts->shape, i);                                        \
+    statement                                                                                     \
+  }
+
 // Whether an obstacle is between v and g.
 inline integer blocked(const cuts_t *cuts, vec v, vec g) {
   integer any = 0;
+  int cut_index = 0;
 #define BLOCK(shape)                                                                              \
-  for (int i = 0; i < shape##_count(cuts->shape); ++i) {                                          \
-    __global const float *cut = record_of(cuts->shape, i);                                        \
-    any |= shape##_blocks(cut, shape##_point(cut, v), shape##_point(cut, g));                \
-  }
+  FOR_EACH_CUT(shape, any |= shape##_blocks(cut, shape##_point(cut, v), shape##_point(cut, g));)
   SHAPES(BLOCK)
   return any;
 }
@@ -106,13 +112,11 @@ inline integer blocked(const cuts_t *cuts, vec v, vec g) {
 // The obstacles between v and g: bit i for cut i.
 inline integer crossed(const cuts_t *cuts, vec v, vec g) {
   integer bits = 0;
-  int number = 0;
+  int cut_index = 0;
 #define CROSS(shape)                                                                              \
-  for (int i = 0; i < shape##_count(cuts->shape); ++i, ++number) {                                \
-    __global const float *cut = record_of(cuts->shape, i);                                        \
-    integer between = shape##_blocks(cut, shape##_point(cut, v), shape##_point(cut, g));          \
-    bits |= select((integer)(0), (integer)(1 << number), between);                                \
-  }
+  FOR_EACH_CUT(shape,                                                                             \
+               integer between = shape##_blocks(cut, shape##_point(cut, v), shape##_point(cut, g)); \
+               bits |= select((integer)(0), (integer)(1 << cut_index), between);)
   SHAPES(CROSS)
   return bits;
 }
@@ -162,10 +166,10 @@ inline vec viewpoint(const evaluation_point_t *point) {
 #endif
 }
 
-// Whether cut `number` counts as in front of the viewpoint while it is behind, or the reverse.
-inline integer is_exchanged(integer crossed_cuts, int number) {
+// Whether cut `cut_index` counts as in front of the viewpoint while it is behind, or the reverse.
+inline integer is_exchanged(integer crossed_cuts, int cut_index) {
 #if AT_REST
-  return (crossed_cuts & (1 << number)) != 0;
+  return (crossed_cuts & (1 << cut_index)) != 0;
 #else
   return 0;
 #endif
@@ -194,7 +198,7 @@ typedef struct {
 } detours_t;
 
 inline void add_detour(detours_t *detours, integer blocked, real length2, real d2) {
-  real longer = most(length2 / most(d2, 1e-30f), (real)(1));
+  real longer = fast_max(length2 / fast_max(d2, 1e-30f), (real)(1));
   detours->ratio = select(detours->ratio, detours->ratio * longer, blocked);
   detours->any |= blocked;
   detours->unreachable |= blocked & (length2 < 0);
@@ -202,29 +206,25 @@ inline void add_detour(detours_t *detours, integer blocked, real length2, real d
 
 // Runs `statement` for each cut that blocks the segment from the viewpoint to control point k, which
 // it sees at q: `blocked` lanes, squared length `length2` and bend `bend` of the detour.
-#define FOR_EACH_DETOUR(shape, statement)                                                             \
-  for (int i = 0; i < shape##_count(cuts->shape); ++i, ++number) {                                \
-    __global const float *cut = record_of(cuts->shape, i);                                        \
-    shape##_point_t from = shape##_cached(&point->shape, i),                                      \
-                    to = shape##_control_point(cut, k, q);                                        \
-    integer blocked =                                                                             \
-        shape##_blocks(cut, from, to) ^ is_exchanged(crossed_cuts_of(point), number);             \
-    if (ANY(blocked)) {                                                                           \
-      vec bend;                                                                                   \
-      real length2 = shape##_detour(cut, from, to, &bend);                                        \
-      statement                                                                                   \
-    }                                                                                             \
-  }
+#define FOR_EACH_DETOUR(shape, statement)                                                         \
+  FOR_EACH_CUT(shape,                                                                             \
+               const shape##_point_t from = shape##_cached(&point->shape, i);                     \
+               const shape##_point_t to = shape##_control_point(cut, k, q);                       \
+               const integer blocked = shape##_blocks(cut, from, to) ^                            \
+                                       is_exchanged(crossed_cuts_of(point), cut_index);           \
+               if (ANY(blocked)) {                                                                \
+                 vec bend;                                                                        \
+                 const real length2 = shape##_detour(cut, from, to, &bend);                       \
+                 statement                                                                        \
+               })
 
 // Whether a cut is between the viewpoint and control point k, which it sees at q.
 inline integer is_hidden(const cuts_t *cuts, const evaluation_point_t *point, int k, vec q) {
   integer hidden = 0;
+  int cut_index = 0;
 #define HIDE(shape)                                                                               \
-  for (int i = 0; i < shape##_count(cuts->shape); ++i) {                                          \
-    __global const float *cut = record_of(cuts->shape, i);                                        \
-    shape##_point_t from = shape##_cached(&point->shape, i);                                      \
-    hidden |= shape##_blocks(cut, from, shape##_control_point(cut, k, q));                        \
-  }
+  FOR_EACH_CUT(shape, hidden |= shape##_blocks(cut, shape##_cached(&point->shape, i),             \
+                                               shape##_control_point(cut, k, q));)
   SHAPES(HIDE)
   return hidden;
 }
@@ -237,7 +237,7 @@ inline integer is_hidden(const cuts_t *cuts, const evaluation_point_t *point, in
 HOT real damped_distance2(const cuts_t *cuts, const evaluation_point_t *point, int k, vec q, real d2,
                              integer *hides_any) {
   detours_t detours = {1, 0, 0};
-  int number = 0;
+  int cut_index = 0;
 #define LENGTHEN(shape)                                                                           \
   FOR_EACH_DETOUR(shape, add_detour(&detours, blocked, length2, SEGMENT2(shape));)
   SHAPES(LENGTHEN)
@@ -250,18 +250,19 @@ HOT real damped_distance2(const cuts_t *cuts, const evaluation_point_t *point, i
 
 // Change of log(detour / distance) as v moves, for the leg from the bend to v.
 inline vec detour_slope(vec leg, real length2, vec away) {
-  real scale = 1 / most(sqrt(dot3(leg, leg)) * sqrt(most(length2, (real)(0))), 1e-30f);
+  real scale = 1 / fast_max(sqrt(dot3(leg, leg)) * sqrt(fast_max(length2, (real)(0))), 1e-30f);
   return vec_sub(away, vec_scale(scale, leg));
 }
 
 // d log(d)/dv for the damping d of Eq. 28; in the rest frame d log(d)/dx.
 inline vec damping_slope(const cuts_t *cuts, const evaluation_point_t *point, int k, vec q) {
   vec segment = vec_sub(viewpoint(point), q), slope = {0, 0, 0};
-  int number = 0;
+  int cut_index = 0;
 #define INCLINE(shape)                                                                            \
-  FOR_EACH_DETOUR(shape, vec away = vec_scale(1 / most(SEGMENT2(shape), 1e-30f), segment);           \
-              vec change = detour_slope(vec_sub(viewpoint(point), bend), length2, away);                \
-              slope = vec_select(slope, vec_add(slope, change), blocked);)
+  FOR_EACH_DETOUR(shape,                                                                          \
+                  vec away = vec_scale(1 / fast_max(SEGMENT2(shape), 1e-30f), segment);           \
+                  vec change = detour_slope(vec_sub(viewpoint(point), bend), length2, away);      \
+                  slope = vec_select(slope, vec_add(slope, change), blocked);)
   SHAPES(INCLINE)
   return vec_scale((real)(cuts->params.nu), slope);
 }
@@ -271,18 +272,17 @@ inline vec damping_slope(const cuts_t *cuts, const evaluation_point_t *point, in
 // g, behind a cut of `crossed_cuts`.
 inline real void_distance_of(const cuts_t *cuts, vec v, vec g, integer crossed_cuts) {
   real void_distance = FLT_MAX;
-  int number = 0;
+  int cut_index = 0;
   for (int i = 0; i < cuts->params.plane_count; ++i) {
     real height = plane_height(vload4(0, cuts->planes[i].plane), g);
-    void_distance = least(void_distance, cuts->planes[i].side * height);
+    void_distance = fast_min(void_distance, cuts->planes[i].side * height);
   }
 #define OPEN(shape)                                                                               \
-  for (int i = 0; i < shape##_count(cuts->shape); ++i, ++number) {                                \
-    __global const float *cut = record_of(cuts->shape, i);                                        \
-    real distance = shape##_void_distance(cut, shape##_point(cut, v), shape##_point(cut, g));         \
-    distance = select(distance, -distance, is_exchanged(crossed_cuts, number));                   \
-    void_distance = least(void_distance, distance);                                                   \
-  }
+  FOR_EACH_CUT(shape,                                                                             \
+               real distance =                                                                    \
+                   shape##_void_distance(cut, shape##_point(cut, v), shape##_point(cut, g));      \
+               distance = select(distance, -distance, is_exchanged(crossed_cuts, cut_index));     \
+               void_distance = fast_min(void_distance, distance);)
   SHAPES(OPEN)
   return void_distance;
 }

@@ -46,10 +46,10 @@ typedef struct {
 // Whether the search has converged to y, its image under the map.
 inline integer has_converged(const search_t *search, vec y) {
   vec residual = vec_sub(y, search->x);
-  real left2 = dot3(residual, residual), before2 = dot3(search->residual, search->residual);
+  real residual2 = dot3(residual, residual), last2 = dot3(search->residual, search->residual);
   real size = size_of(y), limit = CONVERGED_BY_RATE * size;
-  return (left2 <= CONVERGED * CONVERGED * size * size) |
-         (search->has_residual & (left2 * left2 <= limit * limit * before2));
+  return (residual2 <= CONVERGED * CONVERGED * size * size) |
+         (search->has_residual & (residual2 * residual2 <= limit * limit * last2));
 }
 
 // Whether the start already is accurate, by its image y.
@@ -68,8 +68,8 @@ inline integer will_end_behind(const search_t *search, vec y, real depth) {
 // Sets the next x after the image y: a secant step, by two residuals.
 inline void advance(const cuts_t *cuts, search_t *search, vec y, integer active) {
   vec residual = vec_sub(y, search->x), change = vec_sub(residual, search->residual);
-  real share = dot3(residual, change) / most(dot3(change, change), 1e-30f);
-  share = select((real)(0), least(most(share, (real)(-1)), (real)(1)), search->has_residual);
+  real share = dot3(residual, change) / fast_max(dot3(change, change), 1e-30f);
+  share = select((real)(0), fast_min(fast_max(share, (real)(-1)), (real)(1)), search->has_residual);
   vec x = vec_madd(-share, vec_sub(y, search->image), y);
   search->crossed_cuts ^= select((integer)(0), crossed(cuts, search->x, x), active);
   search->residual = vec_select(search->residual, residual, active);

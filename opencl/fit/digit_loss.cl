@@ -3,7 +3,7 @@
 // Rounding changes an entry of the Gram matrix G by about ROUNDING sqrt(G_jj G_ll). The elimination
 // magnifies that. With D_j, the square norm of psi_j, a value of the fit is off by about ROUNDING A B:
 //   A = sum_j |psi_j(v)| sqrt(G_jj) / D_j,  B = sum_j |<u, psi_j>| sqrt(G_jj) / D_j.
-// As a rule the true error is 0.3 to 3 times that; 40 times was the most.
+// The true error is mostly 0.3 to 3 times that, and at most 40 times.
 
 #define ROUNDING 6e-8f  // half a unit in the last place of float
 // Tolerated errors by that estimate, local units: of a displacement, relative to the size of v and to
@@ -66,7 +66,7 @@ inline integer is_jacobian_inexact(const map_t *map, const fit_t *fit) {
     combine(map->kind_table, functions, m, psi);
     UNROLL for (int j = 0; j < functions; ++j)
       UNROLL for (int l = 0; l < j; ++l) psi[j] = fma(-fit->lower[AT(j, l)], psi[l], psi[j]);
-    loss = most(loss, value_loss(map, fit, psi));
+    loss = fast_max(loss, value_loss(map, fit, psi));
   }
   return !(ROUNDING * coefficient_loss(map, fit) * loss <= SLOPE_TOLERANCE);
 }

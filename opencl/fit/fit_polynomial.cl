@@ -1,7 +1,7 @@
 // The affine and polynomial kinds, Eq. 23 to 26: p - q is fitted by weighted orthogonal polynomials.
 //
 // The elimination loses twice as many digits as the fit where a few control points outweigh all
-// others (a large alpha, an isolated pair) or hardly determine the fit: then the host sets USE_FP64.
+// others (a large alpha, an isolated pair) or hardly determine the fit: there the host sets USE_FP64.
 // Sums in double take twice as long as in float. So all points are fitted in float, and those where
 // float is too inexact again in double. A lane takes the result that its own estimate asks for.
 
@@ -33,7 +33,7 @@ inline __global const float *values_at(const map_t *map, int i) {
 #if REGIONS
 // The moments of the functions f over the proxies of a region, which follow the means in the table: f
 // at the mean of the proxies, the lower triangle of the means of f f^T, and the means of f (p - q)^T,
-// both about their means. Then, for double, what rounding has taken from them.
+// both about their means. Then, for double, their rounding errors.
 inline __global const float *moments_of_region(const map_t *map, int i) {
   return values_at(map, map->params.count + 1) + (long)i * 2 * REGION_SIZE;
 }

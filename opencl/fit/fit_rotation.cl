@@ -52,7 +52,7 @@ HOT void add_term(sums_t *sums, const map_t *map, int i, const pivot_t *pivot,
   if (i >= map->params.count) {
     // all at the mean, and the square deviation: the same as two points
     const moments_t along = segment_moments(map, i, pivot, point, 0, TOP);
-    const real mean = along.m[1] / most(along.m[0], (real)(1e-30f)), t = along.center + mean;
+    const real mean = along.m[1] / fast_max(along.m[0], (real)(1e-30f)), t = along.center + mean;
     const real width = fma(-mean, along.m[1], along.m[2]);
     add_pair(sums, along.m[0], vec_madd(t, along.along_q, along.q),
              vec_madd(t, along.along_u, along.u));
@@ -120,7 +120,7 @@ inline void reflect(const map_t *map, fit_t *fit) {
       real w = pairs[j].w, size = w * w * dot3(p, p) * dot3(q, q);
       p_axis = vec_select(p_axis, p, size > heaviest);
       q_axis = vec_select(q_axis, q, size > heaviest);
-      heaviest = most(heaviest, size);
+      heaviest = fast_max(heaviest, size);
     }
   }
   const vec none = {0, 0, 0};
@@ -229,8 +229,8 @@ inline weight_jacobian_t displacement_jacobian(const map_t *map, const fit_t *fi
   vec a, b;
   line_of(&c, &a, &b);
   vec both = vec_add(a, b);
-  real strength = 1 / most(s.a[0] + s.a[4] + s.a[8], 1e-30f);
-  real gain = 1 / most(1 + dot3(a, b), 1e-10f);
+  real strength = 1 / fast_max(s.a[0] + s.a[4] + s.a[8], 1e-30f);
+  real gain = 1 / fast_max(1 + dot3(a, b), 1e-10f);
 
   weight_jacobian_t jacobian = no_weight_jacobian(map, pivot, &fit->point);
   for (int i = 0; i < term_count(map); ++i) {

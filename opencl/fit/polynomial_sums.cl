@@ -170,7 +170,7 @@ HOT void add_region(const map_t *map, sums_t *sums, int i, const weighted_fit_t 
   }
 }
 
-// What the proxies of region i add to the mean of influence times residual over them.
+// Influence times residual of the proxies of region i, beyond that at their mean.
 inline sum_vec region_influence(const map_t *map, int i, const sum_t t[FUNCTIONS],
                                 const sum_vec c[FUNCTIONS]) {
   const int functions = functions_of(map);

@@ -1,6 +1,6 @@
 // The rotation R (p = R q, columns) that maximizes tr(R^T C), Eq. 9 to 22.
 //
-// R - I is kept rather than R: it is exact where nothing moves.
+// R - I is stored rather than R: it is exact where nothing moves.
 
 typedef struct { real w, x, y, z; } quaternion_t;
 
@@ -116,15 +116,15 @@ inline quaternion_t eigenvector(const real a[10], real root) {
   quaternion_t q = {d00, d01, d02, d03};
   real best = fabs(d00);
   integer better = fabs(d11) > best;
-  best = most(best, fabs(d11));
+  best = fast_max(best, fabs(d11));
   q = (quaternion_t){select(q.w, d01, better), select(q.x, d11, better), select(q.y, d12, better),
                      select(q.z, d13, better)};
   better = fabs(d22) > best;
-  best = most(best, fabs(d22));
+  best = fast_max(best, fabs(d22));
   q = (quaternion_t){select(q.w, d02, better), select(q.x, d12, better), select(q.y, d22, better),
                      select(q.z, d23, better)};
   better = fabs(d33) > best;
-  best = most(best, fabs(d33));
+  best = fast_max(best, fabs(d33));
   q = (quaternion_t){select(q.w, d03, better), select(q.x, d13, better), select(q.y, d23, better),
                      select(q.z, d33, better)};
   integer none = best < 1e-30f;
@@ -132,8 +132,8 @@ inline quaternion_t eigenvector(const real a[10], real root) {
   return unit4(q);
 }
 
-// Best twist about the longest axis of C. Near a line what else finds the rotation hardly see
-// the twist, up to turning it by 180 degrees; about a given axis the optimum is explicit.
+// Best twist about the longest axis of C. Near a line the other methods hardly determine the twist, and
+// may turn it by 180 degrees; about a given axis the optimum is explicit.
 inline quaternion_t twisted(quaternion_t q, const mat *c) {
   mat change = rotation_change(q);
   mat s = rotated_back(&change, c);
@@ -142,7 +142,7 @@ inline quaternion_t twisted(quaternion_t q, const mat *c) {
   vec axis = {2 * s.a[0], off01, off02};
   real best = s.a[0];
   integer better = s.a[4] > best;
-  best = most(best, s.a[4]);
+  best = fast_max(best, s.a[4]);
   axis = vec_select(axis, (vec){off01, 2 * s.a[4], off12}, better);
   better = s.a[8] > best;
   axis = unit3(vec_select(axis, (vec){off02, off12, 2 * s.a[8]}, better));
@@ -173,7 +173,7 @@ inline quaternion_t polished(quaternion_t q, const mat *c) {
   return unit4(product(q, (quaternion_t){1, halved.x, halved.y, halved.z}));
 }
 
-// Below this distance to other roots (near a line, or a reflection), the eigenvector needs help.
+// Below this distance to other roots (near a line, or a reflection), the eigenvector is refined.
 #define CLOSE_ROOTS 0.5f
 
 inline quaternion_t select4(quaternion_t a, quaternion_t b, integer c) {
@@ -201,7 +201,7 @@ inline quaternion_t whole_rotation(const mat *covariance, real *slope) {
 // The reflection that takes `a` to the x axis: its normal, length sqrt(2).
 inline vec mirror_of(vec a) {
   vec normal = {a.x + copysign(sqrt(dot3(a, a)), a.x), a.y, a.z};
-  return vec_scale(sqrt(2 / most(dot3(normal, normal), 1e-30f)), normal);
+  return vec_scale(sqrt(2 / fast_max(dot3(normal, normal), 1e-30f)), normal);
 }
 
 inline vec mirrored(vec normal, vec a) { return vec_madd(-dot3(normal, a), normal, a); }
@@ -221,7 +221,7 @@ inline void line_of(const mat *c, vec *a, vec *b) {
     vec other = {c->a[3 * i], c->a[3 * i + 1], c->a[3 * i + 2]};
     real square = dot3(other, other);
     row = vec_select(row, other, square > best);
-    best = most(best, square);
+    best = fast_max(best, square);
   }
   *b = unit3(row);
   *a = unit3(mat_vec(c, *b));

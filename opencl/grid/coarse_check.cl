@@ -2,7 +2,7 @@
 #include "coarse_map.cl"
 
 #if CUTS
-// The point from which cuts see the material at `index`, for its displacement d before limits.
+// The point from which cuts see the material at `index` with the displacement d before limits.
 inline vec viewpoint_of(const map_t *map, const grid_t *grid, vec index, vec d) {
   const vec v = transformed(grid->frame, index);
 #if AT_REST
@@ -12,8 +12,8 @@ inline vec viewpoint_of(const map_t *map, const grid_t *grid, vec index, vec d) 
 #endif
 }
 
-// Whether a cut may be in the cells: between the middle and a corner, or no farther from the middle,
-// or the void covers a part of them only. `index` is that of the first corners.
+// Whether a cut may be in a cell: it separates the middle from a corner, or is no farther from the
+// middle than a corner, or only a part of the cell is void. `index` is that of the first corners.
 inline integer is_separated(const map_t *map, const grid_t *grid, const coarse_t *coarse,
                             __global const float *node_planes, long node, vec index, vec d,
                             real distance) {
@@ -40,17 +40,12 @@ inline integer is_separated(const map_t *map, const grid_t *grid, const coarse_t
 
 // Compares the map in the `middles` of cells with its interpolation: bits of structs.h.
 __kernel EXPLICIT_VECTORS void coarse_check(
-    const map_params_t map_params, __global const control_point_t *restrict control_points,
-    __global const float *restrict kind_table, __global const region_t *restrict regions,
-    __global const segment_t *restrict segments, __global const limit_t *restrict limits,
-    __global const float *restrict images, __global const step_t *restrict steps,
-    const cut_params_t cut_params, __global const plane_t *restrict planes,
-    __global const float *restrict obstacles,
+    const map_params_t map_params, __global const float *restrict map_tables,
+    const cut_params_t cut_params, __global const float *restrict cut_tables,
     const grid_t grid, const coarse_t coarse, const check_t check,
     __global const float *restrict node_planes, __global const float *restrict middles,
     __global uchar *restrict flags) {
-  const map_t map = map_of(map_params, control_points, kind_table, regions, segments, limits, images,
-                           steps, cut_params, planes, obstacles);
+  const map_t map = map_of(map_params, map_tables, cut_params, cut_tables);
   strip_t strip;
   if (!find_strip(&coarse, &strip)) return;
   const int middle = COARSE_STEP / 2, x = strip.x - coarse.first_cell[0];
@@ -59,20 +54,16 @@ __kernel EXPLICIT_VECTORS void coarse_check(
   const long plane = (long)coarse.cells[0] * coarse.cells[1] * coarse.cells[2];
   const long at = x + coarse.cells[0] * (strip.y - coarse.first_cell[1] +
                                         (long)coarse.cells[1] * (strip.z - coarse.first_cell[2]));
-  real exact[PLANES], error[PLANES];
+  real interpolated[PLANES], exact[PLANES];
   for (int p = 0; p < PLANES; ++p) {
     exact[p] = LOAD(middles + p * plane + at);
-    error[p] = interpolate_points(&layer, p, middle, middle, 0) - exact[p];
+    interpolated[p] = interpolate_points(&layer, p, middle, middle, 0);
   }
-  vec off = transformed(check.to_index, (vec){error[0], error[1], error[2]});
-  integer bits = select((integer)(INACCURATE), (integer)(0), dot3(off, off) <= check.limit2);
+  integer bits = accuracy_flags(&check, interpolated, exact);
 #if CUTS
-  const vec index = first_corners(&strip);
-  const vec d = {exact[0], exact[1], exact[2]};
-  const real distance = exact[3];
+  const vec index = first_corners(&strip), d = {exact[0], exact[1], exact[2]};
   const integer separated = is_separated(&map, &grid, &coarse, node_planes,
-                                         node_of(&coarse, &strip), index, d, distance);
-  bits = select(bits, (integer)(INACCURATE), void_is_inaccurate(error[3], distance));
+                                         node_of(&coarse, &strip), index, d, exact[3]);
   bits = select(bits, (integer)(INACCURATE | SEPARATED), separated);
   bits |= select((integer)(OTHER_REGION), (integer)(0), may_be_in_region(&map.cuts, index));
 #endif

@@ -3,17 +3,12 @@
 
 // As grid_displacement, interpolated between the nodes of `node_planes`.
 __kernel EXPLICIT_VECTORS void coarse_displacement(
-    const map_params_t map_params, __global const control_point_t *restrict control_points,
-    __global const float *restrict kind_table, __global const region_t *restrict regions,
-    __global const segment_t *restrict segments, __global const limit_t *restrict limits,
-    __global const float *restrict images, __global const step_t *restrict steps,
-    const cut_params_t cut_params, __global const plane_t *restrict planes,
-    __global const float *restrict obstacles,
+    const map_params_t map_params, __global const float *restrict map_tables,
+    const cut_params_t cut_params, __global const float *restrict cut_tables,
     const grid_t grid, const coarse_t coarse, __global const float *restrict node_planes,
     const world_t world, __global float *restrict displacement,
     __global float *restrict void_distance, const float scale) {
-  const map_t map = map_of(map_params, control_points, kind_table, regions, segments, limits, images,
-                           steps, cut_params, planes, obstacles);
+  const map_t map = map_of(map_params, map_tables, cut_params, cut_tables);
   const real scale_to_world = world.scale;
   const vec mean = {world.mean_displacement[0], world.mean_displacement[1],
                     world.mean_displacement[2]};
@@ -33,9 +28,8 @@ __kernel EXPLICIT_VECTORS void coarse_displacement(
       real values[PLANES][COARSE_STEP];
       for (int p = 0; p < PLANES; ++p) interpolate_row(values[p], &layer, p, j, 0);
       for (int n = 0; n < COARSE_STEP; ++n) {
-        integer mask = are_in_launch(&row, n);
+        const integer mask = launch_mask(&map, &row, n);
 #if CUTS
-        mask &= in_region(&map.cuts, indices_in(&row, n));
         store_in_row(void_distance, scale * values[3][n], &row, n, mask);
 #endif
         const vec between = {values[0][n], values[1][n], values[2][n]};

@@ -70,12 +70,19 @@ inline integer may_be_in_region(const cuts_t *cuts, vec index) {
 }
 #endif
 
+// The flag INACCURATE where interpolated values of nodes are too far from `exact` ones.
+inline integer accuracy_flags(const check_t *check, const real interpolated[PLANES],
+                              const real exact[PLANES]) {
+  real error[PLANES];
+  for (int p = 0; p < PLANES; ++p) error[p] = interpolated[p] - exact[p];
+  const vec steps = transformed(check->to_index, (vec){error[0], error[1], error[2]});
+  integer flags = select((integer)(INACCURATE), (integer)(0), dot3(steps, steps) <= check->limit2);
 #if CUTS
-// Whether an interpolated void distance is too far from the `distance` of the map.
-inline integer void_is_inaccurate(real error, real distance) {
-  return !(fabs(error) <= 0.25f * fabs(distance));
-}
+  const integer is_void_accurate = fabs(error[3]) <= 0.25f * fabs(exact[3]);
+  flags = select((integer)(INACCURATE), flags, is_void_accurate);
 #endif
+  return flags;
+}
 
 // The values of the map that nodes have: the displacement before limits, with cuts a void distance.
 inline void set_node(real values[PLANES], const map_t *map, const fit_t *fit) {
@@ -183,10 +190,14 @@ inline vec indices_in(const row_t *row, int n) {
   return (vec){row->index.x + n * LANES, row->index.y, row->index.z};
 }
 
-// Which of them are in the launch.
-inline integer are_in_launch(const row_t *row, int n) {
-  const integer number = lane_indices() + n * LANES;
-  return (number >= row->low) & (number < row->high);
+// Which of them are in the launch, and on its side of all planes.
+inline integer launch_mask(const map_t *map, const row_t *row, int n) {
+  const integer lane_index = lane_indices() + n * LANES;
+  integer mask = (lane_index >= row->low) & (lane_index < row->high);
+#if CUTS
+  mask &= in_region(&map->cuts, indices_in(row, n));
+#endif
+  return mask;
 }
 
 #if LANES > 1
@@ -234,4 +245,12 @@ inline void store_in_row(__global float *plane, real value, const row_t *row, in
   }
   for (int l = 0; l < LANES; ++l)
     if (LANE_INT(mask, l)) to[l] = LANE(value, l);
+}
+
+// The same in three planes of `count` points.
+inline void store_vec_in_row(__global float *planes, long count, vec value, const row_t *row, int n,
+                             integer mask) {
+  store_in_row(planes, value.x, row, n, mask);
+  store_in_row(planes + count, value.y, row, n, mask);
+  store_in_row(planes + 2 * count, value.z, row, n, mask);
 }

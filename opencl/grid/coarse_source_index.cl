@@ -4,17 +4,12 @@
 // As grid_source_index, or `with_jacobian` as grid_source_frame, interpolated between the nodes of
 // `node_planes`.
 __kernel EXPLICIT_VECTORS void coarse_source_index(
-    const map_params_t map_params, __global const control_point_t *restrict control_points,
-    __global const float *restrict kind_table, __global const region_t *restrict regions,
-    __global const segment_t *restrict segments, __global const limit_t *restrict limits,
-    __global const float *restrict images, __global const step_t *restrict steps,
-    const cut_params_t cut_params, __global const plane_t *restrict planes,
-    __global const float *restrict obstacles,
+    const map_params_t map_params, __global const float *restrict map_tables,
+    const cut_params_t cut_params, __global const float *restrict cut_tables,
     const grid_t grid, const coarse_t coarse, __global const float *restrict node_planes,
     const source_t source, __global float *restrict index, __global float *restrict void_distance,
     const float scale, const int with_jacobian) {
-  const map_t map = map_of(map_params, control_points, kind_table, regions, segments, limits, images,
-                           steps, cut_params, planes, obstacles);
+  const map_t map = map_of(map_params, map_tables, cut_params, cut_tables);
   strip_t strip;
   if (!find_strip(&coarse, &strip)) return;
 #if CUTS
@@ -40,16 +35,13 @@ __kernel EXPLICIT_VECTORS void coarse_source_index(
       for (int n = 0; n < COARSE_STEP; ++n) {
         const vec at = indices_in(&row, n), d = {values[0][n], values[1][n], values[2][n]};
         vec from = source_index_of(&source, at, limited_on_grid(&map, &grid, at, d));
-        integer mask = are_in_launch(&row, n);
+        const integer mask = launch_mask(&map, &row, n);
 #if CUTS
         const real distance = values[3][n];
         if (!source.continued) from = outside_if(from, distance < 0);
-        mask &= in_region(&map.cuts, at);
         if (void_distance) store_in_row(void_distance, scale * distance, &row, n, mask);
 #endif
-        store_in_row(index, from.x, &row, n, mask);
-        store_in_row(index + count, from.y, &row, n, mask);
-        store_in_row(index + 2 * count, from.z, &row, n, mask);
+        store_vec_in_row(index, count, from, &row, n, mask);
       }
       if (!with_jacobian) continue;
       for (int p = 0; p < 3; ++p) {
@@ -58,19 +50,13 @@ __kernel EXPLICIT_VECTORS void coarse_source_index(
         interpolate_row(slope[1], &layer, p, j, 1);
         interpolate_row(slope[2], &along_z, p, j, 0);
         for (int n = 0; n < COARSE_STEP; ++n) {
-          integer mask = are_in_launch(&row, n);
-#if CUTS
-          mask &= in_region(&map.cuts, indices_in(&row, n));
-#endif
           vec by_v =
               transformed(coarse.to_slopes, (vec){slope[0][n], slope[1][n], slope[2][n]});
           by_v.x += p == 0;
           by_v.y += p == 1;
           by_v.z += p == 2;
-          __global float *plane = index + (3 + 3 * p) * count;
-          store_in_row(plane, by_v.x, &row, n, mask);
-          store_in_row(plane + count, by_v.y, &row, n, mask);
-          store_in_row(plane + 2 * count, by_v.z, &row, n, mask);
+          store_vec_in_row(index + (3 + 3 * p) * count, count, by_v, &row, n,
+                           launch_mask(&map, &row, n));
         }
       }
     }

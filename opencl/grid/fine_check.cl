@@ -5,21 +5,16 @@
 
 // Compares the map in the middles of listed fine cells with its interpolation: bits of structs.h.
 __kernel EXPLICIT_VECTORS void fine_check(
-    const map_params_t map_params, __global const control_point_t *restrict control_points,
-    __global const float *restrict kind_table, __global const region_t *restrict regions,
-    __global const segment_t *restrict segments, __global const limit_t *restrict limits,
-    __global const float *restrict images, __global const step_t *restrict steps,
-    const cut_params_t cut_params, __global const plane_t *restrict planes,
-    __global const float *restrict obstacles,
+    const map_params_t map_params, __global const float *restrict map_tables,
+    const cut_params_t cut_params, __global const float *restrict cut_tables,
     const grid_t grid, const coarse_t fine, __global const int *restrict cells,
     __global const float *restrict fine_planes, const check_t check,
     __global uchar *restrict flags) {
-  const map_t map = map_of(map_params, control_points, kind_table, regions, segments, limits, images,
-                           steps, cut_params, planes, obstacles);
+  const map_t map = map_of(map_params, map_tables, cut_params, cut_tables);
   const long first = (long)get_global_id(0) * LANES;
   if (first >= fine.listed) return;
   const long along = fine.nodes[0], deep = along * fine.nodes[1];
-  real between[PLANES], exact[PLANES], error[PLANES];
+  real interpolated[PLANES], exact[PLANES];
   integer x, y, z;  // of the middles, points of the grid
   for (int l = 0; l < LANES; ++l) {
     const int3 corner = cell_corner(&fine, listed_cell(&fine, cells, first + l));
@@ -28,17 +23,12 @@ __kernel EXPLICIT_VECTORS void fine_check(
     LANE_INT(z, l) = (corner.z + fine.first_node[2]) * FINE_STEP + FINE_STEP / 2;
     __global const float *from = fine_planes + node_at(&fine, corner) - BEFORE * (1 + along + deep);
     for (int p = 0; p < PLANES; ++p)
-      LANE(between[p], l) = value_in(row_of(from + p * node_count(&fine), along, deep, 1, 1), 1);
+      LANE(interpolated[p], l) = value_in(row_of(from + p * node_count(&fine), along, deep, 1, 1), 1);
   }
   const vec index = {TO_REAL(x), TO_REAL(y), TO_REAL(z)};
   const fit_t fit = fit_at(&map, transformed(grid.frame, index));
   set_node(exact, &map, &fit);
-  for (int p = 0; p < PLANES; ++p) error[p] = between[p] - exact[p];
-  const vec off = transformed(check.to_index, (vec){error[0], error[1], error[2]});
-  integer bits = select((integer)(INACCURATE), (integer)(0), dot3(off, off) <= check.limit2);
-#if CUTS
-  bits = select(bits, (integer)(INACCURATE), void_is_inaccurate(error[3], exact[3]));
-#endif
+  const integer bits = accuracy_flags(&check, interpolated, exact);
   for (int l = 0; l < LANES && first + l < fine.listed; ++l)
     flags[first + l] = (uchar)LANE_INT(bits, l);
 }

@@ -4,18 +4,13 @@
 
 // As grid_displacement, interpolated in listed fine cells.
 __kernel EXPLICIT_VECTORS void fine_displacement(
-    const map_params_t map_params, __global const control_point_t *restrict control_points,
-    __global const float *restrict kind_table, __global const region_t *restrict regions,
-    __global const segment_t *restrict segments, __global const limit_t *restrict limits,
-    __global const float *restrict images, __global const step_t *restrict steps,
-    const cut_params_t cut_params, __global const plane_t *restrict planes,
-    __global const float *restrict obstacles,
+    const map_params_t map_params, __global const float *restrict map_tables,
+    const cut_params_t cut_params, __global const float *restrict cut_tables,
     const grid_t grid, const coarse_t fine, __global const int *restrict cells,
     __global const float *restrict fine_planes, const world_t world,
     __global float *restrict displacement, __global float *restrict void_distance,
     const float scale) {
-  const map_t map = map_of(map_params, control_points, kind_table, regions, segments, limits, images,
-                           steps, cut_params, planes, obstacles);
+  const map_t map = map_of(map_params, map_tables, cut_params, cut_tables);
   item_t item = item_of(&map, &grid, &fine, cells, 0, void_distance);
   if (item.lanes == 0) return;
   real values[PLANES];

@@ -7,12 +7,12 @@
 
 enum { PLACES = 8 };
 
-// Number `number` of the cells of a box: its first node, as indices from first_node on.
-inline int3 cell_corner(const coarse_t *coarse, int number) {
+// The first node of a cell of a box, as indices from first_node on.
+inline int3 cell_corner(const coarse_t *coarse, int cell) {
   const int nx = coarse->cells[0], ny = coarse->cells[1];
-  return (int3)(coarse->first_cell[0] - coarse->first_node[0] + number % nx,
-                coarse->first_cell[1] - coarse->first_node[1] + number / nx % ny,
-                coarse->first_cell[2] - coarse->first_node[2] + number / nx / ny);
+  return (int3)(coarse->first_cell[0] - coarse->first_node[0] + cell % nx,
+                coarse->first_cell[1] - coarse->first_node[1] + cell / nx % ny,
+                coarse->first_cell[2] - coarse->first_node[2] + cell / nx / ny);
 }
 
 inline long node_at(const coarse_t *coarse, int3 at) {

@@ -6,12 +6,8 @@
 // The fine nodes of listed cells of the coarse map, interpolated between its nodes. Those at its nodes and
 // in the `middles` of its cells are exact.
 __kernel EXPLICIT_VECTORS void fine_node(
-    const map_params_t map_params, __global const control_point_t *restrict control_points,
-    __global const float *restrict kind_table, __global const region_t *restrict regions,
-    __global const segment_t *restrict segments, __global const limit_t *restrict limits,
-    __global const float *restrict images, __global const step_t *restrict steps,
-    const cut_params_t cut_params, __global const plane_t *restrict planes,
-    __global const float *restrict obstacles,
+    const map_params_t map_params, __global const float *restrict map_tables,
+    const cut_params_t cut_params, __global const float *restrict cut_tables,
     const coarse_t coarse, __global const int *restrict cells,
     __global const float *restrict node_planes, __global const float *restrict middles,
     const coarse_t fine, __global float *restrict fine_planes) {

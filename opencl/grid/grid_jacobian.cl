@@ -2,17 +2,12 @@
 
 // (dG/dv)^T, row by row. Where regions compete, `void_distance` decides between them.
 __kernel EXPLICIT_VECTORS void grid_jacobian(
-    const map_params_t map_params, __global const control_point_t *restrict control_points,
-    __global const float *restrict kind_table, __global const region_t *restrict regions,
-    __global const segment_t *restrict segments, __global const limit_t *restrict limits,
-    __global const float *restrict images, __global const step_t *restrict steps,
-    const cut_params_t cut_params, __global const plane_t *restrict planes,
-    __global const float *restrict obstacles,
+    const map_params_t map_params, __global const float *restrict map_tables,
+    const cut_params_t cut_params, __global const float *restrict cut_tables,
     const grid_t grid, const nodes_t nodes, __global const node_t *restrict node_table,
     const coarse_t coarse, __global const int *restrict cells, __global const long *restrict listed,
     __global float *restrict jacobian, __global float *restrict void_distance, const float scale) {
-  const map_t map = map_of(map_params, control_points, kind_table, regions, segments, limits, images,
-                           steps, cut_params, planes, obstacles);
+  const map_t map = map_of(map_params, map_tables, cut_params, cut_tables);
   item_t item = item_of(&map, &grid, &coarse, cells, listed, void_distance);
   if (item.lanes == 0) return;
   const fit_t fit = fit_on_grid(&map, &grid, &item, &nodes, node_table);

@@ -21,15 +21,10 @@ inline vec load_nodes(__global const node_t *nodes, integer n, int at, real *w) 
 // cell gives no guess: a cut separates its corners, one is behind a cut, or its first node does not
 // predict the others.
 __kernel EXPLICIT_VECTORS void node_cell(
-    const map_params_t map_params, __global const control_point_t *restrict control_points,
-    __global const float *restrict kind_table, __global const region_t *restrict regions,
-    __global const segment_t *restrict segments, __global const limit_t *restrict limits,
-    __global const float *restrict images, __global const step_t *restrict steps,
-    const cut_params_t cut_params, __global const plane_t *restrict planes,
-    __global const float *restrict obstacles,
+    const map_params_t map_params, __global const float *restrict map_tables,
+    const cut_params_t cut_params, __global const float *restrict cut_tables,
     const grid_t grid, const int count, __global node_t *restrict nodes) {
-  const map_t map = map_of(map_params, control_points, kind_table, regions, segments, limits, images,
-                           steps, cut_params, planes, obstacles);
+  const map_t map = map_of(map_params, map_tables, cut_params, cut_tables);
   long first = grid.first + (long)get_global_id(0) * LANES;
   if (first >= grid.stop) return;
   integer n, usable = (real)(0) == 0;
@@ -46,7 +41,7 @@ __kernel EXPLICIT_VECTORS void node_cell(
     vec miss = vec_sub(corner_x, guess);
     usable &= (slope >= 0) & (dot3(miss, miss) < MAX_GUESS_ERROR * MAX_GUESS_ERROR);
     usable &= !blocked(&map.cuts, x, corner_x);
-    largest = most(largest, slope);
+    largest = fast_max(largest, slope);
   }
   slope = select((real)(-1), largest, usable);
   for (int l = 0; l < LANES && first + l < grid.stop; ++l)

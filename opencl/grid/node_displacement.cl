@@ -3,18 +3,13 @@
 #include "coarse_map.cl"
 
 // Nodes: G(v) - v less its mean, before limits, local units, in three planes of `count` points; with cuts
-// the void distance in a fourth. Those of a launch, or with the numbers `listed`, if that is not null.
+// the void distance in a fourth. Those of a launch, or with the indices `listed`, if that is not null.
 __kernel EXPLICIT_VECTORS void node_displacement(
-    const map_params_t map_params, __global const control_point_t *restrict control_points,
-    __global const float *restrict kind_table, __global const region_t *restrict regions,
-    __global const segment_t *restrict segments, __global const limit_t *restrict limits,
-    __global const float *restrict images, __global const step_t *restrict steps,
-    const cut_params_t cut_params, __global const plane_t *restrict planes,
-    __global const float *restrict obstacles,
+    const map_params_t map_params, __global const float *restrict map_tables,
+    const cut_params_t cut_params, __global const float *restrict cut_tables,
     const grid_t grid, const long count, __global const long *restrict listed,
     __global float *restrict nodes) {
-  const map_t map = map_of(map_params, control_points, kind_table, regions, segments, limits, images,
-                           steps, cut_params, planes, obstacles);
+  const map_t map = map_of(map_params, map_tables, cut_params, cut_tables);
   const long first = grid.first + (long)get_global_id(0) * LANES;
   if (first >= grid.stop) return;
   const vec index =

@@ -4,15 +4,10 @@
 
 // The nodes of first guesses at the points of a grid; node_cell sets by_i.w.
 __kernel EXPLICIT_VECTORS void node_origin(
-    const map_params_t map_params, __global const control_point_t *restrict control_points,
-    __global const float *restrict kind_table, __global const region_t *restrict regions,
-    __global const segment_t *restrict segments, __global const limit_t *restrict limits,
-    __global const float *restrict images, __global const step_t *restrict steps,
-    const cut_params_t cut_params, __global const plane_t *restrict planes,
-    __global const float *restrict obstacles,
+    const map_params_t map_params, __global const float *restrict map_tables,
+    const cut_params_t cut_params, __global const float *restrict cut_tables,
     const grid_t grid, __global node_t *restrict nodes) {
-  const map_t map = map_of(map_params, control_points, kind_table, regions, segments, limits, images,
-                           steps, cut_params, planes, obstacles);
+  const map_t map = map_of(map_params, map_tables, cut_params, cut_tables);
   // before all branches: Mesa's compiler crashes where arguments are read below
   const long stop = grid.stop;
   vec by_index[3];

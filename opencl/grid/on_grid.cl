@@ -11,7 +11,7 @@
 #include "origin_nodes.cl"
 #endif
 
-// Which points a work item has: CONSECUTIVE ones, those with the numbers `listed`, or those of `cells`;
+// Which points a work item has: CONSECUTIVE ones, those with the indices `listed`, or those of `cells`;
 // the pointers of the others are null. A constant: tests of the pointers cost 2 to 3 % of the time of
 // small fits.
 enum { CONSECUTIVE = 0, LISTED = 1, CELLS = 2 };
@@ -43,13 +43,13 @@ typedef struct {
 // Points of listed cells.
 inline void set_cell_points(item_t *item, const grid_t *grid, const coarse_t *coarse,
                             __global const int *cells) {
-  const long first = (long)get_global_id(0) * LANES, number = first / CELL_POINTS;
-  item->lanes = number < coarse->listed ? LANES : 0;
+  const long first = (long)get_global_id(0) * LANES, first_entry = first / CELL_POINTS;
+  item->lanes = first_entry < coarse->listed ? LANES : 0;
   if (item->lanes == 0) return;
   integer i, j, k;
   for (int lane = 0; lane < LANES; lane += CELL_LANES) {
-    const long entry = min(number + lane / CELL_LANES, coarse->listed - 1);
-    const int is_listed = number + lane / CELL_LANES < coarse->listed;
+    const long entry = min(first_entry + lane / CELL_LANES, coarse->listed - 1);
+    const int is_listed = first_entry + lane / CELL_LANES < coarse->listed;
     const int cell = cells[coarse->first_listed + entry], nx = coarse->cells[0];
     const int x = (coarse->first_cell[0] + cell % nx) * CELL_STEP - grid->start[0],
               y = (coarse->first_cell[1] + cell / nx % coarse->cells[1]) * CELL_STEP,

@@ -43,7 +43,7 @@ inline start_t start_at(const map_t *map, const nodes_t *nodes, __global const n
   start_t start = expected;
   vec share;
   integer cell = cell_of(nodes, index, &share), open = (real)(0) == 0;
-  real a = share.x, rest = 1 - share.x;
+  real a = share.x, other = 1 - share.x;
   for (int l = 0; l < LANES; ++l) {
     if (!LANE_INT(open, l)) continue;
     __global const node_t *corner = table + LANE_INT(cell, l);
@@ -52,9 +52,9 @@ inline start_t start_at(const map_t *map, const nodes_t *nodes, __global const n
     open &= !same;
     if (!(slope >= 0)) continue;
     cell_end_t low = cell_end(nodes, corner, b, c), high = cell_end(nodes, corner + 1, b, c);
-    vec x = {rest * (low.x.x + a * low.by_i.x) + a * (high.x.x - rest * high.by_i.x),
-             rest * (low.x.y + a * low.by_i.y) + a * (high.x.y - rest * high.by_i.y),
-             rest * (low.x.z + a * low.by_i.z) + a * (high.x.z - rest * high.by_i.z)};
+    vec x = {other * (low.x.x + a * low.by_i.x) + a * (high.x.x - other * high.by_i.x),
+             other * (low.x.y + a * low.by_i.y) + a * (high.x.y - other * high.by_i.y),
+             other * (low.x.z + a * low.by_i.z) + a * (high.x.z - other * high.by_i.z)};
     start.x = vec_select(start.x, x, same);
     start.slope = select(start.slope, (real)(slope), same);
   }

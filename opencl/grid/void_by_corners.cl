@@ -6,20 +6,20 @@
 typedef struct { real low, high; } range_t;
 
 HOT void join(range_t *a, const range_t *b) {
-  a->low = least(a->low, b->low);
-  a->high = most(a->high, b->high);
+  a->low = fast_min(a->low, b->low);
+  a->high = fast_max(a->high, b->high);
 }
 
 // LANES values of a row from x on; the first and last value continue it. NaN becomes infinite, which
 // decides nothing.
 HOT real load_row(__global const float *row, int x, int count) {
-  real found;
+  real value;
   if (x >= 0 && x + LANES <= count) {
-    found = LOAD(row + x);
+    value = LOAD(row + x);
   } else {
-    for (int l = 0; l < LANES; ++l) LANE(found, l) = row[clamp(x + l, 0, count - 1)];
+    for (int l = 0; l < LANES; ++l) LANE(value, l) = row[clamp(x + l, 0, count - 1)];
   }
-  return select((real)(INFINITY), found, found == found);
+  return select((real)(INFINITY), value, value == value);
 }
 
 // A work item computes LANES cells along x in CELL_ROWS rows of CELL_LAYERS layers. In each slice of
@@ -66,18 +66,19 @@ HOT void set_layer(layer_t *layer, const slice_t *below, const slice_t *above) {
     along_x[row] = 0;
     for (int shift = 0; shift + 1 < SHIFTS; ++shift) {
       join(&column[shift], &column[shift + 1]);
-      const real difference = column[shift].high - column[shift].low;
+      real difference = column[shift].high - column[shift].low;
       // the difference of infinite values is NaN
-      along_x[row] = most(along_x[row], select((real)(INFINITY), difference, difference < INFINITY));
+      difference = select((real)(INFINITY), difference, difference < INFINITY);
+      along_x[row] = fast_max(along_x[row], difference);
     }
     if (row > 0 && row <= CELL_ROWS) layer->own[row - 1] = column[1];
   }
   for (int row = 0; row < CELL_ROWS; ++row)
-    layer->difference[row] = most(most(along_x[row], along_x[row + 1]), along_x[row + 2]);
+    layer->difference[row] = fast_max(fast_max(along_x[row], along_x[row + 1]), along_x[row + 2]);
 }
 
 HOT integer flags_of(range_t own, real difference, const layers_t *layers) {
-  const real far = most(layers->far_factor * difference, (real)(layers->min_distance));
+  const real far = fast_max(layers->far_factor * difference, (real)(layers->min_distance));
   const integer is_void = own.high < -far, is_full = own.low > far;
   integer bits = select((integer)(UNKNOWN), (integer)(0), is_full);
   bits = select(bits, (integer)(VOID), is_void);
@@ -105,8 +106,8 @@ __kernel EXPLICIT_VECTORS void void_by_corners(
     set_layer(after, &slices[z & 1], &slices[(z + 1) & 1]);
     if (z <= begin) continue;
     for (int row = 0; row < rows; ++row) {
-      const real difference =
-          most(most(before->difference[row], current->difference[row]), after->difference[row]);
+      const real difference = fast_max(
+          fast_max(before->difference[row], current->difference[row]), after->difference[row]);
       const integer bits = flags_of(current->own[row], difference, &layers);
       __global uchar *to = result + x + nx * (y + row + (long)ny * (z - 1 - layers.start));
       for (int l = 0; l < lanes; ++l) to[l] = (uchar)LANE_INT(bits, l);

@@ -90,9 +90,9 @@ inline vec index_in_image(__global const float *to_index, vec v) {
 
 // The index limited to the grid; `beyond` is what was taken off.
 inline vec limited_index(__global const int *size, vec index, vec *beyond) {
-  vec inside = {least(most(index.x, (real)(0)), (real)(size[0] - 1)),
-                least(most(index.y, (real)(0)), (real)(size[1] - 1)),
-                least(most(index.z, (real)(0)), (real)(size[2] - 1))};
+  vec inside = {fast_min(fast_max(index.x, (real)(0)), (real)(size[0] - 1)),
+                fast_min(fast_max(index.y, (real)(0)), (real)(size[1] - 1)),
+                fast_min(fast_max(index.z, (real)(0)), (real)(size[2] - 1))};
   *beyond = vec_sub(index, inside);
   return inside;
 }

@@ -10,7 +10,7 @@ typedef struct {
 
 // From 0 to 1 with two continuous derivatives, exactly 0 up to t = 0 and 1 from t = 1 on.
 inline real fade(real t, real *slope) {
-  t = least(most(t, (real)(0)), (real)(1));
+  t = fast_min(fast_max(t, (real)(0)), (real)(1));
   *slope = 30 * t * t * (1 - t) * (1 - t);
   return t * t * t * fma(t, fma((real)(6), t, (real)(-15)), (real)(10));
 }
@@ -18,13 +18,14 @@ inline real fade(real t, real *slope) {
 inline limit_at_t mask_of_box(__global const limit_t *limit, vec v) {
   const vec low = {limit->low[0], limit->low[1], limit->low[2]},
             high = {limit->high[0], limit->high[1], limit->high[2]};
-  const vec off = {v.x - least(most(v.x, low.x), high.x), v.y - least(most(v.y, low.y), high.y),
-                   v.z - least(most(v.z, low.z), high.z)};
+  const vec off = {v.x - fast_min(fast_max(v.x, low.x), high.x),
+                   v.y - fast_min(fast_max(v.y, low.y), high.y),
+                   v.z - fast_min(fast_max(v.z, low.z), high.z)};
   const real length = sqrt(dot3(off, off));
   limit_at_t at;
   real slope;
   at.factor = 1 - fade((length - limit->radius) / limit->falloff, &slope);
-  at.slope = vec_scale(-slope / (limit->falloff * most(length, (real)(1e-30f))), off);
+  at.slope = vec_scale(-slope / (limit->falloff * fast_max(length, (real)(1e-30f))), off);
   return at;
 }
 

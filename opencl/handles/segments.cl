@@ -1,8 +1,8 @@
-// Segments of curves: integrals of weights along a segment, and the few points that have the same.
+// Segments of curves: moments of weights along a segment, and the few points that have the same.
 //
 // Along the segment q(t) = q + t along, t from 0 to 1, the weight of a point is
-// (e2 / (|q(t) - v|^2 + s^2))^n = (e2 / length^2)^n / ((t - f)^2 + a^2)^n, with the foot f of v on the
-// line and a^2 = (squared distance of v from the line + s^2) / length^2. All t are relative to the
+// (e2 / (|q(t) - v|^2 + s^2))^n = (e2 / length^2)^n / ((t - f)^2 + a^2)^n, where v projects to q(f) on
+// the line, and a^2 = (squared distance of v from the line + s^2) / length^2. All t are relative to the
 // point nearest to v, so that nothing cancels on the curve.
 
 // Points for each segment: 2 for degree 1, 3 and 4 for degrees 2 and 3. The sums of the fit need the
@@ -29,14 +29,14 @@
 // Distance from a curve, local units, that counts as on it.
 #define ON_CURVE 1e-6f
 // a^2 and squared distances from a line are at least this, so that all powers are finite.
-#define LEAST_WIDTH2(n) ((n) == 1 ? 1e-16f : (n) == 2 ? 1e-14f : (n) == 3 ? 1e-12f : 1e-9f)
+#define MIN_WIDTH2(n) ((n) == 1 ? 1e-16f : (n) == 2 ? 1e-14f : (n) == 3 ? 1e-12f : 1e-9f)
 #define INTEGER_ALPHA (TWICE_ALPHA / 2)
 #define UNROLL_MOMENTS _Pragma("unroll")
 
-// v as seen from a segment: the foot f, the share t of the nearest point, and the squared distances of
-// the line, and of that point.
+// v relative to a segment: its projection f, the share t of the nearest point, and the squared distances
+// of the line, and of that point.
 typedef struct {
-  real foot, t;
+  real projection, t;
   real off2, d2;
 } nearest_t;
 
@@ -44,9 +44,9 @@ HOT nearest_t nearest_on_segment(__global const segment_t *at, vec v) {
   const vec along = {at->along_q[0], at->along_q[1], at->along_q[2]};
   const vec to = {v.x - at->q[0], v.y - at->q[1], v.z - at->q[2]};
   nearest_t nearest;
-  nearest.foot = at->density * dot3(to, along);
-  nearest.t = least(most(nearest.foot, (real)(0)), (real)(1));
-  const vec off = vec_madd(-nearest.foot, along, to), away = vec_madd(-nearest.t, along, to);
+  nearest.projection = at->density * dot3(to, along);
+  nearest.t = fast_min(fast_max(nearest.projection, (real)(0)), (real)(1));
+  const vec off = vec_madd(-nearest.projection, along, to), away = vec_madd(-nearest.t, along, to);
   nearest.off2 = dot3(off, off);
   nearest.d2 = dot3(away, away);
   return nearest;
@@ -61,7 +61,7 @@ HOT real whole_power(real x, int n) {
 // the larger of |x| and y. Also s, the square of the smaller over the larger, and A of arctan(r) = r
 // + A s r.
 HOT real half_turn(real x, real y, real per_larger, real *s_of, real *series_of) {
-  const real size = fabs(x), ratio = least(size, y) * per_larger, s = ratio * ratio;
+  const real size = fabs(x), ratio = fast_min(size, y) * per_larger, s = ratio * ratio;
   const integer steep = size < y;
   real series = 0.00284989f;
   series = fma(series, s, (real)(-0.01606862f));
@@ -98,12 +98,12 @@ HOT real end_series(real y, int n) {
 // which cancels beyond the ends of the segment, where P > 0; there, with y = a^2 / P^2 and D = P^2 + a^2,
 //   K(2) = 1 / D + (1 / D + A / P^2) / (2 P) with A of `half_turn`,
 //   K(3) = (1 + P) / D^2 + G(y) / P^5 and K(4) = ((1 + P)^2 - a^2 / 3) / D^3 + G(y) / P^7.
-HOT void near_integrals(real foot, real a2, int n, int top, real f[MOMENTS]) {
-  const real low = -foot, high = 1 - foot, both = low + high;
+HOT void near_integrals(real projection, real a2, int n, int top, real f[MOMENTS]) {
+  const real low = -projection, high = 1 - projection, both = low + high;
   const real low2 = fma(low, low, a2), high2 = fma(high, high, a2);
   const real p = fma(low, high, a2), per_a = rsqrt(a2), a = a2 * per_a;
   // one division for 1 / D and 1 / the larger of |P| and a
-  const real d = low2 * high2, larger = most(fabs(p), a), per_both = 1 / (d * larger);
+  const real d = low2 * high2, larger = fast_max(fabs(p), a), per_both = 1 / (d * larger);
   const real per_d = per_both * larger, per_larger = per_both * d;
   real y, series;
   const real angle = half_turn(p, a, per_larger, &y, &series);
@@ -201,14 +201,14 @@ HOT real moments_of(__global const segment_t *at, const nearest_t *nearest, floa
                     int slopes, int top, real c, real m[MOMENTS]) {
   const int n = INTEGER_ALPHA + slopes;
   const real density = at->density, ratio = e2 * density;
-  const real width2 = density * (nearest->off2 + smoothing2), middle = nearest->foot - 0.5f;
-  const real start = nearest->t - nearest->foot;
+  const real width2 = density * (nearest->off2 + smoothing2), middle = nearest->projection - 0.5f;
+  const real start = nearest->t - nearest->projection;
   const integer is_far = fma(middle, middle, width2) > FAR_SEGMENT * FAR_SEGMENT;
   UNROLL_MOMENTS for (int i = 0; i <= top; ++i) m[i] = 0;
   if (ANY(!is_far)) {
-    const real least2 = LEAST_WIDTH2(n) * most(density, (real)(1));
-    near_integrals(nearest->foot, most(width2, least2), n, top, m);
-    // about the nearest point instead of the foot
+    const real min_width2 = MIN_WIDTH2(n) * fast_max(density, (real)(1));
+    near_integrals(nearest->projection, fast_max(width2, min_width2), n, top, m);
+    // about the nearest point instead of f
     UNROLL_MOMENTS for (int i = 1; i <= top; ++i)
       UNROLL_MOMENTS for (int j = top; j >= i; --j) m[j] = fma(-start, m[j - 1], m[j]);
     real scale = c * whole_power(ratio, INTEGER_ALPHA);
@@ -219,7 +219,7 @@ HOT real moments_of(__global const segment_t *at, const nearest_t *nearest, floa
     real sums[MOMENTS];
     UNROLL_MOMENTS for (int i = 0; i <= top; ++i) sums[i] = 0;
     UNROLL_MOMENTS for (int i = 0; i < LEGENDRE_COUNT(n); ++i) {
-      const real t = LEGENDRE_NODES[LEGENDRE_COUNT(n) - 2][i] - nearest->foot;
+      const real t = LEGENDRE_NODES[LEGENDRE_COUNT(n) - 2][i] - nearest->projection;
       const real per_d2 = 1 / fma(t, t, width2);
       real w = LEGENDRE_WEIGHTS[LEGENDRE_COUNT(n) - 2][i] * whole_power(ratio * per_d2, INTEGER_ALPHA);
       w *= slopes ? c * density * per_d2 : c;
@@ -240,8 +240,8 @@ typedef struct {
 
 // Mean and standard deviation of the measure with moments `m`.
 HOT real mean_of(const real m[MOMENTS], real *sigma) {
-  const real per_total = 1 / most(m[0], (real)(1e-30f)), mean = m[1] * per_total;
-  *sigma = sqrt(most(fma(-mean, mean, m[2] * per_total), (real)(1e-30f)));
+  const real per_total = 1 / fast_max(m[0], (real)(1e-30f)), mean = m[1] * per_total;
+  *sigma = sqrt(fast_max(fma(-mean, mean, m[2] * per_total), (real)(1e-30f)));
   return mean;
 }
 
@@ -259,7 +259,8 @@ HOT rule_t rule_of(const real m[MOMENTS], int skewed) {
     return rule;
   }
   const real per_sigma = 1 / sigma;
-  const real third = m[3] / most(m[0], (real)(1e-30f)) - mean * fma(3 * sigma, sigma, mean * mean);
+  const real third =
+      m[3] / fast_max(m[0], (real)(1e-30f)) - mean * fma(3 * sigma, sigma, mean * mean);
   const real g = third * per_sigma * per_sigma * per_sigma;
   const real root = sqrt(fma(g, g, (real)(4)));
   const real high = 0.5f * (fabs(g) + root), low = -1 / high;
@@ -285,7 +286,7 @@ typedef struct {
 // From the moments up to `top`; the last a[k] only from those up to 2 SEGMENTS - 1.
 HOT recurrence_t recurrence_of(const real m[MOMENTS], const int top, real mean, real sigma) {
   real c[2 * SEGMENTS];
-  const real per_total = 1 / most(m[0], (real)(1e-30f));
+  const real per_total = 1 / fast_max(m[0], (real)(1e-30f));
   UNROLL_MOMENTS for (int i = 0; i < 2 * SEGMENTS; ++i) c[i] = i <= top ? m[i] * per_total : (real)(0);
   UNROLL_MOMENTS for (int i = 1; i < 2 * SEGMENTS; ++i)
     UNROLL_MOMENTS for (int j = 2 * SEGMENTS - 1; j >= i; --j) c[j] = fma(-mean, c[j - 1], c[j]);
@@ -307,7 +308,7 @@ HOT recurrence_t recurrence_of(const real m[MOMENTS], const int top, real mean, 
       c[i] = next;
     }
     before[k - 1] = c[k - 1];
-    c[k] = most(c[k], 1e-3f * before[k - 1]);
+    c[k] = fast_max(c[k], 1e-3f * before[k - 1]);
     result.a[k] = c[k + 1] / c[k] - last;
     result.b[k] = c[k] / before[k - 1];
     result.norm[k] = c[k];
@@ -344,7 +345,7 @@ inline real zero_between(const recurrence_t *r, int degree, real low, real high)
   real x = 0.5f * (low + high);
   for (int i = 0; i < ZERO_STEPS; ++i) {
     const real value = polynomial_at(r, degree, x, &slope, &squares);
-    x = least(most(x - value / slope, low), high);
+    x = fast_min(fast_max(x - value / slope, low), high);
   }
   return x;
 }
@@ -353,13 +354,13 @@ inline real zero_between(const recurrence_t *r, int degree, real low, real high)
 // Three points with the moments up to 4.
 HOT rule_t rule_of_four(const real m[MOMENTS]) {
   real sigma;
-  const real mean = mean_of(m, &sigma), per_total = 1 / most(m[0], (real)(1e-30f));
+  const real mean = mean_of(m, &sigma), per_total = 1 / fast_max(m[0], (real)(1e-30f));
   const real m2 = m[2] * per_total, m3 = m[3] * per_total, m4 = m[4] * per_total;
   const real per_sigma = 1 / sigma, square = mean * mean;
   const real g = fma(mean, fma(2 * mean, mean, -3 * m2), m3) * per_sigma * per_sigma * per_sigma;
   real k = fma(mean, fma(3 * mean, fma((real)(2), m2, -square), -4 * m3), m4);
   k = k * per_sigma * per_sigma * per_sigma * per_sigma;
-  k = most(k, fma(g, g, (real)(1.01f)));
+  k = fast_max(k, fma(g, g, (real)(1.01f)));
   const real root = sqrt(fma((real)(4), k, -3 * g * g)), high = 0.5f * (fabs(g) + root);
   const real a = copysign(high, g), b = (g * g - k) / a, w = m[0] / (a - b);
   rule_t rule;
@@ -382,14 +383,14 @@ HOT rule_t rule_of(const real m[MOMENTS], int skewed) {
   const recurrence_t r = recurrence_of(m, 2 * SEGMENTS - 1, mean, sigma);
   real reach = 0;  // all zeros are within
   UNROLL_MOMENTS for (int k = 0; k < SEGMENTS; ++k)
-    reach = most(reach, fabs(r.a[k]) + sqrt(r.b[k]) + (k + 1 < SEGMENTS ? sqrt(r.b[k + 1]) : 0));
+    reach = fast_max(reach, fabs(r.a[k]) + sqrt(r.b[k]) + (k + 1 < SEGMENTS ? sqrt(r.b[k + 1]) : 0));
   zeros[0] = 0;
   UNROLL_MOMENTS for (int degree = 2; degree <= SEGMENTS; ++degree) {
-    real found[SEGMENTS];
+    real roots[SEGMENTS];
     UNROLL_MOMENTS for (int i = 0; i < degree; ++i)
-      found[i] = zero_between(&r, degree, i > 0 ? zeros[i - 1] : -reach,
+      roots[i] = zero_between(&r, degree, i > 0 ? zeros[i - 1] : -reach,
                               i + 1 < degree ? zeros[i] : reach);
-    UNROLL_MOMENTS for (int i = 0; i < degree; ++i) zeros[i] = found[i];
+    UNROLL_MOMENTS for (int i = 0; i < degree; ++i) zeros[i] = roots[i];
   }
   rule_t rule;
   UNROLL_MOMENTS for (int i = 0; i < SEGMENTS; ++i) {
@@ -411,9 +412,9 @@ typedef struct {
 HOT expansion_t expansion_of(const real m[MOMENTS], real center) {
   expansion_t result;
 #if SEGMENTS == 2
-  const real mean = m[1] / most(m[0], (real)(1e-30f)), sigma = 1, start = center + mean;
+  const real mean = m[1] / fast_max(m[0], (real)(1e-30f)), sigma = 1, start = center + mean;
   const real a[2] = {0, 0}, b[2] = {0, 0};
-  result.norm[1] = most(fma(-mean, m[1], m[2]), (real)(0));
+  result.norm[1] = fast_max(fma(-mean, m[1], m[2]), (real)(0));
 #else
   real sigma;
   const real mean = mean_of(m, &sigma), start = center + mean;

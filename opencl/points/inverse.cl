@@ -28,8 +28,8 @@ inline vec residual(const map_t *map, vec x, vec rest, vec displacement, fit_t *
   return vec_scale((real)(-1), vec_add(displacement, map_displacement(map, fit)));
 }
 
-// Whether the displacement leads through an obstacle, so that the material is elsewhere. Only for cuts
-// that stay: in the rest frame the origin x is on its side of the cuts.
+// Whether an obstacle separates x from its image. Only for cuts that stay: in the rest frame the origin
+// x is on its side of the cuts.
 inline integer is_blocked(const map_t *map, vec x, vec displacement) {
 #if CUTS && !AT_REST
   if (!map->cuts.params.regions_compete)
@@ -50,21 +50,21 @@ inline integer is_cut_off(const map_t *map, vec x, vec displacement) {
 
 // Newton's method from a first guess in `displacement`; returns the residual relative to the size of x.
 // A step that reduces the residual too little is halved, and the next one is at most twice as long, so
-// that searches without a solution end soon. A search may cross cuts; is_cut_off checks its end. A lane
-// that has ended keeps its result while others go on.
+// that searches without a solution end soon. A search may cross cuts; is_cut_off checks its end. Lanes
+// that have ended do not change.
 inline real newton(const map_t *map, vec x, vec rest, vec *displacement) {
-  real left = FLT_MAX, share = 1, close = INVERSE_TOLERANCE * size_of(x);
+  real smallest = FLT_MAX, share = 1, close = INVERSE_TOLERANCE * size_of(x);
   vec step = {0, 0, 0}, trial = *displacement;
   integer open = (real)(0) == 0;
   for (int i = 0; i < MAX_TRIALS; ++i) {
     fit_t fit;
     vec r = residual(map, x, rest, trial, &fit);
     real distance = length3(r);
-    integer better = open & (distance < left * fma(-MIN_DECREASE, share, (real)(1)));
+    integer better = open & (distance < smallest * fma(-MIN_DECREASE, share, (real)(1)));
     *displacement = vec_select(*displacement, trial, better);
-    left = select(left, distance, better);
-    share = select(share * 0.5f, least(2 * share, (real)(1)), better);
-    open &= (left > close) & (share > MIN_SHARE);
+    smallest = select(smallest, distance, better);
+    share = select(share * 0.5f, fast_min(2 * share, (real)(1)), better);
+    open &= (smallest > close) & (share > MIN_SHARE);
     if (!ANY(open)) break;
     if (ANY(open & better)) {
       mat jacobian = material_jacobian(map, &fit);
@@ -72,7 +72,7 @@ inline real newton(const map_t *map, vec x, vec rest, vec *displacement) {
     }
     trial = vec_madd(share, step, *displacement);
   }
-  return left / size_of(x);
+  return smallest / size_of(x);
 }
 
 #if STEPS
@@ -88,31 +88,31 @@ inline real newton_by_steps(const map_t *map, vec x, vec *displacement) {
     cut_off |= is_cut_off(&step, stage, d);
     *displacement = vec_add(*displacement, d);
   }
-  const real left = newton(map, x, x, displacement);
-  return select(left, (real)(FLT_MAX), cut_off);
+  const real smallest = newton(map, x, x, displacement);
+  return select(smallest, (real)(FLT_MAX), cut_off);
 }
 #endif
 
 // Broyden's method from first guesses of `displacement` and of dv/dx in `response`: no Jacobians, no
 // step control. Returns the residual relative to the size of x, before the last step.
 inline real broyden(const map_t *map, vec x, vec *displacement, mat *response) {
-  real left = FLT_MAX, close = CHORD_TOLERANCE * size_of(x);
+  real smallest = FLT_MAX, close = CHORD_TOLERANCE * size_of(x);
   vec step = {0, 0, 0};
   for (int i = 0; i < MAX_CHORDS; ++i) {
     fit_t fit;
-    integer open = left > close;
+    integer open = smallest > close;
     vec r = residual(map, x, x, *displacement, &fit);
-    left = select(left, length3(r), open);
+    smallest = select(smallest, length3(r), open);
     // the response to the last step was step - t instead of the predicted `step`
     vec t = mat_vec(response, r);
     real square = dot3(step, step), change = dot3(step, t);
-    real gain = 1 / most(square - change, fma((real)(0.2f), square, (real)(1e-30f)));
+    real gain = 1 / fast_max(square - change, fma((real)(0.2f), square, (real)(1e-30f)));
     add_outer(response, vec_scale(gain, t), transposed_mat_vec(response, step));
     step = vec_scale(fma(change, gain, (real)(1)), t);
     *displacement = vec_select(*displacement, vec_add(*displacement, step), open);
-    if (!ANY(left > close)) break;
+    if (!ANY(smallest > close)) break;
   }
-  return left / size_of(x);
+  return smallest / size_of(x);
 }
 
 // Whether a cut separates x from a sample of the map, in the frame of the cuts.
@@ -125,24 +125,24 @@ inline integer is_separated(const map_t *map, vec x, vec image, vec displacement
 #endif
 }
 
-// The displacement to the sample with the image nearest to x, but farther than `*tried` (squared),
+// The displacement to the sample with the image nearest to x, but farther than `*min_distance2`,
 // which becomes its distance.
 inline vec displacement_to_nearest(const map_t *map, vec x, int count,
-                                   __global const sample_t *samples, real *tried) {
+                                   __global const sample_t *samples, real *min_distance2) {
   real nearest = FLT_MAX;
   vec displacement = {0, 0, 0};
   for (int i = 0; i < count; ++i) {
     __global const sample_t *at = samples + i;
     vec miss = vec_sub(x, (vec){at->image[0], at->image[1], at->image[2]});
     real d2 = dot3(miss, miss);
-    integer nearer = (d2 < nearest) & (d2 > *tried);
+    integer nearer = (d2 < nearest) & (d2 > *min_distance2);
     if (!ANY(nearer)) continue;
     vec to_sample = vec_sub((vec){at->v[0], at->v[1], at->v[2]}, x);
     nearer &= !is_separated(map, x, vec_sub(x, miss), to_sample);
     displacement = vec_select(displacement, to_sample, nearer);
     nearest = select(nearest, d2, nearer);
   }
-  *tried = nearest;
+  *min_distance2 = nearest;
   return displacement;
 }
 
@@ -152,10 +152,10 @@ inline integer guess_at(const lattice_t *lattice, __global const float4 *nodes, 
                         vec *displacement, mat *response) {
   vec share;
   real shrink;
-  integer node_number;
-  integer inside = lattice_cell(lattice, x, &share, &shrink, &node_number) < LATTICE_SIZE;
+  integer node_index;
+  integer inside = lattice_cell(lattice, x, &share, &shrink, &node_index) < LATTICE_SIZE;
   for (int l = 0; l < LANES; ++l) {
-    __global const float4 *node = nodes + (LANE_INT(inside, l) ? LANE_INT(node_number, l) : 0);
+    __global const float4 *node = nodes + (LANE_INT(inside, l) ? LANE_INT(node_index, l) : 0);
     float u = LANE(share.x, l), v = LANE(share.y, l), w = LANE(share.z, l);
     float density = 0.5f * LATTICE_CELLS * LANE(shrink, l);
     float4 n00 = node[0], n10 = node[NODES_ALONG], d00 = node[1] - n00,

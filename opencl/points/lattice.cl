@@ -14,8 +14,8 @@ enum {
 // Cell index along one axis, and the relative position in that cell, for a position in [-1, 1].
 inline integer cell_along(real position, real *share) {
   real index = (position + 1) * (0.5f * LATTICE_CELLS);
-  index = least(most(index, (real)(0)), (real)(LATTICE_CELLS));
-  integer cell = TO_INTEGER(least(index, (real)(LATTICE_CELLS - 1)));
+  index = fast_min(fast_max(index, (real)(0)), (real)(LATTICE_CELLS));
+  integer cell = TO_INTEGER(fast_min(index, (real)(LATTICE_CELLS - 1)));
   *share = index - TO_REAL(cell);
   return cell;
 }
@@ -28,7 +28,7 @@ inline integer lattice_cell(const lattice_t *lattice, vec x, vec *share, real *s
   const float *center = lattice->center, *density = lattice->density;
   vec at = {(x.x - center[0]) * density[0], (x.y - center[1]) * density[1],
             (x.z - center[2]) * density[2]};
-  real distance = most(most(fabs(at.x), fabs(at.y)), fabs(at.z));
+  real distance = fast_max(fast_max(fabs(at.x), fabs(at.y)), fabs(at.z));
   integer level = 0;
   *shrink = 1;
   for (int l = 0; l < LATTICE_LEVELS; ++l) {

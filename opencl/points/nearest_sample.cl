@@ -1,24 +1,19 @@
 #include "inverse.cl"
 
 // For points x less the mean displacement the displacement to the sample of the map whose image is
-// nearest, in three planes. Samples with images no farther than `tried` (squared) are skipped.
+// nearest, in three planes. Samples with images no farther than `min_distances2` are skipped.
 __kernel EXPLICIT_VECTORS void nearest_sample(
-    const map_params_t map_params, __global const control_point_t *restrict control_points,
-    __global const float *restrict kind_table, __global const region_t *restrict regions,
-    __global const segment_t *restrict segments, __global const limit_t *restrict limits,
-    __global const float *restrict images, __global const step_t *restrict steps,
-    const cut_params_t cut_params, __global const plane_t *restrict planes,
-    __global const float *restrict obstacles,
+    const map_params_t map_params, __global const float *restrict map_tables,
+    const cut_params_t cut_params, __global const float *restrict cut_tables,
     const long points_count, __global const float *restrict points,
     const int sample_count, __global const sample_t *restrict samples,
-    __global float *restrict tried, __global float *restrict displacements) {
-  const map_t map = map_of(map_params, control_points, kind_table, regions, segments, limits, images,
-                           steps, cut_params, planes, obstacles);
+    __global float *restrict min_distances2, __global float *restrict displacements) {
+  const map_t map = map_of(map_params, map_tables, cut_params, cut_tables);
   long first = (long)get_global_id(0) * LANES;
   if (first >= points_count) return;
   vec x = load_points(points, points_count, first);
-  real distance2 = load_plane(tried, points_count, first);
-  vec displacement = displacement_to_nearest(&map, x, sample_count, samples, &distance2);
+  real min_distance2 = load_plane(min_distances2, points_count, first);
+  vec displacement = displacement_to_nearest(&map, x, sample_count, samples, &min_distance2);
   store_points(displacements, displacement, points_count, first);
-  store_plane(tried, distance2, points_count, first);
+  store_plane(min_distances2, min_distance2, points_count, first);
 }

@@ -1,26 +1,22 @@
 #include "inverse.cl"
 
 // v - x for points x less the mean displacement: world units, interleaved, from first guesses at the
-// lattice nodes. `left` is the residual of G(v) = x relative to the size of x, FLT_MAX off the lattice.
+// lattice nodes. `residuals` are those of G(v) = x relative to the size of x, FLT_MAX off the lattice.
 __kernel EXPLICIT_VECTORS void point_forward(
-    const map_params_t map_params, __global const control_point_t *restrict control_points,
-    __global const float *restrict kind_table, __global const region_t *restrict regions,
-    __global const segment_t *restrict segments, __global const limit_t *restrict limits,
-    __global const float *restrict images, __global const step_t *restrict steps,
-    const cut_params_t cut_params, __global const plane_t *restrict planes,
-    __global const float *restrict obstacles,
+    const map_params_t map_params, __global const float *restrict map_tables,
+    const cut_params_t cut_params, __global const float *restrict cut_tables,
     const long points_count, __global const float *restrict points,
     const lattice_t lattice, __global const float4 *restrict nodes, const world_t world,
-    __global float *restrict result, __global float *restrict left) {
-  const map_t map = map_of(map_params, control_points, kind_table, regions, segments, limits, images,
-                           steps, cut_params, planes, obstacles);
+    __global float *restrict result, __global float *restrict residuals) {
+  const map_t map = map_of(map_params, map_tables, cut_params, cut_tables);
   long first = (long)get_global_id(0) * LANES;
   if (first >= points_count) return;
   vec x = load_points(points, points_count, first), displacement;
   mat response;
   integer outside = !guess_at(&lattice, nodes, x, &displacement, &response);
-  real rest = broyden(&map, x, &displacement, &response);
-  rest = select(rest, (real)(FLT_MAX), outside | is_cut_off(&map, x, displacement));
+  real relative_residual = broyden(&map, x, &displacement, &response);
+  relative_residual = select(relative_residual, (real)(FLT_MAX),
+                             outside | is_cut_off(&map, x, displacement));
   displacement = vec_madd((real)(0), x, displacement);  // NaN stays NaN
   int lanes = (int)min((long)LANES, points_count - first);
   for (int l = 0; l < lanes; ++l) {
@@ -29,5 +25,5 @@ __kernel EXPLICIT_VECTORS void point_forward(
     to[1] = fma(world.scale, LANE(displacement.y, l), -world.mean_displacement[1]);
     to[2] = fma(world.scale, LANE(displacement.z, l), -world.mean_displacement[2]);
   }
-  store_plane(left, rest, points_count, first);
+  store_plane(residuals, relative_residual, points_count, first);
 }

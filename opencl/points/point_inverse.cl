@@ -1,32 +1,27 @@
 #include "inverse.cl"
 
-// v - x for points x less the mean displacement, in three planes that hold first guesses before. `left`
-// is the residual of G(v) = x relative to the size of x.
+// v - x for points x less the mean displacement, in three planes that hold first guesses before.
+// `residuals` are those of G(v) = x relative to the size of x.
 __kernel EXPLICIT_VECTORS void point_inverse(
-    const map_params_t map_params, __global const control_point_t *restrict control_points,
-    __global const float *restrict kind_table, __global const region_t *restrict regions,
-    __global const segment_t *restrict segments, __global const limit_t *restrict limits,
-    __global const float *restrict images, __global const step_t *restrict steps,
-    const cut_params_t cut_params, __global const plane_t *restrict planes,
-    __global const float *restrict obstacles,
+    const map_params_t map_params, __global const float *restrict map_tables,
+    const cut_params_t cut_params, __global const float *restrict cut_tables,
     const long points_count, __global const float *restrict points,
-    __global float *restrict displacements, __global float *restrict left) {
-  const map_t map = map_of(map_params, control_points, kind_table, regions, segments, limits, images,
-                           steps, cut_params, planes, obstacles);
+    __global float *restrict displacements, __global float *restrict residuals) {
+  const map_t map = map_of(map_params, map_tables, cut_params, cut_tables);
   long first = (long)get_global_id(0) * LANES;
   if (first >= points_count) return;
   vec x = load_points(points, points_count, first);
   vec displacement = load_points(displacements, points_count, first);
 #if STEPS
-  real rest = newton_by_steps(&map, x, &displacement);
+  real relative_residual = newton_by_steps(&map, x, &displacement);
 #else
 #if CUTS
   vec to_x = mean_displacement_of(&map.cuts);
   displacement = vec_select(displacement, to_x, is_blocked(&map, x, displacement));
 #endif
-  real rest = newton(&map, x, x, &displacement);
-  rest = select(rest, (real)(FLT_MAX), is_cut_off(&map, x, displacement));
+  real relative_residual = newton(&map, x, x, &displacement);
+  relative_residual = select(relative_residual, (real)(FLT_MAX), is_cut_off(&map, x, displacement));
 #endif
   store_points(displacements, displacement, points_count, first);
-  store_plane(left, rest, points_count, first);
+  store_plane(residuals, relative_residual, points_count, first);
 }

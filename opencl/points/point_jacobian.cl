@@ -2,16 +2,11 @@
 
 // d(G - v)/dv in nine planes.
 __kernel EXPLICIT_VECTORS void point_jacobian(
-    const map_params_t map_params, __global const control_point_t *restrict control_points,
-    __global const float *restrict kind_table, __global const region_t *restrict regions,
-    __global const segment_t *restrict segments, __global const limit_t *restrict limits,
-    __global const float *restrict images, __global const step_t *restrict steps,
-    const cut_params_t cut_params, __global const plane_t *restrict planes,
-    __global const float *restrict obstacles,
+    const map_params_t map_params, __global const float *restrict map_tables,
+    const cut_params_t cut_params, __global const float *restrict cut_tables,
     const long points_count, __global const float *restrict points,
     __global float *restrict jacobian) {
-  const map_t map = map_of(map_params, control_points, kind_table, regions, segments, limits, images,
-                           steps, cut_params, planes, obstacles);
+  const map_t map = map_of(map_params, map_tables, cut_params, cut_tables);
   long first = (long)get_global_id(0) * LANES;
   if (first >= points_count) return;
   vec v = load_points(points, points_count, first);

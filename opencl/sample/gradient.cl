@@ -15,19 +15,19 @@
 #define LOAD_VALUE(from) ((SUM)(*(from)))
 
 // The derivative per index at the i-th of n points, whose neighbors are a stride apart.
-#define DEFINE_SLOPE(name, type, load)                                                     \
-  inline type name(__global const VALUE *at, OFFSET stride, int i, int n) {                \
-    if (n == 1) return 0;                                                                  \
-    if (i == 0 || i == n - 1) {                                                            \
-      const OFFSET inward = i == 0 ? stride : -stride;                                     \
-      const type here = load(at);                                                          \
-      type rise = load(at + inward) - here;                                                \
-      if (n > 2) rise = 2 * rise - (load(at + 2 * inward) - here) / 2;                     \
-      return i == 0 ? rise : -rise;                                                        \
-    }                                                                                      \
-    const type near = load(at + stride) - load(at - stride);                               \
-    if (n <= 4 || i == 1 || i == n - 2) return near / 2;                                   \
-    return (8 * near - (load(at + 2 * stride) - load(at - 2 * stride))) / 12;              \
+#define DEFINE_SLOPE(name, type, load)                                                            \
+  inline type name(__global const VALUE *at, OFFSET stride, int i, int n) {                       \
+    if (n == 1) return 0;                                                                         \
+    if (i == 0 || i == n - 1) {                                                                   \
+      const OFFSET inward = i == 0 ? stride : -stride;                                            \
+      const type value = load(at);                                                                \
+      type rise = load(at + inward) - value;                                                      \
+      if (n > 2) rise = 2 * rise - (load(at + 2 * inward) - value) / 2;                           \
+      return i == 0 ? rise : -rise;                                                               \
+    }                                                                                             \
+    const type rise = load(at + stride) - load(at - stride);                                      \
+    if (n <= 4 || i == 1 || i == n - 2) return rise / 2;                                          \
+    return (8 * rise - (load(at + 2 * stride) - load(at - 2 * stride))) / 12;                     \
   }
 
 DEFINE_SLOPE(slope, SUM, LOAD_VALUE)

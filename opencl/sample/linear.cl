@@ -52,7 +52,7 @@ HOT void load_pair(pair_t *pair, const box_t *box, const offsets_t *at, const in
 // Three floats at each point, one point after the other, with the same bits. Each tap is a vector of
 // four; the last is not used.
 HOT vec interpolated_three(const box_t *box, const offsets_t *at, __global const float *values) {
-  vec found;
+  vec result;
   UNROLL for (int l = 0; l < LANES; ++l) {
     __global const float *corner = values + LANE_OFFSET(at->corner, l);
     float4 sum = 0;
@@ -64,11 +64,11 @@ HOT vec interpolated_three(const box_t *box, const offsets_t *at, __global const
         const real weight = box->y.weight[j] * box->z.weight[k];
         sum = fma((float4)(LANE(weight, l)), along_x, sum);
       }
-    LANE(found.x, l) = sum.x;
-    LANE(found.y, l) = sum.y;
-    LANE(found.z, l) = sum.z;
+    LANE(result.x, l) = sum.x;
+    LANE(result.y, l) = sum.y;
+    LANE(result.z, l) = sum.z;
   }
-  return found;
+  return result;
 }
 #endif
 

@@ -64,15 +64,15 @@ HOT VALUES value_in(const box_t *box, const offsets_t *at, const int is_whole,
 }
 #endif
 
-inline void store_values(__global VALUE *to, VALUES found, int lanes, int components) {
+inline void store_values(__global VALUE *to, VALUES sampled, int lanes, int components) {
   if (components == 1 && lanes == LANES) {
-    STORE(found, to);
+    STORE(sampled, to);
     return;
   }
-  for (int l = 0; l < lanes; ++l) to[l * components] = LANE_VALUE(found, l);
+  for (int l = 0; l < lanes; ++l) to[l * components] = LANE_VALUE(sampled, l);
 }
 
-// COVARIANT is a constant: with three components known, vectors take 2 % less time.
+// COVARIANT is a constant: with three components at compile time, vectors take 2 % less time.
 #if COVARIANT
 // J^T n (Eq. 29) of vectors n; of length 1 (or 0) if `normalize`. After the three planes of indices
 // `grid_source_frame` stores nine of J = dG/dv.
@@ -106,9 +106,9 @@ __kernel EXPLICIT_VECTORS void resample(
 #if COVARIANT
   real vectors[3];
 #define SET_COMPONENT(c, values) vectors[c] = values
-#define STORE_COMPONENTS                                                                            \
-  store_interleaved(                                                                          \
-      to, covariant((vec){vectors[0], vectors[1], vectors[2]}, normalize, index, count, first), \
+#define STORE_COMPONENTS                                                                          \
+  store_interleaved(                                                                              \
+      to, covariant((vec){vectors[0], vectors[1], vectors[2]}, normalize, index, count, first),   \
       lanes)
 #else
 #define SET_COMPONENT(c, values) store_values(to + (c), values, lanes, components)
@@ -130,8 +130,8 @@ __kernel EXPLICIT_VECTORS void resample(
 #if COVARIANT && TAPS == 2 && LANES > 1
     // not for the last vector, which ends at the end of the array
     if (ALL(at_taps.corner < slice * array.stored[2] - (slice + line + 6))) {
-      const vec found = interpolated_three(&box, &at_taps, values);
-      store_interleaved(to, covariant(found, normalize, index, count, first), lanes);
+      const vec n = interpolated_three(&box, &at_taps, values);
+      store_interleaved(to, covariant(n, normalize, index, count, first), lanes);
       return;
     }
 #elif !COVARIANT
@@ -158,18 +158,18 @@ __kernel EXPLICIT_VECTORS void resample(
   const integer on_point = (box.x.behind == 0) & (box.y.behind == 0) & (box.z.behind == 0);
 #endif
   for (int c = 0; c < components; ++c) {
-    VALUES found;
+    VALUES sampled;
 #if TAPS > 1
-    found = value_in(&box, &at_taps, 0, values + c);
+    sampled = value_in(&box, &at_taps, 0, values + c);
 #endif
     UNROLL for (int l = 0; l < LANES; ++l) {
 #if TAPS > 1
       if (LANE_INT(on_point, l))  // to the bit
 #endif
-        LANE_VALUE(found, l) = values[LANE_OFFSET(nearest, l) + c];
-      if (!LANE_INT(inside, l)) LANE_VALUE(found, l) = background;
+        LANE_VALUE(sampled, l) = values[LANE_OFFSET(nearest, l) + c];
+      if (!LANE_INT(inside, l)) LANE_VALUE(sampled, l) = background;
     }
-    SET_COMPONENT(c, found);
+    SET_COMPONENT(c, sampled);
   }
   STORE_COMPONENTS;
 }

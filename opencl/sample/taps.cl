@@ -1,5 +1,5 @@
-// Points of an array around a continuous index along one axis: what interpolation takes the values
-// of, its taps, and their weights. The rules are those of vtk_mls/base/interpolation.py.
+// The taps of interpolation along one axis: points of an array around a continuous index, and their
+// weights. The rules are those of vtk_mls/base/interpolation.py.
 
 #if !defined(TAPS) || !defined(OFFSET)
 #error "TAPS or OFFSET is missing"
@@ -16,27 +16,27 @@ typedef GLUE(OFFSET, LANES) offset_t;
 
 #define UNROLL _Pragma("unroll")
 
-// An axis with `size` points, of which `there` from `first` on are in memory, `step` from one to the
+// An axis with `size` points, of which `stored` from `first` on are in memory, `step` from one to the
 // next.
-typedef struct { int size, first, there; OFFSET step; } axis_t;
+typedef struct { int size, first, stored; OFFSET step; } axis_t;
 
 inline integer is_inside(const axis_t *axis, real x) {
   return (x >= -0.5f) & (x <= axis->size - 0.5f);
 }
 
-// What is outside, or not a number, becomes the index of a border.
+// Limits an index to the grid; NaN becomes the first.
 inline real within(const axis_t *axis, real x) {
-  return least(most(x, (real)(0)), (real)(axis->size - 1));
+  return fast_min(fast_max(x, (real)(0)), (real)(axis->size - 1));
 }
 
-// The nearest point, of those that are there.
+// The nearest point in memory.
 inline integer nearest_to(const axis_t *axis, real x) {
   const integer nearest = TO_INTEGER(within(axis, x) + 0.5f) - axis->first;
-  return clamp(nearest, 0, axis->there - 1);
+  return clamp(nearest, 0, axis->stored - 1);
 }
 
 #if TAPS > 1
-// `first` is the first tap, counted from the first point that is there; the point is `behind` the
+// `first` is the first tap, counted from the first point in memory; the point is `behind` the
 // grid point before it. Weights are of the type of the sums.
 typedef struct { integer first; real behind; sum_t weight[TAPS]; } taps_t;
 
@@ -57,24 +57,24 @@ HOT void weigh(taps_t *taps) {
 #endif
 }
 
-// Finds the taps around x; whether all are there and have a weight. At a border and on a grid point
-// they have not.
+// Finds the taps around x; returns whether all are in memory and have a weight, unlike at a border and
+// on a grid point.
 HOT integer find_taps(taps_t *taps, const axis_t *axis, real x) {
   x = within(axis, x);
   const integer before = TO_INTEGER(x);
   taps->behind = x - TO_REAL(before);
   taps->first = before - (axis->first + (TAPS - 1) / 2);
   weigh(taps);
-  integer whole = (taps->first >= 0) & (taps->first <= axis->there - TAPS);
+  integer whole = (taps->first >= 0) & (taps->first <= axis->stored - TAPS);
   UNROLL for (int tap = 0; tap < TAPS; ++tap) whole &= HAS_WEIGHT(taps->weight[tap]);
   return whole;
 }
 
-// Where taps are in memory. One without weight is the nearest point instead: it must not bring in a
-// NaN or an infinity.
+// Where taps are in memory. A tap without weight is replaced by the nearest point, so that it adds no
+// NaN or infinity.
 inline void tap_offsets(offset_t at[TAPS], const taps_t *taps, const axis_t *axis, integer nearest) {
   for (int tap = 0; tap < TAPS; ++tap) {
-    const integer point = clamp(taps->first + tap, 0, axis->there - 1);
+    const integer point = clamp(taps->first + tap, 0, axis->stored - 1);
     at[tap] = TO_OFFSET(select(nearest, point, HAS_WEIGHT(taps->weight[tap]))) * axis->step;
   }
 }
@@ -82,7 +82,7 @@ inline void tap_offsets(offset_t at[TAPS], const taps_t *taps, const axis_t *axi
 // A box of taps around each point, and how far apart in memory they are.
 typedef struct { taps_t x, y, z; OFFSET step_x, step_y, step_z; } box_t;
 
-// Where the taps of a box are: from `corner` on, if it is whole, else at x + y + z. And the point of
-// the grid that is nearest.
+// Where the taps of a box are: from `corner` on, if it is whole, else at x + y + z; and the nearest
+// point of the grid.
 typedef struct { offset_t corner, nearest, x[TAPS], y[TAPS], z[TAPS]; } offsets_t;
 #endif

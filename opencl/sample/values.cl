@@ -95,11 +95,11 @@ HOT VALUES rounded_sum(tap_t pivot, sum_t sum) {
   const bits_t bits = TO_BITS(pivot) ^ GLUE(SIGN_, VALUE), odd = bits & 1;
   sum += TO_SUM(odd);
   const bits_t up = TO_COUNT(fmax(sum, (sum_t)(0))), down = TO_COUNT(fmax(-sum, (sum_t)(0)));
-  const bits_t found = sub_sat(add_sat(bits - odd, up), down) ^ GLUE(SIGN_, VALUE);
+  const bits_t result = sub_sat(add_sat(bits - odd, up), down) ^ GLUE(SIGN_, VALUE);
 #if LANES == 1
-  return (VALUE)found;
+  return (VALUE)result;
 #else
-  return GLUE(GLUE(as_, VALUE), LANES)(found);
+  return GLUE(GLUE(as_, VALUE), LANES)(result);
 #endif
 }
 #endif

@@ -23,7 +23,7 @@ from vtk_mls import (
     io,
 )
 from vtk_mls.cli import main
-from vtk_mls.engine.device import drivers
+from vtk_mls.engine.device import caches, device_check, drivers
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 
@@ -226,16 +226,30 @@ def test_doctor_lists_problems():
 
 
 @pytest.mark.skipif(not DEVICES, reason="no OpenCL device that computes right")
-def test_doctor_shows_checked_devices(tmp_path):
-    folder = str(tmp_path)
-    status, out, _ = run("doctor", VTK_MLS_DEVICE=DEVICES[0], XDG_CACHE_HOME=folder)
+@pytest.mark.parametrize("cache", ["usual", pytest.param("empty", marks=pytest.mark.matrix)])
+def test_doctor_shows_checked_devices(cache, tmp_path):
+    folder = str(tmp_path if cache == "empty" else caches.folder())
+    status, out, err = run("doctor", VTK_MLS_DEVICE=DEVICES[0], XDG_CACHE_HOME=folder)
     assert status == 0
+    assert ("Testing" in err) == (cache == "empty")
     assert f"-> {DEVICES[0]} " in out
     assert "computes right with" in out
     assert "million points/s" in out
     assert f"result kept in {folder}" in out
     assert "Testing" not in run("doctor", XDG_CACHE_HOME=folder)[2]
-    assert "Testing" in run("doctor", "--retest", XDG_CACHE_HOME=folder)[2]
+
+
+@pytest.mark.skipif(not DEVICES, reason="no OpenCL device that computes right")
+def test_doctor_checks_devices_again(monkeypatch):
+    rechecks, results = [], device_check.results
+
+    def record(devices, recheck=False):
+        rechecks.append(recheck)
+        return results(devices)
+
+    monkeypatch.setattr(device_check, "results", record)
+    main(["doctor", "--retest"])
+    assert rechecks[0]  # the choice of a device follows
 
 
 @pytest.mark.skipif(not DEVICES, reason="no OpenCL device that computes right")

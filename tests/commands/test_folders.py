@@ -115,7 +115,7 @@ def test_files_by_their_names(folder):
         io.read_dataset("dir")
     with pytest.raises(FileNotFoundError, match="there is no file `in.vti/x.vti`"):
         io.read_dataset("in.vti/x.vti")
-    with pytest.raises(OSError, match="`/dev/null` is no ordinary file"):
+    with pytest.raises(OSError, match="`/dev/null` is not a regular file"):
         existing_file("/dev/null")
     check_folder("dir")
     check_folder("new/folder")

@@ -159,9 +159,11 @@ def test_a_bad_array_is_told(files, capsys):
     assert "got 2 components" in line
 
 
-def test_the_editor_refuses_paths(column):
+@pytest.mark.parametrize("shapes", ["points", "cells"])
+def test_the_editor_takes_paths(column, shapes):
     io.write_handles("column.vtp", REST, PLACES[-1], between=PLACES[1:-1])
-    with pytest.raises(ValueError, match="must have no array `Path` in the editor"):
-        handle_values(io.read_control_points("column.vtp"), "points")
-    with pytest.raises(ValueError, match="`path` must be empty in the editor"):
-        State.of(Deformation(REST, PLACES[-1], path=PLACES[1:-1]))
+    values = handle_values(io.read_control_points("column.vtp"), shapes)
+    d = Deformation(REST, PLACES[-1], path=PLACES[1:-1])
+    for state in (State(**values), State.of(d)):
+        np.testing.assert_allclose(state.path, PLACES[1:-1], atol=1e-12)
+        np.testing.assert_allclose(state.deformation().backward(REST), d.backward(REST), atol=1e-6)

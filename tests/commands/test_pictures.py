@@ -84,14 +84,14 @@ def _volume(image, mapper):
     white = vtkColorTransferFunction()
     for value in (0, OPAQUE):
         white.AddRGBPoint(value, 1, 1, 1)
-    look = vtkVolumeProperty()
-    look.SetColor(white)
-    look.SetScalarOpacity(opacity)
-    look.SetInterpolationTypeToLinear()
+    appearance = vtkVolumeProperty()
+    appearance.SetColor(white)
+    appearance.SetScalarOpacity(opacity)
+    appearance.SetInterpolationTypeToLinear()
     mapper.SetInputData(image)
     volume = vtkVolume()
     volume.SetMapper(mapper)
-    volume.SetProperty(look)
+    volume.SetProperty(appearance)
     return volume
 
 
@@ -117,7 +117,7 @@ def _contour():
     return contour
 
 
-def _ran(algorithm):
+def _output_of(algorithm):
     algorithm.Update()
     return algorithm.GetOutput()
 
@@ -202,12 +202,12 @@ def test_a_contour_of_continued_values_is_clipped_without_steps():
         surface = _contour()
         surface.SetInputData(image)
         surface.SetInputArrayToProcess(0, 0, 0, 0, "density")
-        surface = _ran(surface)
+        surface = _output_of(surface)
         if clipped:
             clip = vtkClipPolyData()
             surface.GetPointData().SetActiveScalars("VoidDistance")
             clip.SetInputData(surface)
-            surface = _ran(clip)
+            surface = _output_of(clip)
         points = vtk_to_numpy(surface.GetPoints().GetData()).astype(float)
         void_distance = _deformation().void_distance(points[points[:, 2] > 18])
         assert len(void_distance) > 500

@@ -42,12 +42,12 @@ def test_it_is_what_itk_resamples_with_the_field(scans, output, capsys):
     assert "apart" not in printed.out
     assert printed.err == ""
     warp = sitk.DisplacementFieldTransform(sitk.ReadImage("warp.nii.gz", sitk.sitkVectorFloat64))
-    wanted = sitk.GetArrayFromImage(sitk.Resample(moving, target, warp, sitk.sitkLinear))
+    expected = sitk.GetArrayFromImage(sitk.Resample(moving, target, warp, sitk.sitkLinear))
     image = io.read_dataset(output)
-    values = np.reshape(image.GetPointData().GetScalars(), wanted.shape)
-    is_inside = (wanted != 0) & (values != 0)  # ITK's images end half a voxel further
+    values = np.reshape(image.GetPointData().GetScalars(), expected.shape)
+    is_inside = (expected != 0) & (values != 0)  # ITK's images end half a voxel further
     assert is_inside.mean() > 0.5
-    np.testing.assert_allclose(values[is_inside], wanted[is_inside], atol=2e-4)
+    np.testing.assert_allclose(values[is_inside], expected[is_inside], atol=2e-4)
     grid = ImageGeometry.of_image(image).grid
     corner = target.TransformIndexToPhysicalPoint([n - 1 for n in target.GetSize()])
     np.testing.assert_allclose(grid.direction, TURNED, atol=1e-6)

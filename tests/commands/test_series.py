@@ -150,9 +150,9 @@ def test_cuts_of_a_series_are_in_a_frame(frame):
 
 def test_a_series_of_images_and_of_blocks(capsys):
     def image(time):
-        made = make_image()
-        add_array(made.GetPointData(), "values", np.full(504, time))
-        return made
+        volume = make_image()
+        add_array(volume.GetPointData(), "values", np.full(504, time))
+        return volume
 
     write_steps(["1.vti", "2.vti", "3.vti"], image)
     assert deform("?.vti") == 0
@@ -175,9 +175,9 @@ def test_a_series_of_images_and_of_blocks(capsys):
 
 def test_what_holds_for_all_time_steps_is_said_once(caplog):
     def image(time):
-        made = make_image()
-        add_array(made.GetPointData(), "values", np.full(504, time), 3)  # unsigned char
-        return made
+        volume = make_image()
+        add_array(volume.GetPointData(), "values", np.full(504, time), 3)  # unsigned char
+        return volume
 
     write_steps(["1.vti", "2.vti", "3.vti"], image)
     arguments = ["deform", "?.vti", "handles.csv", "out.pvd", "--background", "300"]
@@ -215,12 +215,12 @@ def test_several_time_steps_want_a_series(capsys):
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        ("", "`in.pvd` is no time series: it is not XML"),
-        ("<VTKFile/>", "`in.pvd` is no time series: it is no collection"),
-        ('<VTKFile type="Collection"/>', "`in.pvd` is no time series: it names no files"),
-        ("nan.vtu", "`in.pvd` is no time series: its times must be finite"),
-        ("none.vtu", "`in.pvd` is no time series: there is no data file"),
-        ("../1.vtu", "`in.pvd` is no time series: its data file `../1.vtu` is not in its own"),
+        ("", "`in.pvd` is not a time series: it is not XML"),
+        ("<VTKFile/>", "`in.pvd` is not a time series: it is not a ParaView collection"),
+        ('<VTKFile type="Collection"/>', "`in.pvd` is not a time series: it names no files"),
+        ("nan.vtu", "`in.pvd` is not a time series: its times must be finite"),
+        ("none.vtu", "`in.pvd` is not a time series: there is no data file"),
+        ("../1.vtu", "`in.pvd` is not a time series: its data file `../1.vtu` is not in its own"),
         ("in.pvd", "cannot read an image or a mesh from `in.pvd`"),
         ("broken.vtu", "`broken.vtu`"),
     ],
@@ -246,7 +246,7 @@ def test_errors_are_one_sentence_and_leave_nothing(folder, capsys, text, sentenc
 @pytest.mark.parametrize("text", ["[]", "{", '{"files": 3}', '{"files": [{}]}', "[" * 100000])
 def test_bad_file_series(text):
     Path("in.series").write_text(text)
-    with pytest.raises(ValueError, match=r"`in\.series` is no time series: "):
+    with pytest.raises(ValueError, match=r"`in\.series` is not a time series: "):
         series.read_steps("in.series")
 
 
@@ -325,10 +325,10 @@ def write_moving(how):
 
 
 def image_at(time):
-    made = make_image()
-    add_array(made.GetPointData(), "values", np.arange(504) * (1 + time))
-    made.GetPointData().SetActiveScalars("values")
-    return made
+    volume = make_image()
+    add_array(volume.GetPointData(), "values", np.arange(504) * (1 + time))
+    volume.GetPointData().SetActiveScalars("values")
+    return volume
 
 
 def test_still_data_at_the_times_of_handles(capsys):

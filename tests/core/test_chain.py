@@ -7,7 +7,6 @@ from scipy.ndimage import map_coordinates
 from scipy.optimize import root
 
 from vtk_mls import Aborted, Affine, Chain, Deformation, Field, Grid, HalfPlane, Sampling
-from vtk_mls.transforms import engine
 
 SIZE = 10.0  # of the scenes
 SOURCE = Grid((20, 21, 22), (0, 0, 0), (0.5, 0.48, 0.46))
@@ -162,7 +161,7 @@ def test_the_jacobian_is_that_of_the_map(rng):
 
 @pytest.mark.parametrize("map_tolerance", [0, 0.02])
 def test_fields_on_grids_are_the_map_at_their_points(rng, device, map_tolerance, monkeypatch):
-    monkeypatch.setattr(engine, "MAX_SLAB_POINTS", 1000)  # several slabs
+    monkeypatch.setattr("vtk_mls.queries.fields.MAX_SLAB_POINTS", 1000)  # several slabs
     last = deformation(rng, device, map_tolerance=map_tolerance)
     for chain in (Chain([affine(rng), field(rng), last]), Chain([last, field(rng), affine(rng)])):
         answer = chain.displacement_field(TARGET)
@@ -303,11 +302,11 @@ def test_the_fitted_grid_follows_far_moves(rng):
 
 
 def test_long_questions_can_be_stopped(rng):
-    seen = []
+    fractions = []
     chain = mixed(rng, "reference")
-    chain.displacement_field(TARGET, progress=seen.append)
-    assert seen == sorted(seen)
-    assert seen[-1] == 1
+    chain.displacement_field(TARGET, progress=fractions.append)
+    assert fractions == sorted(fractions)
+    assert fractions[-1] == 1
     with pytest.raises(Aborted):
         chain.displacement_field(TARGET, progress=lambda done: done > 0.3)
 

@@ -196,7 +196,7 @@ def test_smooth_curves(device, rng):
 
 
 @pytest.mark.parametrize("device", DEVICES)
-def test_a_tolerance_holds_beside_curves(device, rng):
+def test_a_tolerance_holds_near_curves(device, rng):
     grid = Grid((48, 48, 48), (-1, -1, -1), (2 / 47,) * 3)
     exact, coarse = (
         _deformation(np.random.default_rng(1), "rigid", 2, device, map_tolerance=tolerance)

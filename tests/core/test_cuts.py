@@ -107,8 +107,8 @@ def test_shared_edges_are_watertight(rng):
     sheet = Surface(np.stack([x, y, 0 * x], axis=1), cells)
     at = np.stack([*rng.integers(1, 8, (2, 500)) / 2, np.zeros(500)], axis=1)
     at = at[(at[:, 0] < 4) & (at[:, 1] < 4)]
-    way = rng.normal(size=at.shape) + [0, 0, 3]
-    assert sheet.blocks(at - way, at + way).all()
+    half = rng.normal(size=at.shape) + [0, 0, 3]
+    assert sheet.blocks(at - half, at + half).all()
 
 
 def _tiles(count):
@@ -122,15 +122,15 @@ def _tiles(count):
 
 
 def test_of_many_triangles_all_count(rng):
-    """More pairs of a segment and a triangle than are asked for at once."""
+    """More pairs of a segment and a triangle than fit one array."""
     v, q = rng.uniform(-30, 30, (2, 500, 3))
     at = v + (q - v) * (v[:, 2] / (v[:, 2] - q[:, 2]))[:, None]
     inside = np.abs(at[:, :2]).max(axis=1) < 20
     np.testing.assert_array_equal(_tiles(20).blocks(v, q), (v[:, 2] * q[:, 2] < 0) & inside)
 
 
-def test_ways_through_corners_are_blocked(device, cut_frame):
-    """Symmetric scenes make them common."""
+def test_segments_through_corners_are_blocked(device, cut_frame):
+    """They are common in symmetric scenes."""
     tiles, polygon = _tiles(3), Surface.polygon([(-3, -3, 0), (3, -3, 0), (3, 3, 0), (-3, 3, 0)])
     q = np.array([[0.0, 0, 2]])
     v = np.stack(np.meshgrid(*[np.arange(-4, 5)] * 2, [-2.0, -1.0], indexing="ij"), axis=-1)
@@ -139,9 +139,9 @@ def test_ways_through_corners_are_blocked(device, cut_frame):
     inside = np.abs(through[:, :2]).max(axis=1) < 3
     for cut in (tiles, polygon):
         np.testing.assert_array_equal(cut.blocks(v, q)[inside], True)
-    # what the nearer of two opposite handles says counts for less than nothing behind the cut
-    seen, other = np.array([[0, 0, 2.0], [0, 0, -2.0]]), np.array([[0, 0, 2.5], [0, 0, -3.0]])
-    rest, deformed = (seen, other) if cut_frame == "rest" else (other, seen)
+    # behind the cut the nearer of two opposite handles has no influence
+    visible, hidden = np.array([[0, 0, 2.0], [0, 0, -2.0]]), np.array([[0, 0, 2.5], [0, 0, -3.0]])
+    rest, deformed = (visible, hidden) if cut_frame == "rest" else (hidden, visible)
     below = v[np.abs(v[:, :2]).max(axis=1) <= 1]
     if cut_frame == "rest":  # material that has come from there
         below = below + deformed[1] - rest[1]
@@ -203,7 +203,7 @@ def test_a_closed_surface_has_no_detour():
 def test_interpolates_with_cuts(shape, kind_and_degree, device, cut_frame, rng):
     cuts = SHAPES[shape]
     rest, deformed = random_handles(rng, 25)
-    if cut_frame == "rest":  # where sides overlap, only one of them is seen
+    if cut_frame == "rest":  # where sides overlap, only one of them is visible
         for plane in (cut for cut in cuts if isinstance(cut, Plane)):
             deformed += 30 * np.sign(plane.height(rest))[:, None] * plane.normal
     d = deformation(rest, deformed, kind_and_degree, device, cuts=cuts, cut_frame=cut_frame)
@@ -290,13 +290,13 @@ def test_jacobian_is_the_derivative(shape, kind_and_degree, cut_frame, rng):
         for axis in np.eye(3)
     ]
     error = np.abs(d.jacobian(v) - np.stack(slopes, axis=2)).max(axis=(1, 2))
-    # where a way begins to be blocked the map has a kink
+    # where a segment starts to be blocked the map has a kink
     assert np.percentile(error, 97) <= 1e-5
 
 
 @paired(shape=SHAPES, kind_and_degree=KINDS_AND_DEGREES, cut_frame=CUT_FRAMES)
 def test_continuous_along_paths_that_cross_no_cut(shape, kind_and_degree, cut_frame, rng):
-    """Also where ways begin to be blocked."""
+    """Also where segments start to be blocked."""
     cuts = SHAPES[shape]
     rest, deformed = random_handles(rng, 12)
     d = deformation(rest, deformed, kind_and_degree, cuts=cuts, cut_frame=cut_frame)
@@ -306,19 +306,19 @@ def test_continuous_along_paths_that_cross_no_cut(shape, kind_and_degree, cut_fr
         # fine enough that no step passes all the way through a sliver of another side
         path = start + (end - start) * np.linspace(0, 1, 4001)[:, None]
         origins, crossed = d.backward(path), np.zeros(4000, bool)
-        seen = origins if cut_frame == "rest" else path
+        viewpoints = origins if cut_frame == "rest" else path
         if cut_frame == "rest" and len(cuts) > 1:  # nothing of several sides is in the void
             void = d.void(path)
             crossed |= void[:-1] & void[1:]
         for cut in cuts:
             if isinstance(cut, Plane):
-                crossed |= (cut.height(seen[:-1]) < 0) != (cut.height(seen[1:]) < 0)
+                crossed |= (cut.height(viewpoints[:-1]) < 0) != (cut.height(viewpoints[1:]) < 0)
             else:
-                crossed |= cut.blocks(seen[:-1], seen[1:])
+                crossed |= cut.blocks(viewpoints[:-1], viewpoints[1:])
         step = lengths(end - start) / 4000
         speed = lengths(np.diff(origins, axis=0)) / step
         around = np.linalg.norm(d.jacobian(path), axis=(1, 2))
-        # the slope on both sides of a step bounds the way between
+        # the slopes at both ends of a step bound the difference
         bound = 2 * np.maximum(around[:-1], around[1:]) + 0.5
         assert (speed <= bound)[~crossed].all()
     assert np.isfinite(free.backward(path)).all()

@@ -64,7 +64,7 @@ def test_no_cuts_can_be_said_in_several_ways():
         assert Deformation(**GOOD, cuts=cuts).cuts == ()
 
 
-def test_no_warning_of_numpy_for_what_may_be_nan(recwarn):
+def test_nan_causes_no_warning_of_numpy(recwarn):
     places = np.array([(0, 0, 0), (1e300, 0, 0), (-1e200, 1e200, 5), (1e155, 1, 1)])
     cuts = [Plane((0, 0, 0.5), (0, 0, 1)), HalfPlane((0, 0, 0.2), (1, 0, 0), (0, 0, 1))]
     for kind in vtk_mls.KINDS:
@@ -87,7 +87,7 @@ def test_is_immutable_and_keeps_no_link_to_its_input():
         d.alpha = 2
 
 
-def test_says_what_it_is():
+def test_its_repr():
     assert repr(Deformation(**GOOD)) == "<Deformation rigid, alpha=2, 3 control points>"
     polynomial = Deformation(**GOOD, kind="polynomial", alpha=1.5)
     assert repr(polynomial) == "<Deformation polynomial, degree=2, alpha=1.5, 3 control points>"
@@ -200,10 +200,10 @@ def test_a_direction_may_have_any_length(length):
 @pytest.mark.parametrize("device", ["reference", *DEVICES])
 def test_progress_can_stop_the_work(device, rng):
     d = Deformation(*random_handles(rng, 2000), device=device)
-    seen = []
+    fractions = []
 
     def stop_at_once(fraction):
-        seen.append(fraction)
+        fractions.append(fraction)
         return fraction > 0
 
     grid = Grid((300, 200, 10))
@@ -212,12 +212,12 @@ def test_progress_can_stop_the_work(device, rng):
         lambda: d.resample([np.zeros(grid.shape)], grid, progress=stop_at_once),
         lambda: d.backward(np.ones((400_000, 3)), progress=stop_at_once),
     ):
-        seen.clear()
+        fractions.clear()
         with pytest.raises(Aborted, match="as `progress` asked"):
             work()
-        assert seen[0] == 0
-        assert len(seen) == 2
-        assert 0 < seen[1] < 1
+        assert fractions[0] == 0
+        assert len(fractions) == 2
+        assert 0 < fractions[1] < 1
     assert d.backward([[1, 2, 3]]).shape == (1, 3)  # and it works again
 
 

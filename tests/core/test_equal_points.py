@@ -67,7 +67,7 @@ def assert_equal_bits(got, expected):
     alpha=[1, 1.3, 2],
     device=["reference", *DEVICES],
 )
-def test_whatever_lies_beside_them(question, cuts, cut_frame, kind_and_degree, alpha, device, rng):
+def test_for_any_other_points(question, cuts, cut_frame, kind_and_degree, alpha, device, rng):
     """Other orders, single points, repeated ones, and the same numbers in another type."""
     options = {"alpha": alpha, "cuts": CUTS[cuts], "cut_frame": cut_frame}
     # the specification takes seconds for each point that it loses

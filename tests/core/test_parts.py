@@ -94,32 +94,32 @@ def check(d, grid, parts=PARTS):
     image = np.random.default_rng(1).normal(size=grid.shape).astype(np.float32)
     resampled = {i: d.resample([image], Sampling(grid, interpolation=i))[0] for i in INTERPOLATIONS}
     for first, dimensions in parts:
-        part, here = grid.part(first, dimensions), block(first, dimensions)
+        part, target_block = grid.part(first, dimensions), block(first, dimensions)
         got = d.displacement_field(part)
-        np.testing.assert_array_equal(got.displacement, field.displacement[here])
-        np.testing.assert_array_equal(d.jacobian_field(part), jacobian[here])
+        np.testing.assert_array_equal(got.displacement, field.displacement[target_block])
+        np.testing.assert_array_equal(d.jacobian_field(part), jacobian[target_block])
         if d.cuts:
-            np.testing.assert_array_equal(got.void_distance, field.void_distance[here])
+            np.testing.assert_array_equal(got.void_distance, field.void_distance[target_block])
         for method, expected in resampled.items():
-            source, there = needed(d, grid, part, REACH[method])
-            (values,) = d.resample([image[there]], Sampling(source, part, method))
-            np.testing.assert_array_equal(values, expected[here], err_msg=method)
+            source, source_block = needed(d, grid, part, REACH[method])
+            (values,) = d.resample([image[source_block]], Sampling(source, part, method))
+            np.testing.assert_array_equal(values, expected[target_block], err_msg=method)
 
 
 def test_the_specification_agrees(kind_and_degree, cuts, rng):
     d = deformation(*random_handles(rng, 8), kind_and_degree, cuts=cuts)
     grid = Grid((18, 11, 9), (3.3, -2.1, 5.7), (14, 23, 28), random_rotation(rng) * [1, 1, -1])
     first, dimensions = (3, 2, 1), (6, 8, 7)
-    part, here = grid.part(first, dimensions), block(first, dimensions)
+    part, target_block = grid.part(first, dimensions), block(first, dimensions)
     got = d.displacement_field(part).displacement
     np.testing.assert_allclose(
-        got, d.displacement_field(grid).displacement[here], rtol=0, atol=1e-5
+        got, d.displacement_field(grid).displacement[target_block], rtol=0, atol=1e-5
     )
     image = rng.normal(size=grid.shape)
-    source, there = needed(d, grid, part, 1)
-    (values,) = d.resample([image[there]], Sampling(source, part, "cubic"))
+    source, source_block = needed(d, grid, part, 1)
+    (values,) = d.resample([image[source_block]], Sampling(source, part, "cubic"))
     (expected,) = d.resample([image], Sampling(grid, interpolation="cubic"))
-    np.testing.assert_allclose(values, expected[here], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(values, expected[target_block], rtol=0, atol=1e-9)
 
 
 @pytest.mark.parametrize("key", DEVICES)
@@ -130,15 +130,17 @@ def test_a_part_of_the_source_goes_in_slices(key, grid, rng, monkeypatch):
     image = rng.normal(size=(*grid.shape, 4))
     (expected,) = d.resample([image], Sampling(grid, interpolation="cubic"))
     first, dimensions = PARTS[2]
-    source, there = needed(d, grid, grid.part(first, dimensions), 1)
+    source, source_block = needed(d, grid, grid.part(first, dimensions), 1)
     monkeypatch.setattr(chosen.memory, "in_place", False)
-    monkeypatch.setattr(chosen.memory, "limit", image[there].nbytes)
-    (got,) = d.resample([image[there]], Sampling(source, grid.part(first, dimensions), "cubic"))
+    monkeypatch.setattr(chosen.memory, "limit", image[source_block].nbytes)
+    (got,) = d.resample(
+        [image[source_block]], Sampling(source, grid.part(first, dimensions), "cubic")
+    )
     np.testing.assert_array_equal(got, expected[block(first, dimensions)])
 
 
 @pytest.mark.parametrize("key", ["reference", *DEVICES])
-def test_bounds_of_what_is_needed(key):
+def test_bounds_of_the_needed_part(key):
     shift = [(3.25, 0, -1.5)]
     d = deformation(np.add(shift, 5), [(5, 5, 5)], ("rigid", 1), key)
     grid = Grid((20, 21, 22))

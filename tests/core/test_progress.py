@@ -53,7 +53,7 @@ QUESTIONS = {
 @pytest.fixture(params=["reference", *DEVICES])
 def device(request, monkeypatch):
     """A device on which everything takes some steps."""
-    monkeypatch.setattr("vtk_mls.reference.engine._MAX_NUMBERS", 1 << 15)
+    monkeypatch.setattr("vtk_mls.reference.engine._MAX_VALUES", 1 << 15)
     monkeypatch.setattr("vtk_mls.queries.fields.MAX_SLAB_POINTS", 900)
     monkeypatch.setattr("vtk_mls.queries.fitted_grid.SAMPLES", 14)
     if request.param != "reference":
@@ -70,38 +70,38 @@ def deformation(device, rng):
 
 
 class Callback:
-    """Notes what it is told, and asks to stop at the call of a number."""
+    """Records its fractions, and stops at the call `last`."""
 
     def __init__(self, last=None):
-        self.last, self.told = last, []
+        self.last, self.fractions = last, []
 
     def __call__(self, fraction):
-        self.told.append(fraction)
-        return len(self.told) == self.last
+        self.fractions.append(fraction)
+        return len(self.fractions) == self.last
 
 
-def assert_grows_to_one(told):
-    assert told[0] == 0
-    assert told == sorted(told)
-    assert told.index(1) == len(told) - 1
+def assert_grows_to_one(fractions):
+    assert fractions[0] == 0
+    assert fractions == sorted(fractions)
+    assert fractions.index(1) == len(fractions) - 1
 
 
 @pytest.mark.parametrize("question", QUESTIONS)
-def test_every_question(question, deformation):
-    seen = Callback()
-    expected = QUESTIONS[question](deformation, seen)
-    assert_grows_to_one(seen.told)
-    assert len(set(seen.told)) > 3
-    calls = len(seen.told)
+def test_progress_of_every_method(question, deformation):
+    complete = Callback()
+    expected = QUESTIONS[question](deformation, complete)
+    assert_grows_to_one(complete.fractions)
+    assert len(set(complete.fractions)) > 3
+    calls = len(complete.fractions)
     for last in sorted({1, calls // 2, calls - 1, calls}):
         stopping = Callback(last)
         with pytest.raises(Aborted, match="as `progress` asked"):
             QUESTIONS[question](deformation, stopping)
-        assert stopping.told == seen.told[:last]
+        assert stopping.fractions == complete.fractions[:last]
     np.testing.assert_array_equal(QUESTIONS[question](deformation, None), expected)
 
 
-def test_every_question_is_asked():
+def test_all_methods_are_covered():
     public = {name for name in dir(Deformation) if callable(getattr(Deformation, name))}
     public = {name for name in public if not name.startswith("_")}
     assert public - {"residuals"} == {*QUESTIONS}  # these are `backward` at the control points
@@ -111,29 +111,29 @@ def test_every_question_is_asked():
 def test_the_search_for_first_guesses_reports(device, rng):
     d = Deformation(*random_handles(rng, 9, 4), device=device)
     x = rng.uniform(0, EXTENT, (300_000, 3)).astype(np.float32)
-    seen = Callback()
-    expected = d.forward_field(x, seen)
-    assert_grows_to_one(seen.told)
-    guessing = sum(0 < fraction < 0.1 for fraction in seen.told)
+    complete = Callback()
+    expected = d.forward_field(x, complete)
+    assert_grows_to_one(complete.fractions)
+    guessing = sum(0 < fraction < 0.1 for fraction in complete.fractions)
     assert guessing >= 1
     for last in (2, guessing + 1, guessing + 2):
         stopping = Callback(last)
         with pytest.raises(Aborted):
             d.forward_field(x, stopping)
-        assert len(stopping.told) == last
+        assert len(stopping.fractions) == last
     np.testing.assert_array_equal(d.forward_field(x).displacement, expected.displacement)
 
 
 def test_work_on_nothing_ends_too():
     d = Deformation(np.eye(3), np.eye(3) + 1, device="reference")
     for question in (d.backward, d.forward, d.jacobian, d.void):
-        seen = Callback()
-        question(np.empty((0, 3)), seen)
-        assert seen.told[-1] == 1
-        assert seen.told.count(1) == 1
-    seen = Callback()
-    d.void_distance_field(Grid((2, 3, 4)), seen)  # there is no cut
-    assert seen.told == [1]
+        complete = Callback()
+        question(np.empty((0, 3)), complete)
+        assert complete.fractions[-1] == 1
+        assert complete.fractions.count(1) == 1
+    complete = Callback()
+    d.void_distance_field(Grid((2, 3, 4)), complete)  # there is no cut
+    assert complete.fractions == [1]
 
 
 def test_parts_of_parts_grow_to_one(rng):
@@ -146,38 +146,39 @@ def test_parts_of_parts_grow_to_one(rng):
                 assert list(part.over("abc")) == ["a", "b", "c"]
 
     for _ in range(50):
-        seen = Callback()
-        with whole(seen) as progress:
+        complete = Callback()
+        with whole(complete) as progress:
             work(progress, 3)
-        assert_grows_to_one(seen.told)
-        assert len(set(seen.told)) == len(seen.told) or len(set(seen.told)) > 3
+        assert_grows_to_one(complete.fractions)
+        distinct = len(set(complete.fractions))
+        assert distinct == len(complete.fractions) or distinct > 3
 
 
 def test_a_work_that_begins_again_does_not_fall_back():
-    seen = Callback()
-    with whole(seen) as progress:
+    complete = Callback()
+    with whole(complete) as progress:
         for _ in range(2):
             for _ in progress.over(range(4)):
                 pass
-    assert seen.told == [0, 0.25, 0.5, 0.75, 0.75, 0.75, 0.75, 0.75, 1]
+    assert complete.fractions == [0, 0.25, 0.5, 0.75, 0.75, 0.75, 0.75, 0.75, 1]
 
 
 def test_a_part_of_a_work_does_not_end_it():
-    seen = Callback()
-    with whole(seen) as progress:
+    complete = Callback()
+    with whole(complete) as progress:
         first, second = progress.divided(1, 3)
         for part in (first, second):
             with whole(part) as same:
                 assert same is part
                 same.report(0.5)
-    assert seen.told == [0.125, 0.625, 1]
+    assert complete.fractions == [0.125, 0.625, 1]
 
 
 def test_an_error_is_no_end():
-    seen = Callback()
-    with pytest.raises(ZeroDivisionError), whole(seen) as progress:
+    complete = Callback()
+    with pytest.raises(ZeroDivisionError), whole(complete) as progress:
         progress.report(1 / 0)
-    assert seen.told == []
+    assert complete.fractions == []
 
 
 def test_nobody_needs_to_listen():

@@ -228,7 +228,7 @@ def test_image_of_a_bone_keeps_its_voxels(rng):
     np.testing.assert_allclose(result[inner], expected[inner], atol=1e-4)
 
 
-def test_overlap_is_told():
+def test_overlap_is_reported():
     shift = np.eye(4)
     shift[0, 3] = -0.3
     still, near = RegionHandle(Ball((0, 0, 0), 0.5), np.eye(4)), Ball((1.2, 0, 0), 0.5)

@@ -88,7 +88,7 @@ def test_linear_functions_come_through_exactly(device, rng):
         np.testing.assert_allclose(got[inside], expected[inside], rtol=0, atol=1e-4)
 
 
-def test_integers_are_rounded_and_kept_in_range(device):
+def test_integers_are_rounded_and_clamped(device):
     grid, target = Grid((5, 1, 1)), Grid((4, 1, 1), origin=(0.75, 0, 0))
     image = np.array([0, 10, 255, 255, 0], np.uint8).reshape(grid.shape)
     d = Deformation([[0, 0, 0]], [[0, 0, 0]], device=device)
@@ -132,8 +132,8 @@ def test_a_background_that_a_type_does_not_have_is_said(
     assert (got == expected).all()
     np.testing.assert_array_equal(wide, np.full(grid.shape, float(background)))
     (line,) = caplog.messages
-    shown = f"got {background!r}: array 1 ({dtype}) gets {got.flat[0]} instead"
-    assert shown in line
+    expected_text = f"got {background!r}: array 1 ({dtype}) gets {got.flat[0]} instead"
+    assert expected_text in line
     assert line.startswith("`background` must be in the range of each array's type")
 
 
@@ -240,7 +240,9 @@ def test_small_changes_of_large_values_come_through(device, rng):
 @pytest.mark.parametrize("dtype", ["float32", "float64"])
 @pytest.mark.parametrize("interpolation", ["linear", "cubic"])
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
-def test_what_is_not_finite_shows_where_it_has_weight(device, dtype, interpolation, value):
+def test_values_that_are_not_finite_spread_where_they_have_weight(
+    device, dtype, interpolation, value
+):
     """Whatever the other axes do; where it has none, the others show."""
     grid = Grid((9, 9, 9))
     values = np.ones(grid.shape, dtype)

@@ -69,8 +69,8 @@ def lengths(vectors):
     return np.linalg.norm(vectors, axis=-1)
 
 
-def off(cuts, x):
-    """Which of the places x are farther from all cuts than rounding."""
+def clear_of(cuts, x):
+    """Which of the points x are farther from all cuts than rounding."""
     return np.all([np.abs(cut.void_distance(x, x)) > 1e-5 * SIZE for cut in cuts], axis=0)
 
 
@@ -104,14 +104,14 @@ def _origin_map(kind, rng):
 
 
 @paired(shape=SHAPES, kind=["rigid", "similarity", "affine", "polynomial"], device=EVERYWHERE)
-def test_what_moves_as_a_whole_loses_nothing(shape, kind, device, rng):
+def test_a_motion_of_everything_loses_no_material(shape, kind, device, rng):
     cuts, origin = SHAPES[shape], _origin_map(kind, rng)
     deformed = rng.uniform(*BOX, (120, 3))
     d = rest_frame(origin(deformed), deformed, (kind, 2), device, cuts=cuts)
     v = rng.uniform(*BOX, (60 if device == "reference" else 20_000, 3))
     x = origin(v)
     np.testing.assert_allclose(d.backward(v), x, rtol=0, atol=1e-5 * SIZE)
-    assert not d.void(v)[off(cuts, x)].any()
+    assert not d.void(v)[clear_of(cuts, x)].any()
     some = slice(None, None, 10)
     np.testing.assert_allclose(d.forward(x[some]), v[some], rtol=0, atol=1e-5 * SIZE)
 
@@ -157,13 +157,13 @@ def test_where_sides_overlap_the_expected_one_is_there(device):
     assert d.overlap(v).all()
 
 
-def lost(d, x):
-    """Which of the material at x has no place, or does not show there, though nothing else does."""
+def is_lost(d, x):
+    """Which of the material at x has no image, or is not visible there though nothing hides it."""
     v = d.forward(x)
     gone = np.isnan(v).any(axis=1)
     v[gone] = 0
     origin, void_distance = d.backward(v), d.void_distance(v)
-    gone |= (void_distance < 0) & off(d.cuts, x)
+    gone |= (void_distance < 0) & clear_of(d.cuts, x)
     missed = np.flatnonzero(~gone & (lengths(origin - x) > 1e-4 * SIZE))
     other = d.forward(origin[missed])  # comes to the same place where sides overlap
     gone[missed[~(lengths(other - v[missed]) < 1e-4 * SIZE)]] = True
@@ -171,13 +171,13 @@ def lost(d, x):
 
 
 @paired(shape=ACROSS, motion=MOTIONS, device=EVERYWHERE)
-def test_what_is_pulled_apart_loses_nothing(shape, motion, device, rng):
+def test_opening_loses_no_material(shape, motion, device, rng):
     x = rng.uniform(*BOX, (400 if device == "reference" else 20_000, 3))
     d = rest_frame(HANDLES, MOTIONS[motion], cuts=[ACROSS[shape]], device=device)
-    assert lost(d, x).mean() <= 1e-4
+    assert is_lost(d, x).mean() <= 1e-4
 
 
-def test_what_is_near_a_handle_on_the_cut_is_found(device):
+def test_material_near_a_handle_on_the_cut_is_found(device):
     for seed in (38, 64, 137):
         rng = np.random.default_rng(seed)
         rest = rng.uniform(*BOX, (15, 3))
@@ -190,10 +190,10 @@ def test_what_is_near_a_handle_on_the_cut_is_found(device):
 
 
 @pytest.mark.parametrize("motion", ["all moved", "all turned", "both sides"])
-def test_the_deformed_frame_loses_what_comes_to_the_cut(motion, rng):
+def test_the_deformed_frame_loses_material_at_the_cut(motion, rng):
     x = rng.uniform(*BOX, (1000, 3))
     d = rest_frame(HANDLES, MOTIONS[motion], cuts=[ACROSS["plane"]])
-    assert lost(replace(d, cut_frame="deformed"), x).mean() > 0.01
+    assert is_lost(replace(d, cut_frame="deformed"), x).mean() > 0.01
 
 
 # Round the tip
@@ -247,7 +247,7 @@ def test_interpolates_and_rests(shape, kind_and_degree, device, rng):
     v = rng.uniform(*BOX, (30, 3))
     np.testing.assert_array_equal(still.backward(v), v)
     np.testing.assert_array_equal(still.forward(v), v)
-    assert not still.void(v)[off(SHAPES[shape], v)].any()
+    assert not still.void(v)[clear_of(SHAPES[shape], v)].any()
 
 
 def test_without_cuts_both_frames_are_the_same(kind_and_degree, device, rng):
@@ -348,7 +348,7 @@ def test_guesses_on_fine_grids(key, shape, rng, monkeypatch):
     part = d.displacement_field(grid.part(first, dimensions))
     here = tuple(slice(a, a + n) for a, n in zip(first[::-1], dimensions[::-1]))
     monkeypatch.setattr("vtk_mls.engine.map.origin_nodes._NODES", 1)
-    monkeypatch.setattr("vtk_mls.engine.launch.launcher._WORK_PER_LAUNCH", 5e5)
+    monkeypatch.setattr("vtk_mls.engine.launch.launcher._MAX_WORK", 5e5)
     slabs = d.displacement_field(grid)
     for name in ("displacement", "void_distance"):
         whole = getattr(field, name)
@@ -461,7 +461,7 @@ def test_a_quarter_pushed_over_crossing_planes_overlaps_all_others(motion, devic
     deformed = rest + is_quarter(rest)[:, None] * motion
     d = rest_frame(rest, deformed, device=device, cuts=cuts)
     v = rng.uniform(*BOX, (200 if device == "reference" else 20_000, 3))
-    v = v[np.all([off(cuts, v), off(cuts, v - motion)], axis=0)]
+    v = v[np.all([clear_of(cuts, v), clear_of(cuts, v - motion)], axis=0)]
     expected = is_quarter(v - motion) & ~is_quarter(v)
     opposite = np.all([cut.height(v) < 0 for cut in cuts], axis=0) & expected
     assert opposite.any()

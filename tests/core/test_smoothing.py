@@ -177,7 +177,7 @@ def test_is_a_length_of_the_world(world, device, rng):
 
 @pytest.mark.parametrize("key", DEVICES)
 @pytest.mark.parametrize("smoothing", [1, 30])
-def test_a_tolerance_of_the_map_is_kept(key, smoothing, rng):
+def test_a_tolerance_of_the_map_holds(key, smoothing, rng):
     rest = rng.uniform(8, 88, (15, 3))
     deformed = rest + rng.normal(0, 5, rest.shape)
     fields = [

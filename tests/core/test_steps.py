@@ -173,9 +173,9 @@ def test_as_many_steps_as_needed_do_not_fold(kind, device):
         v = rng.uniform(-0.2, 1.2, (200 if device == "reference" else 20000, 3))
         assert np.linalg.det(d.jacobian(v)).min() > 0
         assert np.abs(d.backward(deformed) - rest).max() <= 1e-5
-        there = d.forward_field(rest)
-        assert there.found.all()
-        assert np.abs(rest + there.displacement - deformed).max() <= 1e-5
+        field = d.forward_field(rest)
+        assert field.found.all()
+        assert np.abs(rest + field.displacement - deformed).max() <= 1e-5
         if d.steps_used > 1:
             fewer = Deformation(rest, deformed, steps=d.steps_used // 2, **options)
             assert fewer.smallest_determinant <= 0.1
@@ -289,7 +289,7 @@ def test_steps_for_given_points(rng):
     assert 1 <= far.steps <= grid.steps == grid.steps_used
 
 
-def test_handles_that_meet_on_their_way_are_told(caplog):
+def test_handles_that_meet_are_reported(caplog):
     rest = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1.0)])
     d = Deformation(rest, rest[[1, 0, 2, 3]], steps="auto")
     assert d.steps_used == 256

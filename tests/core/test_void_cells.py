@@ -1,4 +1,4 @@
-"""The void of cells, which is asked of the map near faces only."""
+"""The void of cells, for which the map is evaluated near faces only."""
 
 import itertools
 from types import SimpleNamespace
@@ -49,9 +49,9 @@ CUTS = {"half-plane": half_plane, "plane": plane, "surface": surface, "two": two
     opening=[0.05, 0.5, 4.0],
     cut_frame=["rest", "deformed"],
 )
-def test_it_is_what_the_map_says_in_each(device, cut, shape, opening, cut_frame, rng):
-    """Though it is asked near faces only: voids thinner than a cell, too."""
-    grid, some = Grid(shape), 0
+def test_it_is_that_of_the_map_at_cell_centers(device, cut, shape, opening, cut_frame, rng):
+    """Also for voids thinner than a cell, though the map is evaluated near faces only."""
+    grid, void_count = Grid(shape), 0
     size = np.maximum(np.array(shape) - 1.0, 0.5)
     if cut in ("surface", "two") and shape[1] == 1:
         shape = (50, 2, 30)
@@ -66,7 +66,7 @@ def test_it_is_what_the_map_says_in_each(device, cut, shape, opening, cut_frame,
         d = Deformation(rest, moved, cuts=cuts, cut_frame=cut_frame, device=device)
         found = d.void_of_cells(grid)
         expected = d.void_field(grid.cells)
-        some += expected.sum()
+        void_count += expected.sum()
         differ = np.flatnonzero(found.at_centre != expected)
         if len(differ):  # those on the face itself, to rounding
             centres = grid.cells.at(
@@ -78,15 +78,15 @@ def test_it_is_what_the_map_says_in_each(device, cut, shape, opening, cut_frame,
         for ends in itertools.product(*[(0, 1) if n > 1 else (0,) for n in grid.shape]):
             touched |= corners[tuple(slice(a, a + n) for a, n in zip(ends, touched.shape))]
         np.testing.assert_array_equal(found.touched, touched)
-    assert some > 0 or opening < 0.5 or grid.cells.size < 10
+    assert void_count > 0 or opening < 0.5 or grid.cells.size < 10
 
 
-def test_cells_far_from_faces_are_not_asked_for():
+def test_cells_far_from_faces_are_not_evaluated():
     """Of a void one cell wide, across x = 31.7."""
     distance = np.abs(np.arange(64.0) - 31.7) - 0.5
     void_distance = np.broadcast_to(distance.astype(np.float32), (64, 64, 64))
-    told = void_cells.by_corners(void_distance, 1.8)
-    void, unknown = told & void_cells.VOID > 0, told & void_cells.UNKNOWN > 0
+    flags = void_cells.by_corners(void_distance, 1.8)
+    void, unknown = flags & void_cells.VOID > 0, flags & void_cells.UNKNOWN > 0
     assert void.shape == (63, 63, 63)
     assert unknown.mean() < 0.2
     centres = np.abs(np.arange(63) + 0.5 - 31.7)
@@ -147,31 +147,31 @@ def test_corners_that_lie_alike_tell_nothing(device, scene):
 
 
 @pytest.mark.parametrize(("slices", "share"), [(2, 1.0), (40, 0.3)])
-def test_all_cells_of_a_single_layer_are_asked_for(slices, share):
+def test_all_cells_of_a_single_layer_are_evaluated(slices, share):
     """For there are none beside it that would tell."""
-    grid, asked = Grid((20, 20, slices)), []
+    grid, counts = Grid((20, 20, slices)), []
     rest, deformed = layers([9.5], [-0.2, 0.2])
     d = Deformation(rest, deformed, cuts=[across(9.5)], device=FAST)
     engine = engine_for(d.device)
 
-    def noting(deformation, cells, numbers, progress):
-        asked.append(len(numbers))
-        return engine.void_distance_listed(deformation, cells, numbers, progress)
+    def noting(deformation, cells, indices, progress):
+        counts.append(len(indices))
+        return engine.void_distance_listed(deformation, cells, indices, progress)
 
     asking = SimpleNamespace(void_by_corners=engine.void_by_corners, void_distance_listed=noting)
     void_cells.classify_cells(d, asking, grid, d.void_distance_field(grid), SILENT)
-    assert 0 < sum(asked) <= share * grid.cells.size
-    assert slices > 2 or sum(asked) == 19 * 19
+    assert 0 < sum(counts) <= share * grid.cells.size
+    assert slices > 2 or sum(counts) == 19 * 19
 
 
 @pytest.mark.parametrize("device", ENGINES)
-def test_void_distances_that_are_known_spare_the_map(device):
+def test_given_void_distances_replace_the_map(device):
     grid, (rest, deformed) = Grid((20, 20, 20)), layers([9.5], [-0.4, 0.4])
     d = Deformation(rest, deformed, cuts=[across(9.5)], device=device)
     expected = d.void_of_cells(grid)
     distance = d.void_distance_field(grid)
-    for got, wanted in zip(d.void_of_cells(grid, distance), expected):
-        np.testing.assert_array_equal(got, wanted)
+    for got, other in zip(d.void_of_cells(grid, distance), expected):
+        np.testing.assert_array_equal(got, other)
     assert not d.void_of_cells(grid, np.abs(distance)).touched.any()
     with pytest.raises(ValueError, match=r"`void_distance` must have the shape.*\(20, 20, 20\)"):
         d.void_of_cells(grid, distance[1:])

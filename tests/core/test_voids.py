@@ -25,7 +25,7 @@ from vtk_mls import (
 
 @pytest.mark.parametrize("shape", [name for name in SHAPES if name != "outside"])
 def test_pulling_apart_opens_a_void(shape, device, rng):
-    """Where the way to the origin crosses a cut that stays, and nowhere else."""
+    """Where the segment to the origin crosses a cut that stays, and nowhere else."""
     cuts = SHAPES[shape]
     deformed = rng.uniform(60, 200, (16, 3))
     side = np.where(deformed[:, 2:] > 128, 1, -1)
@@ -75,13 +75,13 @@ def test_continued_values_are_those_of_each_sides_map(device):
     d = Deformation(rest, deformed, cuts=[cut], device=device)
     grid = Grid((33, 33, 33))
     image = waves(grid.points()).reshape(grid.shape)
-    kept, continued = (
+    plain, continued = (
         d.resample([image], Sampling(grid, void_values=mode))[0] for mode in VOID_VALUES
     )
     void = d.displacement_field(grid.dimensions).void
     assert void.sum() > 500
-    np.testing.assert_array_equal(continued[~void], kept[~void])
-    assert (kept[void] == 0).all()
+    np.testing.assert_array_equal(continued[~void], plain[~void])
+    assert (plain[void] == 0).all()
     origins = d.backward(grid.points()[void.ravel()])
     inside = (np.abs(origins - 16) < 15).all(axis=1)
     assert inside.sum() > 500
@@ -96,14 +96,14 @@ def test_openings_made_in_slabs_are_those_of_the_whole(cuts, device, rng, monkey
     d = Deformation(rest, deformed, cuts=cuts, device=device)
     grid = Grid((19, 17, 11), (-5, -5, -5), (14, 16, 26))
     for part in (grid, grid.part((3, 4, 2), (15, 11, 8))):
-        whole, seen = d.displacement_field(part), []
+        whole, fractions = d.displacement_field(part), []
         np.testing.assert_array_equal(
-            d.void_distance_field(part, progress=seen.append), whole.void_distance
+            d.void_distance_field(part, progress=fractions.append), whole.void_distance
         )
         np.testing.assert_array_equal(d.void_field(part), whole.void)
-        assert len(seen) > 2
-        assert seen == sorted(seen)
-        assert seen[-1] == 1
+        assert len(fractions) > 2
+        assert fractions == sorted(fractions)
+        assert fractions[-1] == 1
     with pytest.raises(Aborted, match="as `progress` asked"):
         d.void_distance_field(grid, progress=lambda fraction: True)
 
@@ -236,7 +236,7 @@ def test_gradients_turn_smoothly_to_the_face(shape):
         np.testing.assert_allclose(slopes[place], value.item() * np.array(across), rtol=0.03)
 
 
-def test_what_is_beside_a_cut_is_nearest_to_its_inside():
+def test_points_next_to_a_cut_are_nearest_to_its_inside():
     x = np.array([(0.3, 0.2, 0.5), (-0.3, 0.2, 0.5), (0, 0, 3)])
     square = Surface.polygon([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)])
     half = HalfPlane((0, 0, 0), (0, 0, 1), (1, 0, 0))
@@ -302,7 +302,7 @@ def test_pushed_vectors_move_with_the_material(device, rng):
     ahead = specification.forward(origin[inside] + step * vectors[0, 0, 0])
     behind = specification.forward(origin[inside] - step * vectors[0, 0, 0])
     true = (ahead - behind) / (2 * step)
-    there = np.linalg.norm((ahead + behind) / 2 - v[inside], axis=1) < 0.1
-    assert there.mean() > 0.9
-    error = np.abs(pushed.reshape(-1, 3)[inside] - true)[there]
+    is_close = np.linalg.norm((ahead + behind) / 2 - v[inside], axis=1) < 0.1
+    assert is_close.mean() > 0.9
+    error = np.abs(pushed.reshape(-1, 3)[inside] - true)[is_close]
     assert np.quantile(error, 0.99) < 2e-3

@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
-# Runs the kernels as GPUs get them under two OpenCL implementations that need no GPU and that find
+# Runs the kernels, built as for GPUs, under two OpenCL implementations that need no GPU and find
 # other faults than CPU drivers do:
 #   - Oclgrind, a simulator that reports accesses out of bounds and races;
 #   - rusticl, Mesa's compiler for GPUs, without float64 (as root on Debian, by apt).
-# What cannot be had here is said loudly and is no failure.
+# A missing implementation is reported, and is no failure.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 cache=$PWD/.cache/drivers
@@ -14,7 +14,7 @@ python=.venv-oclgrind/bin/python  # `make drivers` has made it
 
 check_by_oclgrind() {
   rm -f "$cache/oclgrind.log"
-  # inlining leaves calls of LLVM's own that Oclgrind does not know
+  # with inlining LLVM adds calls that Oclgrind does not support
   OCL_ICD_VENDORS=$cache/none OCLGRIND_DATA_RACES=1 OCLGRIND_LOG=$cache/oclgrind.log \
     PYOPENCL_BUILD_OPTIONS="-O0 -Dalways_inline=" $python $check Oclgrind
 }
@@ -26,7 +26,7 @@ install_rusticl() {
     export DEBIAN_FRONTEND=noninteractive
     { apt-get -qq update && apt-get -qq -o DPkg::Lock::Timeout=300 install -y mesa-opencl-icd; } \
       >"$cache/apt.log" 2>&1 || tail -n 2 "$cache/apt.log"
-    # only here: no other program on this machine is to load it
+    # other programs on this machine must not load it
     rm -f /etc/OpenCL/vendors/mesa.icd /etc/OpenCL/vendors/rusticl.icd
   fi
 }
@@ -38,7 +38,7 @@ check_by_rusticl() {
     return
   fi
   driver >"$cache/rusticl/rusticl.icd"
-  # it takes a minute for each of the larger kernels, so: one of each kind
+  # a few steps only: it builds each of the larger kernels in a minute
   RUSTICL_ENABLE=llvmpipe OCL_ICD_VENDORS=$cache/rusticl $python $check rusticl \
     "affine, half-plane: points" "affine, half-plane: grid" "rigid, no cut: points" \
     "polynomial, no cut: points" "affine, between nodes" "images, linear" \

@@ -6,20 +6,18 @@ import sys
 
 import numpy as np
 import vtkmodules.vtkInteractionStyle  # noqa: F401  (registers interactors)
+from vtk_fixtures import ball, picture_of
 from vtkmodules.vtkFiltersCore import vtkTriangleFilter
-from vtkmodules.vtkFiltersSources import vtkCylinderSource, vtkSphereSource
+from vtkmodules.vtkFiltersSources import vtkCylinderSource
 from vtkmodules.vtkInteractionStyle import vtkInteractorStyleTrackballCamera
-from vtkmodules.vtkRenderingCore import (
-    vtkRenderWindow,
-    vtkRenderWindowInteractor,
-    vtkWindowToImageFilter,
-)
+from vtkmodules.vtkRenderingCore import vtkRenderWindow, vtkRenderWindowInteractor
 
 from vtk_mls.editor import Editor
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 
 SIZE = 24
+MIDDLE = (SIZE - 1) / 2
 
 
 def ball_image(geometry=None):
@@ -29,28 +27,33 @@ def ball_image(geometry=None):
     image = vtkImageData()
     (geometry or ImageGeometry((0, SIZE - 1) * 3)).apply_to(image)
     index = ImageGeometry.of_image(image).grid.indices()
-    radius = np.linalg.norm(index - (SIZE - 1) / 2, axis=1)
+    radius = np.linalg.norm(index - MIDDLE, axis=1)
     values = np.clip(200 * (SIZE / 3 + 0.5 - radius), 0, 200).astype(np.uint8)
     arrays.add(image.GetPointData(), "density", values)
     image.GetPointData().SetActiveScalars("density")
     return image
 
 
-def ball_mesh():
-    """The surface of the same ball."""
-    source = vtkSphereSource()
-    source.SetCenter(*[(SIZE - 1) / 2] * 3)
-    source.SetRadius(SIZE / 3)
-    source.SetThetaResolution(30)
-    source.SetPhiResolution(30)
-    source.Update()
-    return source.GetOutput()
+def ball_mesh(offset=(0, 0, 0)):
+    """The surface of the same ball, moved by an offset."""
+    return ball(MIDDLE + np.array(offset), SIZE / 3)
+
+
+def key_and_modifiers(symbol):
+    """The arguments of `Hands.press` for the name of a key in `keys.KEYS`."""
+    *modifiers, key = symbol.split("+") if len(symbol) > 1 else [symbol]
+    return key, " ".join(modifiers) + " Shift" * (key == "Z")
+
+
+def pixels_in(pane, points):
+    """Pixels (n, 2) of points (n, 3) or (3,) in a `SlicePane`."""
+    return pane.projection.pixels(np.reshape(points, (-1, 3)).astype(float))[:, :2]
 
 
 def bone(is_closed=True):
     """A cylinder in the middle of the ball, along y; without its caps if it is not closed."""
     source, triangles = vtkCylinderSource(), vtkTriangleFilter()
-    source.SetCenter(*[(SIZE - 1) / 2] * 3)
+    source.SetCenter(MIDDLE, MIDDLE, MIDDLE)
     source.SetRadius(2)
     source.SetHeight(8)
     source.SetResolution(24)
@@ -142,19 +145,14 @@ class Hands:
         return self.editor.scene.projection.pixels(points)
 
     def pixel_of(self, row):
-        """The pixel (2,) of a handle."""
-        return self.pixels(self.state.deformed[[row]])[0, :2]
+        """The pixel (2,) of a grip."""
+        return self.pixels(self.state.grips.deformed[[row]])[0, :2]
 
     def picture(self):
         """(height, width, 3) float, 0 to 255."""
-        grab = vtkWindowToImageFilter()
-        grab.SetInput(self.editor.scene.window)
-        grab.ReadFrontBufferOff()
-        grab.Update()
-        image = grab.GetOutput()
-        width, height, _ = image.GetDimensions()
-        pixels = arrays.to_numpy(image.GetPointData().GetScalars())
-        return pixels.reshape(height, width, -1)[..., :3].astype(float)
+        window = self.editor.scene.window
+        window.Render()
+        return picture_of(window)
 
     @property
     def camera(self):

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hands import SIZE, Hands, ball_mesh
+from hands import Hands, ball_mesh
 
 from vtk_mls import HalfPlane, Plane, Surface
 from vtk_mls.editor import State
 from vtk_mls.editor.autosave import Autosave
 from vtk_mls.model.options import OPTIONS
-
-MIDDLE = (SIZE - 1) / 2
 
 
 def hands_for(folder, path="ball.vtp"):
@@ -57,7 +55,7 @@ def test_the_offer_is_repeated_until_a_save(tmp_path, monkeypatch):
 def test_the_offer_lasts_during_edits(tmp_path):
     """After undo, the file has the state of the earlier session again."""
     earlier = State([(0, 0, 0)], [(1, 1, 1)])
-    Autosave("ball.vtp", tmp_path).keep(earlier)
+    Autosave("ball.vtp", tmp_path).store(earlier)
     hands = hands_for(tmp_path)
     drag(hands)
     hands.press("z")
@@ -73,7 +71,7 @@ def test_the_offer_lasts_during_edits(tmp_path):
 
 @pytest.mark.parametrize("has_edits", [False, True])
 def test_a_deleted_state_is_not_offered_again(has_edits, tmp_path):
-    Autosave("ball.vtp", tmp_path).keep(State([(0, 0, 0)], [(1, 1, 1)]))
+    Autosave("ball.vtp", tmp_path).store(State([(0, 0, 0)], [(1, 1, 1)]))
     hands = hands_for(tmp_path)
     assert "N deletes them." in hands.message
     if has_edits:
@@ -89,7 +87,7 @@ def test_a_deleted_state_is_not_offered_again(has_edits, tmp_path):
 def test_a_save_ends_the_offer(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     folder = tmp_path / "unsaved"
-    Autosave("ball.vtp", folder).keep(State([(0, 0, 0)], [(1, 1, 1)]))
+    Autosave("ball.vtp", folder).store(State([(0, 0, 0)], [(1, 1, 1)]))
     hands = hands_for(folder)
     drag(hands)
     hands.press("s")
@@ -104,15 +102,7 @@ def test_a_digest_identifies_data_in_any_folder(tmp_path, monkeypatch):
         monkeypatch.chdir(tmp_path / folder)
         autosave = Autosave("x.vti", tmp_path / "unsaved", digest="0123")
         assert (autosave.offered is not None) == bool(number)
-        autosave.keep(state)
-
-
-def test_quitting_during_a_drag_keeps_it(tmp_path):
-    hands = hands_for(tmp_path)
-    hands.drag(hands.pixel_of(13), (20, 10), released=False)
-    hands.press("q")
-    state = Autosave("ball.vtp", tmp_path).offered
-    assert not state.is_resting[13]
+        autosave.store(state)
 
 
 def test_all_attributes_of_a_state_are_kept(tmp_path, rng):
@@ -128,7 +118,7 @@ def test_all_attributes_of_a_state_are_kept(tmp_path, rng):
         kind="affine", alpha=2.5, smoothing=0.1, nu=3.0, blend=0.3, cut_frame="deformed", degree=3
     )
     state = state.changed(map_tolerance=0.0)
-    Autosave("x.vti", tmp_path).keep(state)
+    Autosave("x.vti", tmp_path).store(state)
     restored = Autosave("x.vti", tmp_path).offered
     for name in ("rest", "deformed", "weights", "anchored"):
         np.testing.assert_array_equal(getattr(restored, name), getattr(state, name))
@@ -145,7 +135,7 @@ _TEXTS = "", "{}", '{"rest": 1}', "[1, 2", "null", "[" * 100_000
 
 @pytest.mark.parametrize("text", _TEXTS, ids=range(len(_TEXTS)))
 def test_a_broken_file_is_not_offered(tmp_path, text):
-    Autosave("x.vti", tmp_path).keep(State([(0, 0, 0)], [(1, 1, 1)]))
+    Autosave("x.vti", tmp_path).store(State([(0, 0, 0)], [(1, 1, 1)]))
     (file,) = tmp_path.iterdir()
     file.write_text(text)
     assert Autosave("x.vti", tmp_path).offered is None

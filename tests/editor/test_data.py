@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from command_fixtures import run
-from hands import SIZE, Hands, ball_image, ball_mesh
+from hands import MIDDLE, SIZE, Hands, ball_image, ball_mesh
 from vtk_fixtures import TURNED
 from vtkmodules.vtkCommonCore import (
     VTK_BIT,
@@ -25,8 +25,6 @@ from vtk_mls.editor.scene_volume import scalar_image
 from vtk_mls.files import metadata
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
-
-MIDDLE = (SIZE - 1) / 2
 
 
 def image_with(values, dimensions):

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hands import SIZE, Hands, ball_image, ball_mesh
+from hands import MIDDLE, SIZE, Hands, ball_image, ball_mesh, key_and_modifiers
+from pairwise import one_of
 
 from vtk_mls import Deformation, Plane
 from vtk_mls.editor import State, keys
@@ -12,7 +13,6 @@ from vtk_mls.editor.handle_glyphs import DRAGGED
 from vtk_mls.editor.view import Pace
 from vtk_mls.model.options import ALPHA
 
-MIDDLE = (SIZE - 1) / 2
 FRONT = 4  # the handle in the middle of the front of a 3 x 3 x 3 lattice
 
 
@@ -192,19 +192,19 @@ def test_the_foremost_handle_is_picked(mesh_hands):
 def test_undo_restores_deleted_handles(mesh_hands):
     hands = mesh_hands
     row = front_row(hands)
-    gone = hands.state.rest[row]
+    deleted = hands.state.rest[row]
     hands.click(hands.pixel_of(row))
     hands.press("x")
     assert len(hands.state) == 26
-    assert not (hands.state.rest == gone).all(axis=1).any()
+    assert not (hands.state.rest == deleted).all(axis=1).any()
     hands.press("Delete")
     assert len(hands.state) == 26
     assert "Select handles first" in hands.message
     hands.press("z", "Ctrl")
-    np.testing.assert_array_equal(hands.state.rest[row], gone)
+    np.testing.assert_array_equal(hands.state.rest[row], deleted)
 
 
-def test_all_can_be_deleted_and_one_added(mesh_hands):
+def test_all_handles_can_be_deleted_and_one_added(mesh_hands):
     hands = mesh_hands
     hands.press("a", "Ctrl")
     hands.press("x")
@@ -254,7 +254,7 @@ def test_undo_and_redo_are_unlimited(mesh_hands):
 def test_kind_and_alpha_change_and_undeformed_data_are_shown(hands, monkeypatch):
     # on a busy machine, too
     monkeypatch.setattr(Pace, "nodes_at_rest", lambda pace: 64)
-    monkeypatch.setattr(Pace, "pixels_at_rest", lambda pace: 1.0)
+    monkeypatch.setattr(Pace, "pixels", lambda pace, limits: 1.0)
     hands.drag(hands.pixel_of(front_row(hands)), (30, 18))
     after = hands.picture()
     state = hands.state
@@ -349,7 +349,7 @@ def test_undeformed_display_does_not_change_saved_files(blend, mesh_hands, tmp_p
 def test_keys_call_methods_and_have_lines_in_the_legend():
     for name, value in keys.actions().values():
         assert callable(getattr(Hands.__init__.__globals__["Editor"], name)), value
-    assert all(shown and text for shown, text in keys.legend())
+    assert all(key and text for key, text in keys.legend())
 
 
 @pytest.mark.parametrize("symbol", ["h", "question", "F1"])
@@ -371,16 +371,15 @@ def test_a_hint_names_the_key_of_the_legend(symbol):
     assert shares[2] == shares[0]
 
 
-@pytest.mark.parametrize("symbol", sorted(keys.actions()))
+@pytest.mark.parametrize("symbol", one_of(3, sorted(keys.actions())))
 def test_every_key_in_every_situation(symbol, mesh_hands, tmp_path, monkeypatch):
     """At the start, during a drag, and without handles."""
     monkeypatch.chdir(tmp_path)  # for saved files
     hands = mesh_hands
-    *modifiers, key = symbol.split("+") if len(symbol) > 1 else [symbol]
-    keys_down = " ".join(modifiers) + " Shift" * (key == "Z")
+    key, modifiers = key_and_modifiers(symbol)
 
     def press():
-        hands.press(key, keys_down)
+        hands.press(key, modifiers)
         if key in "de":  # a curve, or a text, takes the keys that follow
             hands.press("Escape")
 
@@ -403,7 +402,7 @@ def test_every_key_in_every_situation(symbol, mesh_hands, tmp_path, monkeypatch)
     assert len(moved) in (27, 64, 28)
 
 
-def test_a_state_without_a_map_is_reported_and_not_kept(mesh_hands):
+def test_a_state_without_a_map_is_reported_and_not_committed(mesh_hands):
     hands = mesh_hands
     hands.drag(hands.pixel_of(front_row(hands)), (10, 5))
     state = hands.state

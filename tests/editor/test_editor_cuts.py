@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hands import SIZE, Hands, ball_image, ball_mesh
+from hands import MIDDLE, SIZE, Hands, ball_image, ball_mesh
 
 from vtk_mls import HalfPlane, Plane, Surface
 from vtk_mls.editor import State
 from vtk_mls.filters.control_points import lattice
 
-MIDDLE = (SIZE - 1) / 2
 LATTICE = lattice((3, 3, 3), MIDDLE + SIZE / 3 * np.array([-1, 1] * 3))
 
 

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hands import SIZE, Hands, ball_image, ball_mesh
+from hands import MIDDLE, SIZE, Hands, ball_image, ball_mesh
+from vtk_fixtures import ball
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkAppendPolyData
-from vtkmodules.vtkFiltersSources import vtkPlaneSource, vtkPointSource, vtkSphereSource
+from vtkmodules.vtkFiltersSources import vtkPlaneSource, vtkPointSource
 
 from vtk_mls.vtk import arrays
 
-MIDDLE, RADIUS = (SIZE - 1) / 2, SIZE / 3
+RADIUS = SIZE / 3
 
 
 @pytest.mark.parametrize("data", [ball_image, ball_mesh])
@@ -40,11 +41,8 @@ def test_a_sheet_has_one_layer():
 
 def test_no_handles_between_two_balls():
     append = vtkAppendPolyData()
-    for x in (0.0, 10.0):
-        ball = vtkSphereSource()
-        ball.SetCenter(x, 0, 0)
-        ball.SetRadius(2)
-        append.AddInputConnection(ball.GetOutputPort())
+    for x in (0, 10):
+        append.AddInputData(ball((x, 0, 0), 2, 8))
     append.Update()
     rest = Hands(append.GetOutput()).editor.state.rest
     assert len(rest) > 15

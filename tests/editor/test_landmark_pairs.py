@@ -77,7 +77,7 @@ def test_the_table_has_the_errors_of_maps_without_each_pair(rng):
         {"deformed": np.ones((8, 3))},
     ],
 )
-def test_there_are_no_errors_where_pairs_alone_do_not_make_the_map(rng, changes):
+def test_pairs_have_no_errors_if_the_map_depends_on_more_than_pairs(rng, changes):
     table = state_of(rng).changed(**changes).pairs
     assert not table.has_errors
     assert all(row.error is None for row in table.rows)
@@ -101,9 +101,9 @@ def test_few_pairs_start_with_a_rigid_motion(rng, count):
         np.testing.assert_allclose(moved, points @ turn.T + (100, 0, -50), atol=1e-6)
 
 
-def test_off_and_pending_are_kept_in_the_autosave(tmp_path, rng):
+def test_the_autosave_holds_pairs_that_are_off_and_pending(tmp_path, rng):
     state = state_of(rng).with_enabled([1], False).with_landmark(TARGET, (7, 8, 9))
-    Autosave("brain.nii", tmp_path).keep(state)
+    Autosave("brain.nii", tmp_path).store(state)
     restored = Autosave("brain.nii", tmp_path).offered
     assert restored.enabled.tolist() == state.enabled.tolist()
     assert (restored.pending.side, restored.pending.label) == (TARGET, "9")

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hands import SIZE, Hands, ball_image, ball_mesh
+from hands import SIZE, Hands, ball_image, ball_mesh, key_and_modifiers
+from pairwise import one_of
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
 from vtk_mls import Deformation, Surface
@@ -13,45 +14,44 @@ from vtk_mls.editor.autosave import Autosave
 from vtk_mls.vtk import arrays
 
 
-def closed(hands):
+def close(hands):
     """Close the window as a window manager, and detach as `vtk-mls view` does."""
     hands.send("ExitEvent")
     hands.editor.detach()
 
 
-def name_and_modifiers(symbol):
-    *modifiers, key = symbol.split("+") if len(symbol) > 1 else [symbol]
-    return key, " ".join(modifiers)
-
-
-def test_closing_during_a_drag_keeps_it(tmp_path):
+@pytest.mark.parametrize("end", [close, lambda hands: hands.press("q")])
+def test_the_end_of_the_session_commits_a_drag(end, tmp_path):
     hands = Hands(ball_mesh(), paths=["ball.vtp"], autosave=Autosave("ball.vtp", tmp_path))
     hands.drag(hands.pixel_of(13), (20, 10), released=False)
-    closed(hands)
+    end(hands)
     state = Autosave("ball.vtp", tmp_path).offered
     assert not state.is_resting[13]
 
 
-def test_closing_while_the_cut_moves_keeps_it(tmp_path):
+def test_the_end_of_the_session_commits_a_movement_of_the_cut(tmp_path):
     hands = Hands(ball_mesh(), paths=["ball.vtp"], autosave=Autosave("ball.vtp", tmp_path))
     hands.press("c")
     (cut,) = hands.state.cuts
     moved = type(cut)(cut.point + 1, cut.normal)
     hands.editor.document.preview(hands.editor.document.committed.changed(cuts=(moved,)))
-    closed(hands)
+    close(hands)
     state = Autosave("ball.vtp", tmp_path).offered
     np.testing.assert_allclose(state.cuts[0].point, cut.point + 1)
 
 
 # all but those that end it: d starts another line
 # Up and Down turn the view to another handle, where the next click would miss
-@pytest.mark.parametrize("symbol", sorted(set(keys.actions()) - {"p", "d", "Escape", "Up", "Down"}))
+KEYS = sorted(set(keys.actions()) - {"p", "d", "Escape", "Up", "Down"})
+
+
+@pytest.mark.parametrize("symbol", one_of(7, KEYS))
 def test_keys_keep_an_unfinished_line(symbol, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     hands = Hands(ball_mesh())
     hands.press("p")
     hands.click((100, 125))
-    hands.press(*name_and_modifiers(symbol))
+    hands.press(*key_and_modifiers(symbol))
     hands.press("a", "Ctrl")
     hands.click((140, 125))
     hands.press("p")
@@ -123,7 +123,7 @@ def test_a_large_image_is_edited():
 def test_removed_handles_are_neither_hovered_nor_selected(tmp_path):
     """The mouse stays over a handle while fewer handles replace it."""
     fewer = State([(3, 3, 3), (20, 20, 20)], [(4, 3, 3), (20, 20, 20)])
-    Autosave("ball.vtp", tmp_path).keep(fewer)
+    Autosave("ball.vtp", tmp_path).store(fewer)
     hands = Hands(ball_mesh(), autosave=Autosave("ball.vtp", tmp_path))
     pixels = hands.pixels(hands.state.deformed)
     row = int(pixels[:, 2].argmin())  # no other handle is in front of it

@@ -10,7 +10,7 @@ import sys
 import numpy as np
 import pytest
 from command_fixtures import PROJECT, run
-from hands import SIZE, Hands, ball_image, ball_mesh
+from hands import MIDDLE, SIZE, Hands, ball_image, ball_mesh
 
 from vtk_mls import Ball, BallMask, HalfPlane, Plane, RegionHandle, Surface, io
 from vtk_mls.editor import State, sessions
@@ -19,7 +19,6 @@ from vtk_mls.model.options import MAP_TOLERANCE
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 
-MIDDLE = (SIZE - 1) / 2
 POLYGON = Surface.polygon([(12, 2, 2), (MIDDLE, 21, 2), (MIDDLE, 21, 21), (MIDDLE, 2, 21)])
 _MOTION = np.array([(0.8, -0.6, 0, 4), (0.6, 0.8, 0, -2), (0, 0, 1, 1), (0, 0, 0, 1.0)])
 STATES = {
@@ -33,16 +32,19 @@ STATES = {
         ],
         "mask": BallMask((MIDDLE,) * 3, 7, 3),
         "blend": 0.8,
+        "places": 2,
     },
     "cuts": {"cuts": [HalfPlane((MIDDLE,) * 3, (0.3, 1, 0.1), (0, 0, 1)), POLYGON], "nu": 3.3},
 }
-_REST = sorted(STATES.keys() - {"map", "cuts", "shapes"})
+_REST = sorted(STATES.keys() - {"cuts", "shapes"})
 
 
-def state(rng, **options):
+def state(rng, places=0, **options):
+    """A State of 9 handles with some intermediate places."""
     rest = rng.uniform(2, SIZE - 3, (9, 3))
     weights = rng.uniform(0.5, 2, 9)
-    return State(rest, rest + rng.normal(size=rest.shape), weights, **options)
+    path = rest + rng.normal(size=(places, *rest.shape))
+    return State(rest, rest + rng.normal(size=rest.shape), weights, path=path, **options)
 
 
 def commands_of(script):
@@ -53,7 +55,7 @@ def commands_of(script):
 
 @pytest.mark.parametrize(
     "name",
-    ["map", "cuts", "shapes", *(pytest.param(name, marks=pytest.mark.matrix) for name in _REST)],
+    ["cuts", "shapes", *(pytest.param(name, marks=pytest.mark.matrix) for name in _REST)],
 )
 def test_command_and_script_make_the_same_files(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

@@ -6,7 +6,7 @@ import argparse
 
 import numpy as np
 import pytest
-from hands import SIZE, Hands, ball_mesh, bone
+from hands import MIDDLE, SIZE, Hands, ball_mesh, bone
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
 from vtk_mls import Ball, BallMask, Capsule, CurveHandle, Grid, Labels, RegionHandle, Solid, io
@@ -18,7 +18,6 @@ from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 from vtk_mls.vtk.shape_surfaces import surface_of
 
-MIDDLE = (SIZE - 1) / 2
 CENTERS = np.array([(7, 11, 11), (17, 11, 11)])
 FIRST = 27  # row of the first grip after the lattice
 IN_BONE = 26  # likewise, if the middle of the lattice is in a region
@@ -44,11 +43,6 @@ def segments():
     return image
 
 
-def pixel(hands, row):
-    """The pixel of a grip."""
-    return hands.pixels(hands.state.grips.deformed[[row]])[0, :2]
-
-
 @pytest.fixture
 def rigid_bone():
     """A ball with a bone that is made rigid."""
@@ -67,9 +61,9 @@ def test_g_makes_a_mesh_in_the_data_rigid_and_the_mouse_moves_it(rigid_bone):
     assert hands.editor.selected.tolist() == [IN_BONE]
     assert "1 rigid" in hands.editor.status
     assert "removed handles in it: 1." in hands.message
-    start, before = pixel(hands, IN_BONE), hands.picture()
+    start, before = hands.pixel_of(IN_BONE), hands.picture()
     hands.drag(start, (18, 12))
-    np.testing.assert_allclose(pixel(hands, IN_BONE), start + (18, 12), atol=1.5)
+    np.testing.assert_allclose(hands.pixel_of(IN_BONE), start + (18, 12), atol=1.5)
     motion = hands.state.handles[0].motion
     np.testing.assert_array_equal(motion[:3, :3], np.eye(3))
     assert np.abs(hands.picture() - before).mean() > 0.3
@@ -96,7 +90,7 @@ def test_g_makes_a_mesh_in_the_data_rigid_and_the_mouse_moves_it(rigid_bone):
 def test_the_box_turns_a_region_about_its_center(rigid_bone):
     hands = rigid_bone
     camera = hands.camera
-    hands.drag(pixel(hands, IN_BONE) + (9, 9), (25, 5))
+    hands.drag(hands.pixel_of(IN_BONE) + (9, 9), (25, 5))
     motion = hands.state.handles[0].motion
     angle = np.arccos(np.clip((np.trace(motion[:3, :3]) - 1) / 2, -1, 1))
     assert angle > 0.1
@@ -111,7 +105,7 @@ def test_the_box_turns_a_region_about_its_center(rigid_bone):
     np.testing.assert_array_equal(hands.state.handles[0].motion, np.eye(4))
     # without a selection there is no box
     hands.press("Escape")
-    hands.drag(pixel(hands, IN_BONE) + (9, 9), (25, 5))
+    hands.drag(hands.pixel_of(IN_BONE) + (9, 9), (25, 5))
     np.testing.assert_array_equal(hands.state.handles[0].motion, np.eye(4))
     assert hands.camera != camera
 
@@ -141,10 +135,10 @@ def test_an_open_mesh_is_refused():
     assert hands.state.handles == ()
 
 
-def test_u_makes_a_handle_one_that_turns():
+def test_u_makes_a_handle_a_ball_that_turns():
     hands = Hands(ball_mesh())
     row = int(hands.pixels(hands.state.deformed)[:, 2].argmin())
-    hands.drag(pixel(hands, row), (10, 6))
+    hands.drag(hands.pixel_of(row), (10, 6))
     before = hands.state
     hands.press("u")
     state = hands.state
@@ -164,7 +158,7 @@ def test_u_makes_a_handle_one_that_turns():
 def test_w_limits_the_deformation_to_a_ball_that_the_mouse_sizes():
     hands = Hands(ball_mesh())
     row = int(hands.pixels(hands.state.deformed)[:, 2].argmin())
-    hands.drag(pixel(hands, row), (10, 6))
+    hands.drag(hands.pixel_of(row), (10, 6))
     hands.press("w")
     mask = hands.state.mask
     np.testing.assert_allclose(mask.center, hands.state.deformed[row])
@@ -172,15 +166,15 @@ def test_w_limits_the_deformation_to_a_ball_that_the_mouse_sizes():
     np.testing.assert_array_equal(hands.state.deformation().backward(far), far)
     assert "mask" in hands.editor.status
     low, high, outer = FIRST, FIRST + 1, FIRST + 2
-    hands.drag(pixel(hands, outer), (0, 12))
+    hands.drag(hands.pixel_of(outer), (0, 12))
     wider = hands.state.mask
     assert wider.falloff > mask.falloff
     assert wider.radius == mask.radius
-    hands.drag(pixel(hands, high), (0, -8))
+    hands.drag(hands.pixel_of(high), (0, -8))
     smaller = hands.state.mask
     assert smaller.radius < wider.radius
     assert smaller.falloff == wider.falloff
-    hands.drag(pixel(hands, low), (-12, 0))
+    hands.drag(hands.pixel_of(low), (-12, 0))
     assert hands.state.mask.radius == pytest.approx(smaller.radius)
     assert np.linalg.norm(hands.state.mask.center - smaller.center) > 0.3
     hands.press("w")
@@ -208,7 +202,7 @@ def test_d_draws_a_curve_whose_nodes_are_dragged():
     assert len(hands.editor.selected) == 4
     hands.press("Escape")
     row = int(hands.state.grips.rows_of(0)[2])
-    hands.drag(pixel(hands, row), (0, 20))
+    hands.drag(hands.pixel_of(row), (0, 20))
     moved = hands.state.handles[0]
     changed = (moved.deformed != curve.deformed).any(axis=1)
     assert changed.tolist() == [False, False, True, False]
@@ -297,7 +291,7 @@ def shapes():
 
 def test_unsaved_shapes_are_restored(tmp_path):
     state = shapes()
-    Autosave("ball.vtp", tmp_path).keep(state)
+    Autosave("ball.vtp", tmp_path).store(state)
     restored = Autosave("ball.vtp", tmp_path).offered
     assert restored.labels == state.labels
     for name in ("center", "radius", "falloff"):
@@ -312,7 +306,7 @@ def test_unsaved_shapes_are_restored(tmp_path):
 
 
 def test_a_broken_autosave_file_offers_nothing(tmp_path):
-    Autosave("ball.vtp", tmp_path).keep(shapes())
+    Autosave("ball.vtp", tmp_path).store(shapes())
     (path,) = tmp_path.iterdir()
     text = path.read_text()
     start = text.index('"labels", ["') + len('"labels", ["')

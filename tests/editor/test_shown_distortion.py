@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hands import SIZE, Hands, ball_image, ball_mesh, bone
+from hands import MIDDLE, SIZE, Hands, ball_image, ball_mesh, bone
 from vtkmodules.vtkCommonDataModel import vtkUnstructuredGrid
 from vtkmodules.vtkFiltersCore import vtkDelaunay3D
 
 from vtk_mls import HalfPlane
 from vtk_mls.editor.distortion import MODES
 
-MIDDLE = (SIZE - 1) / 2
 NOTHING, GRID, VOLUME, BOTH = range(4)
 
 
@@ -25,24 +24,24 @@ def tetrahedra():
 
 @pytest.fixture(params=["volume", "mesh", "tetrahedra"])
 def hands(request):
-    made = {"volume": ball_image, "mesh": ball_mesh, "tetrahedra": tetrahedra}[request.param]()
-    hands = Hands(made, pixels=360)
+    data = {"volume": ball_image, "mesh": ball_mesh, "tetrahedra": tetrahedra}[request.param]()
+    hands = Hands(data, pixels=360)
     hands.press("space")
     return hands
 
 
 def pictures(hands):
-    """The pictures of all modes, and that the last key shows the first one again."""
-    shown = []
+    """The pictures of all modes; the key after the last mode shows the first one."""
+    result = []
     for mode in (*range(len(MODES)), NOTHING):
         assert hands.editor.view.distortion.mode == mode
         hands.editor.say("")
         hands.editor.document.draw()
         hands.editor.scene.set_coarseness(1)
-        shown.append(hands.picture())
+        result.append(hands.picture())
         hands.press("j")
-    assert np.abs(shown[-1] - shown[0]).mean() < 1
-    return shown[:-1]
+    assert np.abs(result[-1] - result[0]).mean() < 1
+    return result[:-1]
 
 
 def differ(one, other):
@@ -99,7 +98,7 @@ def test_slices_are_tinted_by_the_map():
     assert (colors[calm, 1] > 0.3 * colors[calm, 0]).all()
 
 
-def test_it_follows_a_drag(hands):
+def test_colors_and_grid_follow_a_drag(hands):
     hands.press("j")
     hands.press("j")
     hands.press("j")
@@ -121,8 +120,8 @@ def test_cuts_and_shapes():
     rows = np.flatnonzero(state.rest[:, 0] > MIDDLE + 1)
     hands.editor.change(state.moved(rows, state.rest[rows] + (5, 0, 0)))
     hands.press("m")
-    shown = pictures(hands)
-    assert differ(shown[NOTHING], shown[BOTH]) > 0.01
+    nothing, *_, both = pictures(hands)
+    assert differ(nothing, both) > 0.01
     assert hands.editor.scene.items[0]._deformed.failure is None
 
 

@@ -6,7 +6,7 @@ import gc
 
 import numpy as np
 import pytest
-from hands import SIZE, Hands, ball_image, ball_mesh
+from hands import MIDDLE, Hands, ball_image, ball_mesh, pixels_in
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
 from vtk_mls import Grid
@@ -14,7 +14,6 @@ from vtk_mls.editor import State, transfer_functions
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 
-MIDDLE = (SIZE - 1) / 2
 CENTER = 13  # of a 3 x 3 x 3 lattice
 
 
@@ -34,16 +33,12 @@ def panes(hands):
     return [by_axis[axis] for axis in range(3)]
 
 
-def pixels_in(hands, pane, points):
-    return pane.projection.pixels(np.asarray(points, float).reshape(-1, 3))[:, :2]
-
-
 def column(hands, pane, x):
     """Brightness along a line through the middle of a slice, at world coordinates `x`."""
     along = (pane.axis + 1) % 3
     points = np.full((len(x), 3), MIDDLE)
     points[:, along] = x
-    pixels = np.rint(pixels_in(hands, pane, points)).astype(int)
+    pixels = np.rint(pixels_in(pane, points)).astype(int)
     return hands.picture()[pixels[:, 1], pixels[:, 0]].max(axis=1)
 
 
@@ -84,13 +79,13 @@ def test_a_handle_is_dragged_in_a_slice_and_all_follow(hands):
     camera = hands.camera
     for number, pane in enumerate(panes(hands)):
         before = hands.picture()
-        start = pixels_in(hands, pane, hands.state.deformed[CENTER])[0]
+        start = pixels_in(pane, hands.state.deformed[CENTER])[0]
         position = hands.state.deformed[CENTER]
         hands.drag(start, (9, 6), steps=1)
         moved = hands.state.deformed[CENTER]
         assert moved[pane.axis] == pytest.approx(position[pane.axis], abs=1e-9)
-        np.testing.assert_allclose(pixels_in(hands, pane, moved)[0], start + (9, 6), atol=0.5)
-        hands.editor.look_at(moved)  # or the handle is not in the next slice
+        np.testing.assert_allclose(pixels_in(pane, moved)[0], start + (9, 6), atol=0.5)
+        hands.editor.move_slices(moved)  # or the handle is not in the next slice
         assert np.abs(hands.picture() - before).mean() > 0.05, number
     assert hands.camera == camera
     assert np.flatnonzero(~hands.state.is_resting).tolist() == [CENTER]
@@ -107,7 +102,7 @@ def test_slices_show_the_deformed_image():
     hands.press("space")
     pane = panes(hands)[2]
     points = MIDDLE + np.array([(-6.0, 0, 0), (9, 0, 0)])
-    pixels = np.rint(pixels_in(hands, pane, points)).astype(int)
+    pixels = np.rint(pixels_in(pane, points)).astype(int)
     values = hands.picture()[pixels[:, 1], pixels[:, 0]].max(axis=1)
     assert values[0] < 60
     assert values[1] > 200
@@ -117,8 +112,8 @@ def test_mouse_and_wheel_move_the_slices(hands):
     pane = panes(hands)[2]
     camera = hands.camera
     target = np.array([MIDDLE + 3, MIDDLE - 4, MIDDLE])
-    hands.drag(pixels_in(hands, pane, target - (1, 0, 0))[0], (0, 0))
-    hands.drag(pixels_in(hands, pane, target)[0], (0, 0))
+    hands.drag(pixels_in(pane, target - (1, 0, 0))[0], (0, 0))
+    hands.drag(pixels_in(pane, target)[0], (0, 0))
     np.testing.assert_allclose(hands.editor.slices.point, target, atol=0.4)
     before = hands.editor.slices.point[2]
     hands.send("MouseWheelForwardEvent")
@@ -133,22 +128,22 @@ def test_mouse_and_wheel_move_the_slices(hands):
 
 def test_handles_far_from_a_slice_are_not_in_it(hands):
     pane = panes(hands)[2]
-    start = pixels_in(hands, pane, hands.state.deformed[CENTER])[0]
-    hands.editor.look_at(np.array((MIDDLE, MIDDLE, MIDDLE + 4)))
+    start = pixels_in(pane, hands.state.deformed[CENTER])[0]
+    hands.editor.move_slices(np.array((MIDDLE, MIDDLE, MIDDLE + 4)))
     hands.drag(start, (9, 6), steps=1)
     assert hands.state.is_resting.all()
 
 
 def test_a_handle_is_added_in_a_slice(hands):
     pane, point = panes(hands)[0], np.array((MIDDLE, MIDDLE + 2, MIDDLE + 3))
-    hands.move(pixels_in(hands, pane, point)[0])
+    hands.move(pixels_in(pane, point)[0])
     hands.press("a")
     assert len(hands.state) == 28
     np.testing.assert_allclose(hands.state.rest[-1], point, atol=0.4)
 
 
 def test_the_cut_widget_is_in_the_3d_view_wherever_the_mouse_is(hands):
-    hands.move(pixels_in(hands, panes(hands)[0], (MIDDLE, MIDDLE - 6, MIDDLE))[0])
+    hands.move(pixels_in(panes(hands)[0], (MIDDLE, MIDDLE - 6, MIDDLE))[0])
     before = hands.picture()
     hands.press("c")
     changed = np.abs(hands.picture() - before).max(axis=2) > 20
@@ -159,7 +154,7 @@ def test_the_cut_widget_is_in_the_3d_view_wherever_the_mouse_is(hands):
 
 def test_keys_during_a_drag_in_a_slice(hands):
     pane = panes(hands)[1]
-    start = pixels_in(hands, pane, hands.state.deformed[CENTER])[0]
+    start = pixels_in(pane, hands.state.deformed[CENTER])[0]
     for key in ("m", "q", "z", "x"):
         hands.drag(start, (9, 6), steps=1, released=False)
         hands.press(key)
@@ -194,7 +189,7 @@ def values_at(points):
 def assert_gray(hands, grid, pane, rng):
     """Pixels of a pane have the gray of the deformed image."""
     editor, picture = hands.editor, hands.picture()
-    look = editor.scene.items[0].presets[0]
+    preset = editor.scene.items[0].presets[0]
     left, low = pane.renderer.GetOrigin()
     width, height = pane.renderer.GetSize()
     pixels = rng.integers((left + 4, low + 26), (left + width - 4, low + height - 4), (600, 2))
@@ -207,9 +202,9 @@ def assert_gray(hands, grid, pane, rng):
     offsets = np.delete(points - editor.slices.point, pane.axis, axis=1)
     free = (np.abs(offsets) > 0.8).all(axis=1)  # beside the lines of other slices
     for handle in editor.state.deformed:
-        free &= np.linalg.norm(pixels_in(hands, pane, handle) - pixels, axis=1) > 9
+        free &= np.linalg.norm(pixels_in(pane, handle) - pixels, axis=1) > 9
     grays = picture[pixels[:, 1], pixels[:, 0]].mean(axis=1)
-    expected = transfer_functions.slice_colors(look, values_at(origins))[:, 0]
+    expected = transfer_functions.slice_colors(preset, values_at(origins))[:, 0]
     inside, outside = free & (depth > 1.5), free & (depth < -1.5)
     assert inside.sum() > 60
     assert outside.sum() > 60
@@ -224,20 +219,20 @@ def test_oblique_images_are_sliced_correctly_and_handles_move_in_slices(is_mirro
     rest = middle + np.array([(0, 0, 0), (6, 5, 4), (-6, 5, -4), (6, -5, 4), (-6, -5, -4)])
     hands = Hands(image, State(rest, rest), pixels=720)
     hands.press("m")
-    hands.editor.look_at(middle)
+    hands.editor.move_slices(middle)
     all_panes = [hands.editor.slices.pane_at((700, y)) for y in (60, 360, 660)]
     for pane in all_panes:
         assert_gray(hands, grid, pane, rng)
     for pane in all_panes:
         before = hands.state.deformed[0]
-        hands.editor.look_at(before)
-        start = pixels_in(hands, pane, before)[0]
+        hands.editor.move_slices(before)
+        start = pixels_in(pane, before)[0]
         hands.drag(start, (14, 9))
         after = hands.state.deformed[0]
-        np.testing.assert_allclose(pixels_in(hands, pane, after)[0], start + (14, 9), atol=0.6)
+        np.testing.assert_allclose(pixels_in(pane, after)[0], start + (14, 9), atol=0.6)
         assert after[pane.axis] == pytest.approx(before[pane.axis], abs=1e-9)
         assert (np.delete(after - before, pane.axis) != 0).all()
         np.testing.assert_array_equal(hands.state.deformed[1:], rest[1:])
-    hands.editor.look_at(middle + (1, -1, 0.5))
+    hands.editor.move_slices(middle + (1, -1, 0.5))
     for pane in all_panes:
         assert_gray(hands, grid, pane, rng)

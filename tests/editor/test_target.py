@@ -4,37 +4,21 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hands import SIZE, Hands, ball_image, ball_mesh
-from vtkmodules.vtkCommonTransforms import vtkTransform
-from vtkmodules.vtkFiltersGeneral import vtkTransformFilter
+from hands import MIDDLE, Hands, ball_image, ball_mesh, pixels_in
 
 from vtk_mls.editor import State
 from vtk_mls.editor.comparing import ComparedItem, difference_colors
 from vtk_mls.editor.target import CHECKERBOARD, DIFFERENCE, FADE, Comparison, Target
 
-MIDDLE = (SIZE - 1) / 2
 NONE = {"device": "reference"}
-
-
-def shifted_mesh(offset):
-    transform, shift = vtkTransform(), vtkTransformFilter()
-    transform.Translate(offset)
-    shift.SetTransform(transform)
-    shift.SetInputData(ball_mesh())
-    shift.Update()
-    return shift.GetOutput()
 
 
 def panes(slices):
     return {pane.axis: pane for pane in slices._panes}
 
 
-def pixel_in(pane, point):
-    return pane.projection.pixels(np.asarray(point, float)[None])[0, :2]
-
-
 def test_clicks_on_both_sides_place_a_pair_on_surfaces_far_apart():
-    hands = Hands(ball_mesh(), State([], [], **NONE), target=shifted_mesh((500, 0, 40)), pixels=300)
+    hands = Hands(ball_mesh(), State([], [], **NONE), target=ball_mesh((500, 0, 40)), pixels=300)
     left, right = np.array((75, 160)), np.array((225, 160))
     hands.click(left)
     assert hands.message == "Landmark 1: click its place on the target, or Esc."
@@ -56,15 +40,15 @@ def test_slices_of_both_sides_are_linked_and_take_landmarks():
     hands.press("m")
     moving, target = hands.editor.slices, hands.editor.view.target.slices
     point = np.array((MIDDLE + 3, MIDDLE - 2, MIDDLE))
-    hands.drag(pixel_in(panes(target)[2], point), (4, 0))
+    hands.drag(pixels_in(panes(target)[2], point)[0], (4, 0))
     assert hands.state.pending is None
     np.testing.assert_array_equal(moving.point, target.point)
     assert target.point[2] == MIDDLE
-    hands.click(pixel_in(panes(target)[2], point))
-    hands.click(pixel_in(panes(moving)[2], point - (2, 0, 0)))
+    hands.click(pixels_in(panes(target)[2], point)[0])
+    hands.click(pixels_in(panes(moving)[2], point - (2, 0, 0))[0])
     np.testing.assert_allclose(hands.state.deformed, [point], atol=0.2)
     np.testing.assert_allclose(hands.state.rest, [point - (2, 0, 0)], atol=0.2)
-    hands.drag(pixel_in(panes(target)[2], hands.state.deformed[0]), (0, 12))
+    hands.drag(pixels_in(panes(target)[2], hands.state.deformed[0])[0], (0, 12))
     assert hands.state.deformed[0, 1] < point[1] - 1  # up is anterior, as y decreases
     np.testing.assert_allclose(hands.state.rest, [point - (2, 0, 0)], atol=0.2)
 
@@ -74,7 +58,7 @@ def test_the_right_button_changes_brightness_and_contrast_of_one_side():
     point = np.full((1, 3), MIDDLE)
     sides = hands.editor.scene.items[0], hands.editor.view.target.scene.items[0]
     before = [int(item.colors_at(point)[1][0, 0]) for item in sides]
-    pixel = pixel_in(panes(hands.editor.view.target.slices)[1], point[0])
+    pixel = pixels_in(panes(hands.editor.view.target.slices)[1], point[0])[0]
     hands.move(pixel)
     hands.send("RightButtonPressEvent", pixel)
     hands.send("MouseMoveEvent", pixel - (0, 60))
@@ -94,7 +78,7 @@ def test_keys_compare_the_sides_in_one_view():
     hands.press("2")
     hands.press("Right")
     assert hands.editor.comparison == Comparison(FADE, 0.6)
-    pixel = pixel_in(panes(moving)[2], np.full(3, MIDDLE))
+    pixel = pixels_in(panes(moving)[2], np.full(3, MIDDLE))[0]
     hands.click(pixel)
     hands.click(pixel + (9, 0))
     assert len(hands.state) == 1

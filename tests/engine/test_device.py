@@ -57,16 +57,18 @@ def test_first_gpu_else_fastest_cpu(found):
     assert key_of(dispatch.choose()) == key_of(dispatch.choose("cpu")) == faster.key
 
 
-def test_a_driver_known_to_be_the_fastest_saves_the_checks_of_others(found, monkeypatch):
-    monkeypatch.setattr(drivers, "is_fastest", lambda platform: platform == "Known")
-    known = dataclasses.replace(CPU, key="2:0", name="Known", platform="Known")
-    asked, quick = [], device_check.Result(4, speed=2.0)
-    found(CPU, known, slow=quick)
+def test_the_fastest_driver_is_checked_first(found, monkeypatch):
+    monkeypatch.setattr(drivers, "is_fastest", lambda platform: platform == "Fastest")
+    fastest = dataclasses.replace(CPU, key="2:0", name="Fastest", platform="Fastest")
+    checked, quick = [], device_check.Result(4, speed=2.0)
+    found(CPU, fastest, slow=quick)
     results = device_check.results
-    monkeypatch.setattr(device_check, "results", lambda some: asked.extend(some) or results(some))
-    assert key_of(dispatch.choose()) == known.key
-    assert asked == [known]
-    found(CPU, known, known=BAD)
+    monkeypatch.setattr(
+        device_check, "results", lambda devices: checked.extend(devices) or results(devices)
+    )
+    assert key_of(dispatch.choose()) == fastest.key
+    assert checked == [fastest]
+    found(CPU, fastest, fastest=BAD)
     assert key_of(dispatch.choose()) == CPU.key
 
 
@@ -169,7 +171,7 @@ def test_a_device_of_all_types_is_a_cpu():
 
     def kind(type_):
         handle = types.SimpleNamespace(type=type_, name="D", version="V", driver_version="1")
-        return device._described("0:0", platform, handle).kind
+        return device._device("0:0", platform, handle).kind
 
     assert kind(types_.CPU | types_.GPU | types_.ACCELERATOR | types_.DEFAULT) == "cpu"
     assert kind(types_.GPU | types_.DEFAULT) == "gpu"

@@ -63,7 +63,7 @@ def test_exp2(of, rng):
     assert (np.abs(got - truth) <= 2.2e-7 * truth).all()
 
 
-def test_exp2_of_what_is_out_of_range_is_its_end(of):
+def test_exp2_is_clamped(of):
     got = of(["powers.cl"], "r[0] = fast_exp2(a[0]);", [[-140], [-1e30]], 1, TWICE_ALPHA=0)
     assert (got <= 2.0**-125).all()
     assert (got >= 0).all()
@@ -86,8 +86,8 @@ def test_powers(of, alpha, rng):
     truth = x.astype(float) ** np.float32(alpha)
     # a logarithm of up to 40 has digits to 2e-6, and alpha as many of them
     bound = 3e-7 if twice else 1e-6 + 1e-7 * alpha * -np.log2(np.maximum(x, 1e-30))
-    kept = truth > 1e-36
-    assert (np.abs(got - truth)[kept] <= (bound * truth)[kept]).all()
+    is_normal = truth > 1e-36
+    assert (np.abs(got - truth)[is_normal] <= (bound * truth)[is_normal]).all()
     assert got[-2] == 0
     assert abs(got[-1] - 1) <= (0 if twice else 2e-7)
 
@@ -237,8 +237,8 @@ def test_monomials(of, degree, functions, rng):
     x = np.float32(units(rng, (COUNT, 3)) * 10 ** rng.uniform(-6, 0, (COUNT, 1)))
     v = np.float32(q + x)
     x = (v.astype(float) - q).astype(np.float32)
-    kept = (v.astype(float) - q == x).all(axis=1)
-    rows = np.hstack([x, v, q])[kept]
+    is_exact = (v.astype(float) - q == x).all(axis=1)
+    rows = np.hstack([x, v, q])[is_exact]
     body = """vec x = {a[0], a[1], a[2]}, v = {a[3], a[4], a[5]}, q = {a[6], a[7], a[8]};
     real m[MONOMIALS]; monomial_differences(x, v, q, m);
     for (int i = 0; i < MONOMIALS; ++i) r[i] = m[i];
@@ -307,12 +307,12 @@ def test_a_detour_round_a_half_plane_is_the_shortest(of, rng):
     length = np.linalg.norm(v - bend, axis=1) + np.linalg.norm(q - bend, axis=1)
     np.testing.assert_allclose(length, got[:, 0], atol=2e-6)
     np.testing.assert_allclose(np.cross(bend - point, along), 0, atol=2e-6)  # on the edge
-    # no point of the edge is on a shorter way
+    # no point of the edge is on a shorter path
     for place in np.linspace(-2, 2, 401):
         other = point + place * along
-        way = np.linalg.norm(v - other, axis=1) + np.linalg.norm(q - other, axis=1)
-        assert (got[:, 0] <= way + 2e-6).all()
-    # where the straight way passes the plane, and on which side of the edge
+        path = np.linalg.norm(v - other, axis=1) + np.linalg.norm(q - other, axis=1)
+        assert (got[:, 0] <= path + 2e-6).all()
+    # where the segment crosses the plane, and on which side of the edge
     a, b = (v - point) @ normal, (q - point) @ normal
     at = v + (a / (a - b))[:, None] * (q - v)
     depth = (at - point) @ inward
@@ -328,14 +328,14 @@ def test_a_detour_over_an_edge_is_the_shortest(of, rng):
     def length(places):
         return sum(np.linalg.norm(places - x[:, i : i + 3], axis=-1) for i in (0, 3))
 
-    ways = [length(edge[0] + share * (edge[1] - edge[0])) for share in SHARES]
-    assert (length(bend) <= np.min(ways, axis=0) + 2e-6).all()
+    lengths = [length(edge[0] + share * (edge[1] - edge[0])) for share in SHARES]
+    assert (length(bend) <= np.min(lengths, axis=0) + 2e-6).all()
     along = (bend - edge[0]) @ (edge[1] - edge[0]) / np.sum((edge[1] - edge[0]) ** 2)
     assert ((along >= -1e-5) & (along <= 1 + 1e-5)).all()
     np.testing.assert_allclose(edge[0] + along[:, None] * (edge[1] - edge[0]), bend, atol=2e-6)
 
 
-def test_of_triangles_that_share_an_edge_a_way_passes_one(of, rng):
+def test_a_segment_through_a_shared_edge_crosses_one_triangle(of, rng):
     """A fan of triangles: a segment through it passes just one, also through its edges and tip."""
     rim = np.column_stack([*np.array([np.cos(t := np.arange(7) * 0.8), np.sin(t)]), 0.1 * t])
     fan = np.stack([[(0, 0, 0), a, b] for a, b in itertools.pairwise(rim)]).astype(np.float32)

@@ -60,7 +60,7 @@ def test_slabs_give_the_same(opened, in_place, rng, monkeypatch):
     engine = dispatch.engine_for(DEVICES[0])
     expected = engine.displacement_field(opened, GRID)[1].ravel()
     monkeypatch.setattr(engine.memory, "in_place", in_place and engine.memory.in_place)
-    monkeypatch.setattr(launcher, "_WORK_PER_LAUNCH", 12 * 4 * 2048)
+    monkeypatch.setattr(launcher, "_MAX_WORK", 12 * 4 * 2048)
     indices = np.sort(rng.choice(GRID.size, 7000, replace=False))
     found = engine.void_distance_listed(opened, GRID, indices)
     np.testing.assert_array_equal(found, expected[indices])

@@ -42,7 +42,7 @@ def test_every_size(n, engine, rng):
     assert {0, void_cells.UNKNOWN, void_cells.VOID | void_cells.TOUCHED} <= found or n == 1
 
 
-def test_what_is_no_number_or_has_no_end_tells_nothing(engine, rng):
+def test_nan_and_infinity_decide_nothing(engine, rng):
     values = distances((20, 21, 40), rng)
     for bad in (np.inf, -np.inf, np.nan):
         some = values.copy()

@@ -3,7 +3,7 @@
 Each has a Python, and what pip takes by itself or versions that are named. The Python is one on
 PATH or of pyenv, or that of a Debian which tests/paraview/install.sh has made: into that what pip
 takes is put from outside. One that is not here is said loudly, and no failure. An environment
-takes 1.3 GB, and goes before the next is made.
+takes 1.3 GB, and two are made at a time.
 """
 
 from __future__ import annotations
@@ -13,6 +13,8 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
@@ -20,6 +22,7 @@ PROJECT = HERE.parents[1]
 WORK = PROJECT / "build/environments"
 CACHE = Path(os.environ.get("VTK_MLS_PARAVIEW_CACHE", PROJECT / ".cache/paraview"))
 IN_ROOT = PROJECT / "tests/paraview/in_root.sh"
+PIP = "-m", "pip", "install", "--quiet", "--no-compile"  # Python compiles what is imported
 PLATFORMS = "manylinux_2_28_x86_64", "manylinux2014_x86_64"
 MATRIX = [
     ("3.10", ("numpy==1.24.4", "vtk==9.2.6")),
@@ -34,18 +37,23 @@ def main():
     build = [sys.executable, "-m", "build", "--no-isolation", "--wheel", "--outdir", WORK, PROJECT]
     run(*build)
     (wheel,) = WORK.glob("*.whl")
-    outcomes = []
-    for number, (version, pinned) in enumerate(MATRIX):
-        name = f"Python {version}, {', '.join(pinned) or 'what pip takes'}"
-        print(f"{name} ...", flush=True)
-        try:
-            said = tried(version, [f"{wheel}[vtk,cpu]", *pinned], WORK / f"environment{number}")
-        except subprocess.CalledProcessError as error:
-            said = f"FAILS: {(error.stdout or str(error)).strip()[-2000:]}"
-        shutil.rmtree(WORK / f"environment{number}", ignore_errors=True)
-        outcomes.append(f"{name}: {said or '****** LEFT OUT: no such Python is here ******'}")
+    with ThreadPoolExecutor(2) as pool:
+        outcomes = list(pool.map(partial(outcome, wheel), range(len(MATRIX))))
     print("", *outcomes, sep="\n")
     return any("FAILS" in outcome for outcome in outcomes)
+
+
+def outcome(wheel, number):
+    """A line on one environment, which is removed afterwards."""
+    version, pinned = MATRIX[number]
+    name, folder = f"Python {version}, {', '.join(pinned) or 'what pip takes'}", WORK / f"{number}"
+    print(f"{name} ...", flush=True)
+    try:
+        said = tried(version, [f"{wheel}[vtk,cpu]", *pinned], folder)
+    except subprocess.CalledProcessError as error:
+        said = f"FAILS: {(error.stdout or str(error)).strip()[-2000:]}"
+    shutil.rmtree(folder, ignore_errors=True)
+    return f"{name}: {said or '****** LEFT OUT: no such Python is here ******'}"
 
 
 def tried(version, packages, folder):
@@ -54,7 +62,7 @@ def tried(version, packages, folder):
     if found:
         run(found, "-m", "venv", folder)
         python = folder / "bin/python"
-        run(python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", *packages)
+        run(python, *PIP, "--disable-pip-version-check", *packages)
         return check([python], folder)
     root = root_with(version)
     if not root or os.geteuid() != 0:
@@ -62,7 +70,7 @@ def tried(version, packages, folder):
     into = ["--target", folder, "--python-version", version, "--only-binary", ":all:"]
     for platform in PLATFORMS:
         into += ["--platform", platform]
-    run(sys.executable, "-m", "pip", "install", "--quiet", *into, *packages)
+    run(sys.executable, *PIP, *into, *packages)
     seen = "/project" / folder.relative_to(PROJECT)  # from there
     return check([IN_ROOT, root, "env", f"PYTHONPATH={seen}", f"python{version}"], seen, "/project")
 

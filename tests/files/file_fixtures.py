@@ -6,7 +6,7 @@ import struct
 import nibabel
 import numpy as np
 import SimpleITK
-from vtk_fixtures import TURNED, add_array, make_image
+from vtk_fixtures import DEFORMED, REST, TURNED, add_array, make_image
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkStructuredGrid
 from vtkmodules.vtkFiltersSources import vtkCellTypeSource, vtkSphereSource
@@ -17,6 +17,7 @@ from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 
 RIGHT, LEFT = TURNED, TURNED * [1, 1, -1]
+DIRECTIONS = {"right-handed": TURNED, "left-handed": TURNED * [1, -1, 1]}
 ORIGIN, SPACING = np.array([19.25, -34.5, 45.125]), np.array([0.75, 1.5, 2.25])
 VALUES = np.arange(7 * 8 * 9, dtype=np.int16).reshape(7, 8, 9) * 17 % 991
 HANDLES = ORIGIN + [(2, 3, 4), (8, 1, 5), (3, 9, 2), (6, 6, 12)]
@@ -103,6 +104,12 @@ def itk_matrix(path):
     image = SimpleITK.ReadImage(str(path))
     direction = np.reshape(image.GetDirection(), (3, 3))
     return np.column_stack([direction * image.GetSpacing(), image.GetOrigin()])
+
+
+def handles_on(grid):
+    """p and q around the middle of a grid."""
+    center = grid.corners().mean(axis=0)
+    return [center + 1.6 * (places - (4, 4, 3)) for places in (REST, DEFORMED)]
 
 
 def as_itk(direction, values=VALUES):

@@ -165,17 +165,17 @@ def _make_blocks():
     for suffix, write in pieces.items():
         name = f"blocks_{suffix}.{suffix}"
         write(data[suffix], name)
-        found = [str(path) for path in Path().rglob(f"blocks_{suffix}*") if path.is_file()]
+        files = [str(path) for path in Path().rglob(f"blocks_{suffix}*") if path.is_file()]
         role = {"pvtu": "vtu", "pvti": "vti"}.get(suffix, suffix)
-        jobs.append((role, [name, *sorted(set(found) - {name})]))
+        jobs.append((role, [name, *sorted(set(files) - {name})]))
     with series.writing("series.pvd", (0, 1)) as write:
         write(data["pvtu"])
         write(data["pvti"])
-    found = sorted(str(path) for path in Path("series").iterdir())
-    jobs.append(("pvd", ["series.pvd", *found]))
-    names = [{"name": name, "time": time} for time, name in enumerate(found)]
+    files = sorted(str(path) for path in Path("series").iterdir())
+    jobs.append(("pvd", ["series.pvd", *files]))
+    names = [{"name": name, "time": time} for time, name in enumerate(files)]
     Path("in.series").write_text(json.dumps({"files": names}))
-    jobs.append(("pvd", ["in.series", *found]))
+    jobs.append(("pvd", ["in.series", *files]))
     return jobs
 
 
@@ -208,9 +208,9 @@ def _broken(content, rng):
         content[start:start] = content[rng.integers(len(content)) :][:length]
     else:
         pattern = rb"[-+]?\d[-+.\w]*" if damage == 5 else rb"[-+.\w]+"
-        found = list(re.finditer(pattern, bytes(content[:3000])))
-        if found:
-            word = found[rng.integers(len(found))]
+        words = list(re.finditer(pattern, bytes(content[:3000])))
+        if words:
+            word = words[rng.integers(len(words))]
             near = (
                 str(int(word[0][:9]) + rng.integers(-3, 4)).encode() if word[0].isdigit() else b""
             )

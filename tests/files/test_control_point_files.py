@@ -92,11 +92,11 @@ def test_places_in_columns_of_other_names_are_missed(tmp_path, caplog, header, i
     mark = "," if "," in header else " "
     path.write_text(f"{header}\n{mark.join('123456789'[: header.count(mark) + 1])}\n")
     point_tables.read(path)
-    told = [record.getMessage() for record in caplog.records]
+    messages = [record.getMessage() for record in caplog.records]
     if idle is None:
-        assert told == []
+        assert messages == []
     else:
-        assert told == [
+        assert messages == [
             f"`{path}`: columns {idle} are ignored; control points have px,py,pz,qx,qy,qz"
         ]
 

@@ -120,9 +120,9 @@ def other_spacing(folder):
 def other_size(folder):
     names = write_series(folder)
     image = SimpleITK.ReadImage(str(names[1]))
-    kept = {key: image.GetMetaData(key) for key in image.GetMetaDataKeys()}
+    metadata = {key: image.GetMetaData(key) for key in image.GetMetaDataKeys()}
     smaller = image[:7]
-    for key, value in kept.items():
+    for key, value in metadata.items():
         smaller.SetMetaData(key, value)
     writer = SimpleITK.ImageFileWriter()
     writer.KeepOriginalImageUIDOn()

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 import SimpleITK as sitk
 import slicer_peer
-from vtk_fixtures import DEFORMED, FAST, REST, TURNED, add_array, make_image, values_of
+from file_fixtures import DIRECTIONS, handles_on
+from vtk_fixtures import DEFORMED, FAST, REST, add_array, make_image, values_of
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 
 from vtk_mls import KINDS, Deformation, Grid, io
@@ -18,17 +19,10 @@ from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 
 TRANSFORMS = (".nii.gz", ".nii", ".nrrd", ".nhdr", ".mha", ".mhd")
-DIRECTIONS = {"right-handed": TURNED, "left-handed": TURNED * [1, -1, 1]}
 
 
 def write_handles(rest, deformed):
     np.savetxt("handles.csv", np.hstack([rest, deformed]), "%.17g", ",")
-
-
-def handles_on(grid):
-    """p and q round the middle of a grid."""
-    center = grid.corners().mean(axis=0)
-    return [center + 1.6 * (places - (4, 4, 3)) for places in (REST, DEFORMED)]
 
 
 @pytest.fixture(params=DIRECTIONS)
@@ -241,7 +235,7 @@ def test_errors_are_one_sentence(scene, capsys, change, sentence):
     assert not list(Path().glob("out*"))
 
 
-def test_numbers_alone_can_bewrite_by_itk(tmp_path):
+def test_a_field_without_vtk_is_written(tmp_path):
     """As somebody does who has no VTK."""
     grid = Grid((5, 4, 3), (1, 2, 3), (2, 1, 0.5))
     field = Deformation(REST, DEFORMED, device="reference").displacement_field(grid)

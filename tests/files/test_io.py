@@ -239,51 +239,6 @@ def test_handles_from_polydata(tmp_path, writer):
     assert deformed.tolist() == [[1.5, 2, 3]]
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "0,0,0,1,0,0\n5,5,5,5,5,6\n",
-        "\ufeffpx,py,pz,qx,qy,qz\r\n0,0,0,1,0,0\r\n5,5,5,5,5,6\r\n",
-        "# by hand\n\n 0, 0, 0, 1, 0, 0 # moved\n5,5,5,5,5,6e0",
-    ],
-    ids=["plain", "header", "comments"],
-)
-def test_handles_from_text(tmp_path, text):
-    path = tmp_path / "x.csv"
-    path.write_text(text, encoding="utf-8")
-    rest, deformed, _ = arrays.control_points(io.read_control_points(path), "Displacement")
-    assert rest.tolist() == [[0, 0, 0], [5, 5, 5]]
-    assert deformed.tolist() == [[1, 0, 0], [5, 5, 6]]
-
-
-def test_weights_from_text(tmp_path):
-    path = tmp_path / "x.txt"
-    path.write_text("5,0,0,6,0,0,2\n1,1,1,1,1,1,3\n")
-    polydata = io.read_control_points(path)
-    _, _, weights = arrays.control_points(polydata, "Displacement", "Weight")
-    assert weights.tolist() == [2, 3]
-
-
-@pytest.mark.parametrize(
-    ("text", "sentence"),
-    [
-        ("", r"x\.csv` holds no control points"),
-        ("px,py,pz,qx,qy,qz\n", r"x\.csv` holds no control points"),
-        ("0,0,0,1,0\n", r"x\.csv`, line 1: expected numbers px.*got `0,0,0,1,0`"),
-        ("0,0,0,1,0,0\n1,1,1,1,1,1,1\n", r"x\.csv`, line 2: expected numbers"),
-        ("0,0,0,1,0,0\n1,1,x,1,1,1\n", r"x\.csv`, line 2: expected numbers.*got `1,1,x,1,1,1`"),
-        ("px,py\nqx,qy\n0,0,0,1,0,0\n", r"x\.csv`, line 2: expected numbers"),
-        ("0,0,0,1,0,nan\n", r"x\.csv` has a coordinate that is not a finite number"),
-        ("0,0,0,1,0,0,0\n", r"x\.csv` has a weight that is not a positive number"),
-    ],
-)
-def test_bad_handles(tmp_path, text, sentence):
-    path = tmp_path / "x.csv"
-    path.write_text(text)
-    with pytest.raises(ValueError, match=sentence):
-        io.read_control_points(path)
-
-
 @pytest.mark.parametrize("suffix", [".ply", ".stl"])
 def test_strips_of_triangles_are_written_as_triangles(tmp_path, suffix):
     stripper = vtkStripper()
@@ -309,7 +264,7 @@ def test_cells_that_a_format_cannot_hold_are_not_left_out(tmp_path, suffix, kind
     assert not list(tmp_path.iterdir())
 
 
-def test_the_output_of_a_filter_that_failed_is_notwrite_by_itk(tmp_path):
+def test_the_output_of_a_filter_that_failed_is_not_written(tmp_path):
     path = tmp_path / "out.nii.gz"
     with pytest.raises(ValueError, match="is not written: the image is empty; has its filter"):
         io.write_dataset(vtkImageData(), path)

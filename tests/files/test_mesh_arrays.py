@@ -33,8 +33,8 @@ def colors(rng, count, components):
     return rng.integers(0, 256, (count, components))
 
 
-def written(mesh, tmp_path):
-    """What VTK reads of a file that was made of a mesh."""
+def read_by_vtk(mesh, tmp_path):
+    """The mesh of a file that we write, as VTK reads it."""
     io.write_dataset(mesh, tmp_path / "a.ply")
     reader = vtkPLYReader()
     reader.SetFileName(str(tmp_path / "a.ply"))
@@ -52,7 +52,7 @@ def test_colors_stay(of, components, name, tmp_path, rng):
     mesh = scan()
     rows = colors(rng, getattr(mesh, f"GetNumberOf{of}s")(), components)
     add_array(getattr(mesh, f"Get{of}Data")(), name, rows, VTK_UNSIGNED_CHAR)
-    data = getattr(written(mesh, tmp_path), f"Get{of}Data")()
+    data = getattr(read_by_vtk(mesh, tmp_path), f"Get{of}Data")()
     np.testing.assert_array_equal(values(data, "RGB" if components == 3 else "RGBA"), rows)
 
 
@@ -66,7 +66,7 @@ def test_colors_of_points_and_of_cells(tmp_path, rng):
     of_cells = colors(rng, mesh.GetNumberOfCells(), 4)
     add_array(mesh.GetPointData(), "paint", of_points, VTK_UNSIGNED_CHAR)
     add_array(mesh.GetCellData(), "ink", of_cells, VTK_UNSIGNED_CHAR)
-    output = written(mesh, tmp_path)
+    output = read_by_vtk(mesh, tmp_path)
     found = values(output.GetPointData(), "RGBA")
     np.testing.assert_array_equal(found[:, :3], of_points)
     assert (found[:, 3] == 255).all()
@@ -77,12 +77,12 @@ def test_colors_of_points_and_of_cells(tmp_path, rng):
 def test_of_several_colors_the_active_ones_count(tmp_path, rng):
     mesh = scan()
     rows = [colors(rng, mesh.GetNumberOfPoints(), 3) for _ in range(3)]
-    for name, some in zip(("first", "RGB", "last"), rows):
-        add_array(mesh.GetPointData(), name, some, VTK_UNSIGNED_CHAR)
-    data = written(mesh, tmp_path).GetPointData()
+    for name, color in zip(("first", "RGB", "last"), rows):
+        add_array(mesh.GetPointData(), name, color, VTK_UNSIGNED_CHAR)
+    data = read_by_vtk(mesh, tmp_path).GetPointData()
     np.testing.assert_array_equal(values(data, "RGB"), rows[1])
     mesh.GetPointData().SetActiveScalars("last")
-    data = written(mesh, tmp_path).GetPointData()
+    data = read_by_vtk(mesh, tmp_path).GetPointData()
     np.testing.assert_array_equal(values(data, "RGB"), rows[2])
 
 
@@ -116,8 +116,8 @@ def test_what_a_file_cannot_hold_is_said(output, sentence, folder, capsys, rng):
     add_array(mesh.GetCellData(), "part", np.arange(mesh.GetNumberOfCells()), TYPES["int"])
     write(vtkXMLPolyDataWriter(), mesh, folder / "scan.vtp")
     assert cli.main(["deform", "scan.vtp", "h.csv", output]) == 0
-    said = capsys.readouterr().out
-    assert said.endswith(sentence or "rigid\n")
+    printed = capsys.readouterr().out
+    assert printed.endswith(sentence or "rigid\n")
     if output == "o.ply":
         data = io.read_dataset("o.ply").GetPointData()
         np.testing.assert_array_equal(values(data, "RGB"), rows)
@@ -156,7 +156,7 @@ def test_the_command_counts_cells_that_are_inside_out(push, folder, capsys):
     # alpha 2 turns the plate over between the two handles, which areas in its plane cannot tell
     options = ["--alpha", "1", "--allow-identity"]
     assert cli.main(["deform", "plate.vts", "p.csv", "o.vts", *options]) == 0
-    said = capsys.readouterr().out
+    printed = capsys.readouterr().out
     output = io.read_dataset("o.vts")
     x = arrays.to_numpy(output.GetPoints().GetData()).reshape(21, 21, 3)
     corners = [x[:-1, :-1], x[:-1, 1:], x[1:, 1:], x[1:, :-1]]
@@ -164,10 +164,10 @@ def test_the_command_counts_cells_that_are_inside_out(push, folder, capsys):
     turns = [np.cross(a, b)[..., 2] for a, b in zip(edges, edges[1:] + edges[:1])]
     count = (np.min(turns, axis=0) <= 0).sum()
     assert (count > 0) == (push > 0)
-    assert ("inside out" in said) == (push > 0)
+    assert ("inside out" in printed) == (push > 0)
     if push:
-        assert f"; {count} cells inside out (at most --blend " in said
-        blend = float(re.search(r"at most --blend (.+) inverts no cell\)", said)[1])
+        assert f"; {count} cells inside out (at most --blend " in printed
+        blend = float(re.search(r"at most --blend (.+) inverts no cell\)", printed)[1])
         for more in (0, 0.01):
             options = ["--alpha", "1", "--blend", str(blend + more)]
             assert cli.main(["deform", "plate.vts", "p.csv", "p.vts", *options]) == 0
@@ -184,9 +184,9 @@ def test_the_command_writes_the_quality_of_cells(output, folder, capsys):
     mesh.GetPointData().Initialize()
     write(vtkXMLPolyDataWriter(), mesh, folder / "scan.vtp")
     assert cli.main(["deform", "scan.vtp", "h.csv", output, "--cell-quality"]) == 0
-    said, names = capsys.readouterr().out, ("CellQuality", "CellQualityBefore")
+    printed, names = capsys.readouterr().out, ("CellQuality", "CellQualityBefore")
     if output == "o.stl":
-        assert "; without `CellQualityBefore`, `CellQuality`, which .stl cannot hold" in said
+        assert "; without `CellQualityBefore`, `CellQuality`, which .stl cannot hold" in printed
         return
     data = io.read_dataset(output).GetCellData()
     after, before = (values(data, name) for name in names)

@@ -74,9 +74,9 @@ def _by_meshio():
 
 
 def image():
-    made = make_image((4, 3, 5), start=(1, 0, 0))
-    add_array(made.GetPointData(), "values", np.arange(60.0))
-    return made
+    image = make_image((4, 3, 5), start=(1, 0, 0))
+    add_array(image.GetPointData(), "values", np.arange(60.0))
+    return image
 
 
 def sphere():
@@ -99,13 +99,13 @@ def many_blocks():
 
 
 def collection(*datasets):
-    made = vtkPartitionedDataSetCollection()
+    collection = vtkPartitionedDataSetCollection()
     for number, dataset in enumerate(datasets):
         partition = vtkPartitionedDataSet()
         partition.SetPartition(0, dataset)
-        made.SetPartitionedDataSet(number, partition)
-        made.GetMetaData(number).Set(vtkCompositeDataSet.NAME(), f"part {number}")
-    return made
+        collection.SetPartitionedDataSet(number, partition)
+        collection.GetMetaData(number).Set(vtkCompositeDataSet.NAME(), f"part {number}")
+    return collection
 
 
 def write(writer, data, name, **settings):
@@ -181,11 +181,11 @@ def test_a_mesh_in_every_format(suffix, capfd, messages):
 )
 def test_images_and_surfaces(suffix, writer, make):
     write(writer(), make(), f"in{suffix}")
-    read, made = io.read_dataset(f"in{suffix}"), make()
-    assert read.GetClassName() == made.GetClassName()
-    for number in range(0, made.GetNumberOfPoints(), 7):
-        np.testing.assert_allclose(read.GetPoint(number), made.GetPoint(number), atol=1e-6)
-    assert read.GetPointData().GetNumberOfArrays() == made.GetPointData().GetNumberOfArrays()
+    read, source = io.read_dataset(f"in{suffix}"), make()
+    assert read.GetClassName() == source.GetClassName()
+    for number in range(0, source.GetNumberOfPoints(), 7):
+        np.testing.assert_allclose(read.GetPoint(number), source.GetPoint(number), atol=1e-6)
+    assert read.GetPointData().GetNumberOfArrays() == source.GetPointData().GetNumberOfArrays()
 
 
 @pytest.mark.parametrize("suffix", [".vtm", ".vtpc", ".vtkhdf"])
@@ -270,7 +270,7 @@ def test_a_dataset_alone_is_not_written_as_blocks(capsys):
         (
             "in.cgns",
             "vtkmodules.vtkIOCGNSReader",
-            "has no vtkCGNSReader; that of `pip install vtk`",
+            "has no vtkCGNSReader; `pip install vtk` does",
         ),
         ("in.what", "meshio", ".off (.msh, .inp, .bdf, .nas, .fem, .med, .mesh, .meshb, .vol,"),
     ],

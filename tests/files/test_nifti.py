@@ -53,7 +53,7 @@ def write_nifti(path, qform, qform_code, sform, sform_code, unit="mm"):
     nibabel.save(image, path)
 
 
-def heard(read):
+def with_warnings(read):
     """What `read` returns, and the warnings meanwhile."""
     sentences = []
     with message_handlers(None, sentences.append):
@@ -232,7 +232,7 @@ def test_another_grid_is_in_the_unit_of_the_file(tmp_path, unit):
 def test_itk_opens_what_it_opened_before(tmp_path, shear, sform_code, is_cut):
     write_nifti(tmp_path / "x.nii", rotated(0.2), 1, rotated(0.2, shear), sform_code)
     expected = itk_matrix(tmp_path / "x.nii")
-    image, _ = heard(lambda: io.read_dataset(tmp_path / "x.nii"))
+    image, _ = with_warnings(lambda: io.read_dataset(tmp_path / "x.nii"))
     if is_cut:
         direction = np.reshape(ImageGeometry.of_image(image).direction, (3, 3))
         image.SetOrigin(image.GetOrigin() + direction @ (2 * np.array(image.GetSpacing())))
@@ -253,7 +253,7 @@ def test_itk_opens_what_it_opened_before(tmp_path, shear, sform_code, is_cut):
 @pytest.mark.parametrize("angle", [0, 0.3])
 def test_a_warning_says_where_itk_and_nibabel_differ(tmp_path, qform_code, sform_code, angle):
     write_nifti(tmp_path / "x.nii", rotated(0), qform_code, rotated(angle), sform_code)
-    image, warnings = heard(lambda: io.read_dataset(tmp_path / "x.nii"))
+    image, warnings = with_warnings(lambda: io.read_dataset(tmp_path / "x.nii"))
     expected = in_lps(nibabel.load(tmp_path / "x.nii").affine)
     np.testing.assert_allclose(matrix(image), expected, atol=1e-5)
     differs = not np.allclose(itk_matrix(tmp_path / "x.nii"), expected, atol=1e-3)

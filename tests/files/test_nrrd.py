@@ -243,8 +243,8 @@ def test_spaces_of_no_patient_are_taken_as_they_are(tmp_path, space):
     image = io.read_dataset(tmp_path / "x.nrrd")
     np.testing.assert_allclose(matrix(image), np.column_stack([RIGHT * SPACING, ORIGIN]))
     io.write_dataset(image, tmp_path / "y.nrrd")
-    wanted = f"\nspace: {space or 'left-posterior-superior'}\n"
-    assert wanted.encode() in (tmp_path / "y.nrrd").read_bytes()
+    space_line = f"\nspace: {space or 'left-posterior-superior'}\n"
+    assert space_line.encode() in (tmp_path / "y.nrrd").read_bytes()
 
 
 @pytest.mark.parametrize(
@@ -279,8 +279,8 @@ def test_field_data_cannot_change_what_a_nrrd_header_says(tmp_path):
     io.write_dataset(image, tmp_path / "x.nrrd")
     back = io.read_dataset(tmp_path / "x.nrrd")
     np.testing.assert_array_equal(scalars(back), VALUES.ravel())
-    kept = metadata.load(back, metadata.NRRD_HEADER)
-    assert kept == ("content: d\\nsizes: 1 1 1", "a:=b\\n\\nc")
+    header_lines = metadata.load(back, metadata.NRRD_HEADER)
+    assert header_lines == ("content: d\\nsizes: 1 1 1", "a:=b\\n\\nc")
 
 
 def test_active_vectors_are_vectors_in_nrrd(tmp_path):

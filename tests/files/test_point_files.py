@@ -303,12 +303,13 @@ def test_markups_with_other_places_keep_all_else(tmp_path):
     assert control_point_files.write_landmarks(path, moved, tmp_path / "x.mrk.json") == 0
     found = json.loads(path.read_text())
     assert found["@schema"] == "markups-schema-v1.0.0.json"
-    lost = {k: v for k, v in point.items() if k != "position"} | {"positionStatus": "undefined"}
+    undefined = {key: value for key, value in point.items() if key != "position"}
+    undefined["positionStatus"] = "undefined"
     assert found["markups"] == [
         {
             "type": "Curve",
             "display": {"opacity": 0.5},
-            "controlPoints": [point | {"position": [7, 8, 9]}, lost],
+            "controlPoints": [point | {"position": [7, 8, 9]}, undefined],
         },
         {
             "type": "Fiducial",
@@ -327,13 +328,13 @@ def test_landmarks_from_one_format_to_another(tmp_path, suffix, space):
     path = tmp_path / f"x{suffix}"
     left_out = control_point_files.write_landmarks(path, points, tmp_path / "y.vtp", space)
     found = control_point_files.read_landmarks(path, space)
-    kept = slice(None) if suffix == ".mrk.json" else [0, 2]
-    np.testing.assert_array_equal(found.positions, places[kept])
+    rows = slice(None) if suffix == ".mrk.json" else [0, 2]
+    np.testing.assert_array_equal(found.positions, places[rows])
     assert left_out == 3 - len(found.positions)
     if suffix not in (".txt", ".pts"):
-        assert found.labels == np.array(points.labels)[kept].tolist()
+        assert found.labels == np.array(points.labels)[rows].tolist()
     if suffix not in (".txt", ".pts", ".tag"):
-        assert found.descriptions == np.array(points.descriptions)[kept].tolist()
+        assert found.descriptions == np.array(points.descriptions)[rows].tolist()
 
 
 def _markups(point, **more):
@@ -366,7 +367,7 @@ def _markups(point, **more):
         ("x.csv", BIGWARP.replace("false", "true"), r"not a finite number in line 2$"),
         ("x.csv", '"p","true","1","2","3","4"\n', r"line 1: .* BigWarp in two dimensions; it must"),
         ("x.txt", "index\n1\n1 2 3\n", r"` holds indices of voxels; expected positions, after"),
-        ("x.txt", "point\n", r"`, line 1: expected the number of points, got ``$"),
+        ("x.txt", "point\n", r"`, line 2: expected the number of points, got ``$"),
         ("x.txt", "point\n2\n1 2 3\n", r"` must hold 2 points, as it says, got 1$"),
         ("x.txt", "point\n9999999999999999\n1 2 3\n", r"must hold 9999999999999999 points, as"),
         ("x.txt", "point\n-1\n1 2 3\n", r"`, line 2: expected the number of points, got `-1"),

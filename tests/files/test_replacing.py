@@ -135,7 +135,7 @@ def test_a_new_file_has_the_usual_permissions(tmp_path):
 
 def test_a_device_is_not_replaced(tmp_path):
     (tmp_path / "x.vti").symlink_to(os.devnull)
-    with pytest.raises(OSError, match=r"`.*x\.vti` cannot be written: it is no ordinary file"):
+    with pytest.raises(OSError, match=r"`.*x\.vti` cannot be written: it is not a regular file"):
         io.write_dataset(image_with(np.arange(24), TYPES["short"]), tmp_path / "x.vti")
     assert os.path.exists(os.devnull)
 

@@ -97,9 +97,9 @@ def test_a_failed_write_keeps_the_old_session(tmp_path, monkeypatch):
     ("changes", "sentence"),
     [
         ({"version": 2}, r"`.*s.mls.json` has version 2, .* up to version 1: update vtk_mls"),
-        ({"format": "other"}, r"`.*s.mls.json` is JSON, and no session of `vtk-mls view`"),
-        ({"data": []}, r"`.*s.mls.json` is no session: it lacks valid `data`"),
-        ({"target": 3}, r"`.*s.mls.json` is no session: it lacks valid `data`"),
+        ({"format": "other"}, r"`.*s.mls.json` is JSON, but not a session of `vtk-mls view`"),
+        ({"data": []}, r"`.*s.mls.json` is not a session: it lacks valid `data`"),
+        ({"target": 3}, r"`.*s.mls.json` is not a session: it lacks valid `data`"),
     ],
 )
 def test_a_file_that_is_no_session(tmp_path, changes, sentence):
@@ -111,7 +111,7 @@ def test_a_file_that_is_no_session(tmp_path, changes, sentence):
 def test_broken_json(tmp_path, text):
     path = tmp_path / "s.mls.json"
     path.write_bytes(text.encode("utf-8", "surrogateescape"))
-    with pytest.raises(ValueError, match=r"`.*s.mls.json` is no session: its JSON is broken"):
+    with pytest.raises(ValueError, match=r"`.*s.mls.json` is not a session: its JSON is broken"):
         session_files.read(path)
 
 
@@ -131,7 +131,7 @@ def test_broken_json(tmp_path, text):
 def test_an_edit_that_is_not_valid(tmp_path, change):
     session = session_files.read(_written(tmp_path))
     session.edit.update(change)
-    with pytest.raises(ValueError, match=r"`s` is no session: its edit is not valid \("):
+    with pytest.raises(ValueError, match=r"`s` is not a session: its edit is not valid \("):
         sessions.state_of(session, Path("s"))
 
 

@@ -90,8 +90,8 @@ def _slicer_reads(*paths):
 
 def _check(found, places, labels, descriptions, are_placed=(True, True, True)):
     rows = [row for row, is_placed in zip(found, are_placed) if is_placed]
-    kept = np.flatnonzero(are_placed)
-    np.testing.assert_allclose([row[0] for row in rows], np.array(places)[kept], rtol=1e-15)
+    placed = np.flatnonzero(are_placed)
+    np.testing.assert_allclose([row[0] for row in rows], np.array(places)[placed], rtol=1e-15)
     assert [row[1] for row in found] == labels
     assert [row[2] for row in found] == descriptions
     assert [row[3] for row in found] == list(are_placed)
@@ -104,9 +104,9 @@ def test_slicer_reads_what_we_write(tmp_path):
     for found in _slicer_reads(tmp_path / "a.mrk.json", tmp_path / "a.fcsv"):
         _check(found, RAS, LABELS, ["", "", ""])
 
-    lost = Landmarks("", np.where([[1], [0], [1]], LPS, np.nan), "LPS", LABELS, DESCRIPTIONS)
-    control_point_files.write_landmarks(tmp_path / "b.mrk.json", lost)
-    assert control_point_files.write_landmarks(tmp_path / "b.fcsv", lost) == 1
+    with_gap = Landmarks("", np.where([[1], [0], [1]], LPS, np.nan), "LPS", LABELS, DESCRIPTIONS)
+    control_point_files.write_landmarks(tmp_path / "b.mrk.json", with_gap)
+    assert control_point_files.write_landmarks(tmp_path / "b.fcsv", with_gap) == 1
     first, second = _slicer_reads(tmp_path / "b.mrk.json", tmp_path / "b.fcsv")
     _check(first, RAS, LABELS, DESCRIPTIONS, (True, False, True))
     _check(second, RAS[[0, 2]], LABELS[::2], DESCRIPTIONS[::2], (True, True))

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import SimpleITK as sitk
 import slicer_peer
+from file_fixtures import DIRECTIONS, handles_on
 from nitransforms.resampling import apply
 from vtk_fixtures import DEFORMED, FAST, REST, TURNED, add_array, make_image
 
@@ -20,7 +21,6 @@ from vtk_mls.vtk.arrays import ImageGeometry
 
 ITK = (".h5", ".hdf5", ".tfm", ".txt")
 IMAGES = (".nii.gz", ".nii", ".nrrd", ".nhdr", ".mha", ".mhd")
-DIRECTIONS = {"right-handed": TURNED, "left-handed": TURNED * [1, -1, 1]}
 SPACING = (0.9, 1.0, 1.1)
 TO_RAS = [-1, -1, 1]
 MATRIX = np.array([[1.1, 0.2, -0.1, 3], [-0.3, 0.9, 0.2, -4], [0.1, -0.2, -1.2, 5], [0, 0, 0, 1]])
@@ -40,11 +40,6 @@ def deformation(grid):
     rest, deformed = handles_on(grid)
     middle = rest.mean(axis=0)
     return Deformation(rest, (deformed - middle) * (1.3, 1.1, 0.9) + middle + 1, device="reference")
-
-
-def handles_on(grid):
-    """p and q round the middle of a grid."""
-    return [grid.corners().mean(axis=0) + 1.6 * (p - (4, 4, 3)) for p in (REST, DEFORMED)]
 
 
 @pytest.fixture
@@ -324,10 +319,10 @@ AFFINE = f"{HEAD}AffineTransform_double_3_3\n{ROWS}"
 @pytest.mark.parametrize(
     ("name", "content", "sentence"),
     [
-        ("x.tfm", "", "it is no transform file of ITK"),
-        ("x.txt", "1,2,3,4,5,6", "it is no transform file of ITK"),
-        ("x.h5", "nothing", "it is no transform file of ITK"),
-        ("x.mat", "nothing", "it is no transform file of ITK"),
+        ("x.tfm", "", "it is not an ITK transform file"),
+        ("x.txt", "1,2,3,4,5,6", "it is not an ITK transform file"),
+        ("x.h5", "nothing", "it is not an ITK transform file"),
+        ("x.mat", "nothing", "it is not an ITK transform file"),
         ("x.tfm", AFFINE.format(0), "its matrix must be invertible"),
         ("x.tfm", AFFINE.format("nan"), "ITK says: Error setting parameters"),
         (
@@ -367,7 +362,9 @@ def test_a_file_that_ends_early_is_one_sentence(grid, deformation):
     io.write_transform(deformation, "x.h5", grid)
     content = Path("x.h5").read_bytes()
     Path("x.h5").write_bytes(content[: len(content) // 2])
-    with pytest.raises(ValueError, match=r"^`x\.h5` cannot be used: it is no transform file"):
+    with pytest.raises(
+        ValueError, match=r"^`x\.h5` cannot be used: it is not an ITK transform file"
+    ):
         io.read_transform("x.h5")
 
 

@@ -39,7 +39,7 @@ from vtkmodules.vtkCommonDataModel import (
 from vtkmodules.vtkFiltersVerdict import vtkMeshQuality
 
 from vtk_mls.vtk import arrays
-from vtk_mls.vtk.orientation import _find_faces_in_stream, _Lattice, count_inverted
+from vtk_mls.vtk.orientation import _find_faces_in_stream, _structured, count_inverted
 
 SOLID = [VTK_TETRA, VTK_HEXAHEDRON, VTK_VOXEL, VTK_WEDGE, VTK_PYRAMID]
 SOLID += [VTK_PENTAGONAL_PRISM, VTK_HEXAGONAL_PRISM]
@@ -269,9 +269,9 @@ def test_a_long_strip_is_judged_as_its_triangles_are():
     assert found == [(1, 0), (1, 0)]
 
 
-def test_cells_of_large_structured_grids_are_numbered_as_they_are_asked_for():
-    lattice = _Lattice((0, 9999, 0, 9999, 0, 9999))
-    assert lattice[slice(9999, 10000)].tolist() == [
+def test_points_of_a_cell_of_a_large_structured_grid():
+    ((_, _, points),) = _structured((0, 9999, 0, 9999, 0, 9999), np.array([9999]))
+    assert points.tolist() == [
         [plane + corner for plane in (10**4, 10**4 + 10**8) for corner in (0, 1, 10**4 + 1, 10**4)]
     ]
 

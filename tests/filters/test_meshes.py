@@ -247,13 +247,12 @@ def test_cells_inside_out_are_counted(kind):
     assert count(update(filter_), "InvertedCells") == 0
 
 
-@pytest.mark.parametrize("kind", LINEAR)
+@pytest.mark.parametrize("kind", [kind for kind in LINEAR if kind != VTK_VOXEL])
 def test_volumes_are_those_of_vtk(kind):
     """Of cells that taper, so that no tetrahedron makes up for another."""
     mesh = cells(kind, 1)
-    if kind != VTK_VOXEL:
-        x = places_of(mesh)
-        set_places(mesh, x / (1 + x @ [0.3, 0.2, 0.1])[:, None])  # faces stay flat
+    x = places_of(mesh)
+    set_places(mesh, x / (1 + x @ [0.3, 0.2, 0.1])[:, None])  # faces stay flat
     corners = arrays.to_numpy(mesh.GetCells().GetConnectivityArray())
     corners = corners.reshape(mesh.GetNumberOfCells(), -1)
     total = 0

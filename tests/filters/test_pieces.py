@@ -242,12 +242,12 @@ def processes(monkeypatch):
     def pretend(before=(), after=()):
         calls = []
 
-        def on_all(own):
+        def all_gather(own):
             calls.append(own)
             return [*map(packed, before), own, *map(packed, after)]
 
         monkeypatch.setattr(parallel, "is_parallel", lambda: True)
-        monkeypatch.setattr(parallel, "on_all", on_all)
+        monkeypatch.setattr(parallel, "all_gather", all_gather)
         return calls
 
     return pretend

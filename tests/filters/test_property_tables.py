@@ -119,6 +119,14 @@ def test_lists_by_elements():
     assert handles.GetDeformedPoints() == ((1, 0, 0), (0, 1, 0), (0, 0, 1))
 
 
+def test_rows_with_another_length_are_refused():
+    handles = filters.MLSControlPoints()
+    with pytest.raises(TypeError, match=r"`row` must be x, y, z, got \(1, 2\)"):
+        handles.SetRestPoint(0, 1, 2)
+    with pytest.raises(TypeError, match="`row` must be weight, got"):
+        handles.SetWeight(0, 1, 2)
+
+
 def test_names_are_listed_once():
     deform = filters.MLSDeform()
     for name in ("a", "b", "a"):

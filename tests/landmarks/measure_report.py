@@ -27,7 +27,7 @@ def chosen(p, q):
 
 
 def found_faults(seeds):
-    """Sets with all bad pairs found; with the swap told; share of the good pairs accused."""
+    """Numbers of sets with all bad pairs and with the swap found; share of good pairs accused."""
     complete = swaps = accused = good = 0
     for seed in seeds:
         p, q, off, swap = planted_pairs(np.random.default_rng(seed))

@@ -141,7 +141,7 @@ def test_scores_are_those_of_brute_force(texture, rng):
         (lambda v, q: (np.broadcast_to(v[18, 20], v.shape), q), "other places|border"),
     ],
 )
-def test_a_doubtful_match_moves_nothing(texture, change, reason):
+def test_an_uncertain_match_moves_nothing(texture, change, reason):
     moving = _image(texture)
     q = moving.grid.at([(21.3, 19.6, 17.2)])
     values, start = change(moving.values, q)

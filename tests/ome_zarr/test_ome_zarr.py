@@ -198,19 +198,19 @@ def test_a_flat_image_and_other_commands(folder, rng):
 def test_the_editor_shows_a_level_that_fits_and_saves_all(folder, rng, monkeypatch):
     stored = halves(values(rng))
     write("in.ome.zarr", stored)
-    shown = []
+    datasets_shown = []
 
     def show(datasets, state, paths, folder, *_):
         saver = saving.Saver(datasets, paths)
-        saver.folder, saver.progress = Path(folder), shown.append
+        saver.folder, saver.progress = Path(folder), datasets_shown.append
         saver.save(state, None)
-        shown.append(datasets[0])
+        datasets_shown.append(datasets[0])
 
     monkeypatch.setattr(saving, "_write_picture", lambda *_: None)
     monkeypatch.setattr("vtk_mls.editor.window.show", show)
     monkeypatch.setattr(view, "MAX_POINTS", 1000)
     assert main(["view", "in.ome.zarr", "handles.csv", "--output", "saved"]) == 0
-    *fractions, dataset = shown
+    *fractions, dataset = datasets_shown
     assert dataset.GetDimensions() == (13, 10, 6)
     np.testing.assert_allclose(dataset.GetSpacing(), 2 * np.array(SPACING[::-1]))
     np.testing.assert_allclose(dataset.GetOrigin(), np.add(ORIGIN, np.array(SPACING) / 2)[::-1])
@@ -251,9 +251,9 @@ def truncate(name):
 
 
 BROKEN = {
-    "no group": (lambda folder: (folder / "zarr.json").unlink(), "is no OME-Zarr"),
-    "truncated": (truncate("zarr.json"), "is no OME-Zarr: "),
-    "array": (truncate("scale1/zarr.json"), "is no OME-Zarr that can be read: "),
+    "no group": (lambda folder: (folder / "zarr.json").unlink(), "is not an OME-Zarr"),
+    "truncated": (truncate("zarr.json"), "is not an OME-Zarr: "),
+    "array": (truncate("scale1/zarr.json"), "is not a readable OME-Zarr: "),
     "chunk": (truncate("scale0/c/0/1/0"), "in.ome.zarr` could not be deformed at "),
     "axes": (metadata(lambda m: m["axes"].reverse()), "its axes must be t, c, z, y, x in this"),
     "count": (metadata(lambda m: m["axes"].pop(0)), "array `scale0` must have the axes yx, got 3"),
@@ -286,9 +286,9 @@ def test_broken_files_are_one_sentence(case, folder, rng, capfd):
     change, sentence = BROKEN[case]
     change(Path("in.ome.zarr"))
     assert main(["deform", "in.ome.zarr", "handles.csv", "out.ome.zarr"]) == 1
-    said = capfd.readouterr().err
-    assert re.search(sentence, said), said
-    assert len(said.strip().split("\n")) == 1
+    message = capfd.readouterr().err
+    assert re.search(sentence, message), message
+    assert len(message.strip().split("\n")) == 1
     assert not Path("out.ome.zarr").exists()
 
 
@@ -298,7 +298,7 @@ def test_refused_outputs_and_options(folder, rng, capsys):
     (folder / "in.vti").touch()
     for arguments, sentence in {
         ("in.ome.zarr", "in.ome.zarr"): "it is the input",
-        ("in.ome.zarr", "some.zarr"): "it exists and is no OME-Zarr",
+        ("in.ome.zarr", "some.zarr"): "it exists and is not an OME-Zarr",
         ("in.ome.zarr", "none/out.zarr"): "there is no folder",
         ("none.zarr", "out.zarr"): "does not exist; expected the folder of an OME-Zarr",
         ("in.vti", "out.zarr"): "can be made of an OME-Zarr only",

@@ -21,38 +21,38 @@ deform.CutOrigin = [0.3, 0.0, -2.0]
 deform.CutNormal = [1.0, 0.0, 0.0]
 deform.CutInward = [0.0, 0.0, 1.0]
 deform.OutputGrid = "fitted"
-shown = simple.MLSDeform(Input=deform.Input, ControlPoints=deform.ControlPoints)
+continued = simple.MLSDeform(Input=deform.Input, ControlPoints=deform.ControlPoints)
 for name in ("CutType", "CutOrigin", "CutNormal", "CutInward", "OutputGrid"):
-    setattr(shown, name, getattr(deform, name))
-shown.HideVoid = 0
-shown.VoidValues = "continued"
+    setattr(continued, name, getattr(deform, name))
+continued.HideVoid = 0
+continued.VoidValues = "continued"
 data(deform)
-data(shown)
+data(continued)
 
 
 def at_face(kind, source, scalars, value):
-    """A clip or contour; its value is set after it is made, where ParaView's default is over."""
-    made = kind(Input=source)
+    """A clip or contour; ParaView would overwrite a value that is set before the scalars."""
+    face = kind(Input=source)
     if kind is simple.Clip:
-        made.ClipType = "Scalar"
-        made.Scalars = ["POINTS", scalars]
-        made.Value = value
-        made.Invert = 0
+        face.ClipType = "Scalar"
+        face.Scalars = ["POINTS", scalars]
+        face.Value = value
+        face.Invert = 0
     else:
-        made.ContourBy = ["POINTS", scalars]
-        made.Isosurfaces = [value]
-    return made
+        face.ContourBy = ["POINTS", scalars]
+        face.Isosurfaces = [value]
+    return face
 
 
 middle = simple.Slice(Input=deform)
 middle.SliceType.Normal = [0.0, 1.0, 0.0]
 middle.SliceType.Origin = [0.0, 0.4, 0.0]
-contour = at_face(simple.Contour, shown, "RTData", 130.0)
+contour = at_face(simple.Contour, continued, "RTData", 130.0)
 contour.ComputeScalars = 1
 pictures = {
     "volume": (deform, "Volume"),
     "slice": (middle, "Surface"),
-    "clip": (at_face(simple.Clip, shown, "VoidDistance", 0.0), "Surface"),
+    "clip": (at_face(simple.Clip, continued, "VoidDistance", 0.0), "Surface"),
     "contour": (at_face(simple.Clip, contour, "VoidDistance", 0.0), "Surface"),
 }
 if CAN_HIDE_CELLS:

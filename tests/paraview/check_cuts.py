@@ -58,9 +58,9 @@ for proxy in filters:
 half = check(HALF_PLANE)
 hidden = cells_of_surface(deform)  # must not crash
 deform.HideVoid = 0
-shown = cells_of_surface(deform)
+visible = cells_of_surface(deform)
 # Before VTK 9.3 no cells can be hidden.
-assert shown < hidden or (shown == hidden and not void_arrays.CAN_HIDE_CELLS)
+assert visible < hidden or (visible == hidden and not void_arrays.CAN_HIDE_CELLS)
 face = simple.Contour(Input=deform, ContourBy=["POINTS", "VoidDistance"], Isosurfaces=[0.0])
 assert data(face).GetNumberOfCells() > 50
 simple.Delete(face)

@@ -43,8 +43,8 @@ np.testing.assert_allclose(table.RGBPoints, volume_colors.table().ravel(), atol=
 def share_of_folds(name):
     """The share of the data's pixels that are red."""
     picture = screenshot(view, FOLDER / name) / 255
-    nothing = picture[0, 0]
-    is_data = np.abs(picture - nothing).max(axis=-1) > 0.02
+    background = picture[0, 0]
+    is_data = np.abs(picture - background).max(axis=-1) > 0.02
     is_red = np.abs(picture - volume_colors.FOLDED).max(axis=-1) < 0.03
     return is_red.sum() / is_data.sum()
 

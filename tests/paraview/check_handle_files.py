@@ -1,4 +1,4 @@
-"""Control points that ParaView has saved, and those of text files, are read again."""
+"""Control points are read from files that ParaView saved and from text files."""
 
 import os
 import tempfile
@@ -24,8 +24,8 @@ with tempfile.TemporaryDirectory() as folder:
 
     polydata = os.path.join(folder, "handles.vtp")
     simple.SaveData(polydata, proxy=handles)
-    read = simple.XMLPolyDataReader(FileName=[polydata])
-    np.testing.assert_array_equal(array(data(read), "Displacement"), expected)
+    reader = simple.XMLPolyDataReader(FileName=[polydata])
+    np.testing.assert_array_equal(array(data(reader), "Displacement"), expected)
 
     for name, places in (("rest.mrk.json", REST), ("deformed.fcsv", DEFORMED)):
         control_point_files.write(os.path.join(folder, name), places, places)

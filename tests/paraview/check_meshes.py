@@ -48,16 +48,16 @@ assert np.median(apart) < 0.04 * np.ptp(array(before, "RTData"))  # waves of few
 
 # The quality of cells is that of VTK's filter for meshes.
 deform.GenerateCellQuality = deform.GenerateLargestBlend = 1
-shown = data(deform)
-for name, mesh in (("CellQualityBefore", before), ("CellQuality", shown)):
+output = data(deform)
+for name, mesh in (("CellQualityBefore", before), ("CellQuality", output)):
     quality = vtkMeshQuality()
     quality.SetInputData(mesh)
     quality.SetTetQualityMeasureToScaledJacobian()
     quality.Update()
     expected = vtk_to_numpy(quality.GetOutput().GetCellData().GetArray("Quality"))
-    found = vtk_to_numpy(shown.GetCellData().GetArray(name))
+    found = vtk_to_numpy(output.GetCellData().GetArray(name))
     np.testing.assert_allclose(found, expected, atol=1e-6)
-assert count(shown, "LargestBlend") == 1
+assert count(output, "LargestBlend") == 1
 deform.GenerateCellQuality = deform.GenerateLargestBlend = 0
 
 # Pulled apart, a cut opens it; where it is not cut it stays in one piece.
@@ -105,15 +105,15 @@ view.CameraViewUp = [0.0, 0.0, 1.0]
 middle = simple.Slice(Input=deform)
 middle.SliceType.Normal = [0.0, 1.0, 0.0]
 middle.SliceType.Origin = [0.0, 0.3, 0.0]
-for name, shown, kind in (
+for name, source, kind in (
     ("surface", deform, "Surface With Edges"),
     ("volume", deform, "Volume"),
     ("slice", middle, "Surface With Edges"),
 ):
-    display = simple.Show(shown, view)
+    display = simple.Show(source, view)
     display.SetRepresentationType(kind)
     simple.Render(view)
     simple.ColorBy(display, ("POINTS", "RTData"))
     simple.Render(view)
     simple.SaveScreenshot(str(FOLDER / f"mesh_{name}.png"), view)
-    simple.Hide(shown, view)
+    simple.Hide(source, view)

@@ -62,7 +62,7 @@ for proxy, table, panel, others in (
     for name in proxy.ListProperties():
         assert proxy.GetProperty(name).GetDocumentation().GetDescription().strip(), name
     assert proxy.SMProxy.GetDocumentation().GetDescription().strip()
-    # What the proxy shows is what the filter has.
+    # The values of the proxy are those of the filter.
     for prop in table:
         if prop.name in others or isinstance(prop, properties.ArrayNames):
             continue

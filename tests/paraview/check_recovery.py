@@ -35,27 +35,27 @@ def drag(proxy):
     proxy.DeformedPoints = moved
 
 
-def check(shown, changed, name, bad, word, meanwhile=()):
+def check(visible, changed, name, bad, word, meanwhile=()):
     """Set a wrong value of a property, then the old one, and render each."""
     for context, value in meanwhile:
         setattr(changed, context, value)
-    before, points = picture(), count(shown)
+    before, points = picture(), count(visible)
     assert points > 0
     good = getattr(changed, name)
     good = list(good) if hasattr(good, "__len__") and not isinstance(good, str) else good
     with output_messages() as text:
         setattr(changed, name, bad)
         empty = picture()
-    where = shown.GetXMLName(), changed.GetXMLName(), name, bad
+    where = visible.GetXMLName(), changed.GetXMLName(), name, bad
     assert text[0].count("ERROR") == text[0].count(word) == 1, (where, text[0])
     assert "Traceback" not in text[0], (where, text[0])
-    assert count(shown) == 0, where
+    assert count(visible) == 0, where
     assert (empty != before).any(), where
     with output_messages() as text:
         setattr(changed, name, good)
         after = picture()
     assert text[0] == "", (where, text[0])
-    assert count(shown) == points, where
+    assert count(visible) == points, where
     assert np.abs(after - before).max() <= 1, where
 
 

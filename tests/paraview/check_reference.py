@@ -67,7 +67,7 @@ def texts(table, name):
     return arrays.texts(table.GetRowData(), name)
 
 
-def numbers(table, name):
+def column(table, name):
     return arrays.to_numpy(table.GetRowData().GetArray(name))
 
 
@@ -81,22 +81,22 @@ check = simple.MLSLandmarkReport(Input=pairs, Device="reference")
 check.UpdatePipeline()
 table = servermanager.Fetch(check, idx=0)
 settings = servermanager.Fetch(check, idx=1)
-wanted = report(p, q, device="reference")
+expected_report = report(p, q, device="reference")
 assert texts(table, "Name")[:3] == ["1", "2", "3"]
-assert np.flatnonzero(numbers(table, "Outlier")).tolist() == [3, 5, 11]
+assert np.flatnonzero(column(table, "Outlier")).tolist() == [3, 5, 11]
 assert texts(table, "SwappedWith")[5] == "12"
-np.testing.assert_allclose(numbers(table, "Error"), wanted.error)
-np.testing.assert_allclose(numbers(table, "Deformed"), q)
-assert settings.GetNumberOfRows() == len(wanted.tried) + 2
-(best,) = np.flatnonzero(numbers(settings, "Recommended"))
-assert texts(settings, "Options")[best] == wanted.recommended.flags
-assert arrays.texts(table.GetFieldData(), "Recommended") == [wanted.recommended.flags]
+np.testing.assert_allclose(column(table, "Error"), expected_report.error)
+np.testing.assert_allclose(column(table, "Deformed"), q)
+assert settings.GetNumberOfRows() == len(expected_report.tried) + 2
+(best,) = np.flatnonzero(column(settings, "Recommended"))
+assert texts(settings, "Options")[best] == expected_report.recommended.flags
+assert arrays.texts(table.GetFieldData(), "Recommended") == [expected_report.recommended.flags]
 assert list(check.GetProperty("DisplacementArray"))[-1] == "Displacement"
 moved = simple.Transform(Input=pairs)
 moved.Transform.Translate = [0.0, 0.0, 2.0]
 check.DeformedControlPoints = moved
 check.UpdatePipeline()
-np.testing.assert_allclose(numbers(servermanager.Fetch(check, idx=0), "Moved"), 2, rtol=1e-6)
+np.testing.assert_allclose(column(servermanager.Fetch(check, idx=0), "Moved"), 2, rtol=1e-6)
 check.DeformedControlPoints = None
 
 # Too few pairs are one sentence, and more are the report again.

@@ -240,9 +240,9 @@ class Gui:
             self._xdotool("mousemove", "--sync", middle[0] + shift, middle[1])
         mouse = "view.GetInteractor()"
         self.until(f"0 < {mouse}.GetEventPosition()[0] < {mouse}.GetSize()[0]")
-        seen = self.value(f"list({mouse}.GetEventPosition())")
+        position = self.value(f"list({mouse}.GetEventPosition())")
         x, y = self.value(f"on_screen([{list(place)}])[0].tolist()")
-        return middle[0] + x - seen[0], middle[1] - y + seen[1]
+        return middle[0] + x - position[0], middle[1] - y + position[1]
 
     @property
     def _environment(self):

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 from functools import partial
 
 import pytest
 from gui import running
 from gui_scenes import OWN, SETUP, noise, write_brain
-from paraviews import PICTURES, PROJECT
+from paraviews import PICTURES, PROJECT, unavailable
 
 HAS_QT = """
 try:
@@ -20,15 +19,9 @@ except ModuleNotFoundError:
 """
 
 
-def unavailable(reason):
-    """Skip a test; fail it where everything must be installed."""
-    reason = f"{reason}: tests/paraview/install.sh says why"
-    (pytest.fail if os.environ.get("CI") == "true" else pytest.skip)(reason)
-
-
 def require_qt(gui):
     if not gui.run(HAS_QT):
-        unavailable("no Qt for Python with this ParaView")
+        unavailable("no Qt for Python with this ParaView: tests/paraview/install.sh says why")
 
 
 @pytest.fixture
@@ -36,7 +29,7 @@ def start(paraview, display, request):
     """A context manager for a running GUI."""
     missing = [tool for tool in ("Xvfb", "xdotool", "import") if not shutil.which(tool)]
     if missing:
-        unavailable(f"no {', '.join(missing)} on this system")
+        unavailable(f"no {', '.join(missing)} here: tests/paraview/install.sh says why")
     name = request.node.originalname.removeprefix("test_")
     folder = PICTURES / request.node.callspec.id / name
     return partial(running, paraview, PROJECT, folder, display)
@@ -54,4 +47,4 @@ def gui(start):
 @pytest.fixture(scope="module")
 def brain():
     """File of a volume, relative to the project."""
-    return write_brain(OWN / "brain.vti", every=2)
+    return write_brain(OWN / "brain.vti", step=2)

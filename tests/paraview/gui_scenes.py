@@ -57,13 +57,13 @@ simple.Render(view)
 BRAIN = "file = simple.GetActiveSource(); volume = values(file).copy()\n"
 
 
-def write_brain(file, every):
-    """Write a brain, every n-th voxel along each axis; the file, relative to the project."""
+def write_brain(file, step):
+    """Write every n-th voxel of a brain along each axis; the file, relative to the project."""
     reader = vtkNIFTIImageReader()
     reader.SetFileName(str(demo.brain_file()))
     smaller = vtkImageShrink3D()
     smaller.SetInputConnection(reader.GetOutputPort())
-    smaller.SetShrinkFactors(every, every, every)
+    smaller.SetShrinkFactors(step, step, step)
     smaller.Update()
     smaller.GetOutput().GetPointData().GetScalars().SetName("T1")
     return write_image(file, smaller.GetOutput())

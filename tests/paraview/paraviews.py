@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 import re
 import shutil
+import socket
 import subprocess
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -40,11 +41,11 @@ class ParaView:
 
     def run(self, script, *arguments, display=None):
         """Run a script in pvpython from the project folder; returns exit status and output."""
-        shown = {"DISPLAY": display} if display else {}
+        variables = {"DISPLAY": display} if display else {}
         done = subprocess.run(
             [*self.prefix, "pvpython", str(script), *map(str, arguments)],
             cwd=PROJECT,
-            env=self.environment(**shown),
+            env=self.environment(**variables),
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,
@@ -108,11 +109,22 @@ def _all_paraviews():
 PARAVIEWS = list(_all_paraviews())
 
 
+def unavailable(reason):
+    """Skip a test; fail it where everything must be installed."""
+    (pytest.fail if os.environ.get("CI") == "true" else pytest.skip)(reason)
+
+
+def free_port():
+    with socket.socket() as probe:
+        probe.bind(("", 0))
+        return probe.getsockname()[1]
+
+
 @pytest.fixture(params=PARAVIEWS)
 def paraview(request):
     found = request.param
     if isinstance(found, str):
-        (pytest.fail if os.environ.get("CI") == "true" else pytest.skip)(found)
+        unavailable(found)
     if found.prefix and os.geteuid() != 0:
         pytest.skip(f"entering the root file system of {found.name} needs root")
     return found
@@ -133,12 +145,12 @@ def virtual_display():
     if shutil.which("Xvfb") is None:
         yield os.environ.get("DISPLAY")
         return
-    read, write = os.pipe()
+    output, write = os.pipe()
     command = ["Xvfb", "-displayfd", str(write), "-noreset", "-ac", "-screen", "0", "1280x1024x24"]
     quiet = subprocess.DEVNULL
     with subprocess.Popen(command, pass_fds=[write], stdout=quiet, stderr=quiet) as server:
         os.close(write)
-        with open(read) as pipe:
+        with open(output) as pipe:
             number = pipe.readline().strip()
         try:
             yield f":{number}"

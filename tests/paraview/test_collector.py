@@ -45,7 +45,10 @@ def drag(gui, place, by, condition):
 @pytest.mark.parametrize(
     "representation", ["Outline", pytest.param("Volume", marks=pytest.mark.matrix)]
 )
-@pytest.mark.parametrize("auto_apply", [True, False], ids=["auto", "apply"])
+@pytest.mark.parametrize(
+    "auto_apply",
+    [pytest.param(True, id="auto", marks=pytest.mark.matrix), pytest.param(False, id="apply")],
+)
 def test_drags_with_a_collection_at_every_event(gui, auto_apply, representation):
     gui.run(f"settings.SetAutoApply({auto_apply})")
     gui.run(f"""

@@ -26,7 +26,7 @@ def test_harness_can_fail(start):
         assert any("`alpha`" in line for line in noise(gui))
 
 
-def test_drag_apply_undo_and_keep(gui, paraview, display):
+def test_drag_apply_undo_and_save(gui, paraview, display):
     gui.add_deform()
     gui.screenshot("1_applied")
 
@@ -73,7 +73,7 @@ def test_drag_apply_undo_and_keep(gui, paraview, display):
 
 
 @pytest.mark.matrix
-def test_arrows_show_what_was_dragged(gui):
+def test_arrows_show_drags(gui):
     gui.add_deform()
     gui.until("widgets('PolyLineWidget')")
     assert gui.value("[arrows(), arrow_pixels()]") == [[], 0]

@@ -118,7 +118,7 @@ def test_open_has_our_reader_selected(gui):
     gui.click("button('OK')")
     gui.until("simple.GetActiveSource() != wavelet")
     assert gui.value("simple.GetActiveSource().SMProxy.GetXMLName()") == "MLSImageReader"
-    gui.run("read = simple.FindSource('ras.nrrd'); read.UpdatePipeline()")
+    gui.run("image = simple.FindSource('ras.nrrd'); image.UpdatePipeline()")
     bounds = gui.value("list(read.GetDataInformation().GetBounds())")
     assert bounds == [-6, -3, -7, -4, 5, 8]
 

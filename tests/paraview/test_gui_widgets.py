@@ -73,7 +73,7 @@ answer = [algorithm.GetClassName() for algorithm in algorithms]""")
 
 
 @pytest.mark.matrix
-def test_nothing_is_left_of_handles_that_were_removed(start):
+def test_removed_handles_leave_nothing(start):
     with start() as gui:
         gui.run(SETUP)
         gui.add_deform()

@@ -69,7 +69,7 @@ simple.Render(view)
 events, prop = [], deform.SMProxy.GetProperty("DeformedPoints")
 prop.AddObserver("UncheckedPropertyModifiedEvent", lambda *_: events.append(1), -1.0)
 
-def is_known():  # whether ParaView's widget has the pending positions
+def is_shown_by_widget():  # whether ParaView's widget has the pending positions
     lists = [proxy.GetProperty("HandlePositions") for proxy in widget_proxies("PolyLineWidget")]
     lists = [[item.GetElement(i) for i in range(item.GetNumberOfElements())] for item in lists]
     return pending("DeformedPoints") in lists
@@ -89,10 +89,10 @@ def test_paraview_gets_a_drag_of_many_handles_once(gui):
         gui.screenshot("1_dragging")
     gui.until("events")
     assert gui.value("len(dragged())") == 1
-    assert gui.value("is_known()")
+    assert gui.value("is_shown_by_widget()")
     gui.press("ctrl+z")
     gui.until("dragged() == []")
-    assert gui.value("is_known()")
+    assert gui.value("is_shown_by_widget()")
     gui.press("ctrl+y", "alt+a")
     gui.until("len(applied_drags()) == 1")
     gui.until("is_bent()")

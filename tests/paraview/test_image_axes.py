@@ -47,7 +47,7 @@ def by_place(image):
 
 
 @pytest.mark.parametrize("direction", SIGNED, ids=range(len(SIGNED)))
-def test_along_the_axes_nothing_is_left_to_turn(direction):
+def test_images_along_axes_get_the_identity_direction(direction):
     image = oriented(direction)
     result = along_world_axes(image)
     grid = ImageGeometry.of_image(result).grid
@@ -59,7 +59,7 @@ def test_along_the_axes_nothing_is_left_to_turn(direction):
     assert (result is image) == np.array_equal(direction, np.eye(3))
 
 
-def test_oblique_axes_are_taken_to_the_nearest():
+def test_oblique_axes_get_the_smallest_rotation():
     turn = np.array([[0.8, -0.6, 0], [0.6, 0.8, 0], [0, 0, 1]])
     for direction in (turn @ signed for signed in SIGNED):
         image = oriented(direction)

@@ -134,19 +134,21 @@ def test_contents(pretend, monkeypatch):
 
 
 def test_the_doctor_reports_it(pretend, monkeypatch):
-    def look(found, name):
+    def report_of(found, name):
         folder = pretend("5.11.0", found, name)
         monkeypatch.setattr(installation, "_USUAL_FOLDERS", (str(folder),))
         lines, problems = report()
         return next(line for line in lines if line.startswith("ParaView")), problems
 
-    line, problems = look(json.dumps(GOOD), "good")
+    line, problems = report_of(json.dumps(GOOD), "good")
     assert "Python 3.11.2, VTK 9.2.0, numpy 1.24.2; the plugin loads, 0:0 Fast" in line
     assert not any("ParaView" in problem for problem in problems)
-    line, problems = look(json.dumps({**VERSIONS, "plugin": True, "problem": "no OpenCL"}), "slow")
+    line, problems = report_of(
+        json.dumps({**VERSIONS, "plugin": True, "problem": "no OpenCL"}), "slow"
+    )
     assert "no OpenCL device" in line
     assert any(problem.endswith("no OpenCL") for problem in problems)
-    line, problems = look("", "broken")
+    line, problems = report_of("", "broken")
     assert any("does not run" in problem for problem in problems)
 
 

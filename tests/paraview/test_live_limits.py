@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import os
 import signal
-import socket
 import subprocess
 
 import pytest
 from gui_scenes import HANDLE, LIVE, LOAD, PROJECT, PULL, SETUP, WAVELET
+from paraviews import free_port
 
 NO_GLSL = """
 from vtk_mls.rendering import shader
@@ -44,7 +44,7 @@ def test_a_shader_that_does_not_build(start):
 
 
 @pytest.mark.matrix
-def test_a_volume_that_is_not_drawn_by_the_graphics_card(start):
+def test_a_volume_drawn_without_the_graphics_card(start):
     with start() as gui:
         gui.run(SETUP + LIVE + "display = simple.GetDisplayProperties(wavelet, view)")
         gui.run("display.VolumeRenderingMode = 'Ray Cast Only'; simple.Render(view)")
@@ -75,9 +75,7 @@ def test_a_failed_update_is_reported_once(start):
 
 @pytest.mark.matrix
 def test_on_a_server_it_is_off_and_warns(start, paraview, display):
-    with socket.socket() as probe:
-        probe.bind(("", 0))
-        port = probe.getsockname()[1]
+    port = free_port()
     server = subprocess.Popen(
         [*paraview.prefix, "pvserver", f"--server-port={port}"],
         cwd=PROJECT,

@@ -91,6 +91,7 @@ INPUT_CHANGES = {
 }
 
 
+@pytest.mark.matrix
 def test_changes_of_the_input_are_followed(gui):
     begin(gui, "wavelet", ("POINTS", "RTData"))
     gui.run("simple.HideInteractiveWidgets(proxy=deform)")
@@ -188,6 +189,7 @@ def test_blocks_and_outlines_of_meshes_follow(gui):
     check(gui, "Surface", name="by_block_")
 
 
+@pytest.mark.matrix
 def test_a_structured_mesh_follows(gui):
     gui.run("wavelet.WholeExtent = [-5, 5, -6, 6, -7, 7]")
     gui.run("grid = simple.Transform(Input=wavelet); simple.Hide(wavelet, view)")

@@ -5,13 +5,12 @@ from __future__ import annotations
 import os
 import re
 import signal
-import socket
 import subprocess
 import threading
 from pathlib import Path
 
 import pytest
-from paraviews import NOISE, PROJECT
+from paraviews import NOISE, PROJECT, free_port, unavailable
 
 SCRIPTS = Path("tests/paraview/mpi")
 TIMEOUT = 300  # seconds
@@ -25,10 +24,8 @@ def start(paraview, display):
         [*paraview.prefix, "mpirun", "--version"], capture_output=True, check=False
     )
     if found.returncode:
-        (pytest.fail if os.environ.get("CI") == "true" else pytest.skip)(
-            f"no mpirun for {paraview.name}: package openmpi-bin"
-        )
-    shown = {"DISPLAY": display} if display and not paraview.prefix else {}
+        unavailable(f"no mpirun for {paraview.name}: package openmpi-bin")
+    display_variables = {"DISPLAY": display} if display and not paraview.prefix else {}
     running = []
 
     def run(count, *command):
@@ -36,7 +33,7 @@ def start(paraview, display):
         process = subprocess.Popen(
             [*paraview.prefix, *many, *map(str, command)],
             cwd=PROJECT,
-            env=paraview.environment(**ROOT_MAY, **shown),
+            env=paraview.environment(**ROOT_MAY, **display_variables),
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,
@@ -79,16 +76,14 @@ def test_proxies_in_pvbatch(start):
 
 
 def test_a_client_of_pvserver(start):
-    with socket.socket() as probe:
-        probe.bind(("", 0))
-        port = probe.getsockname()[1]
+    port = free_port()
     server = start(2, "pvserver", f"--server-port={port}")
     await_line(server, "Accepting connection")
     assert "done with 2" in finish(start(0, "pvpython", SCRIPTS / "proxies.py", port))
 
 
 def await_line(process, words, seconds=60):
-    """Read what a process prints until a line with `words` comes."""
+    """Read the output of a process up to a line with `words`."""
     too_long = threading.Timer(seconds, os.killpg, (process.pid, signal.SIGKILL))
     too_long.start()
     lines = []

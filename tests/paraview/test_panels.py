@@ -111,6 +111,6 @@ def test_properties_of_cuts_are_shown_with_any_cut(panel, name):
     assert conditions == [["CutType", "none", "1"], ["Cuts", "null", "1"]]
 
 
-def test_a_kind_that_no_panel_knows_is_an_error():
+def test_an_unsupported_property_is_an_error():
     with pytest.raises(TypeError, match="`Cuts` must be of a kind that ParaView can show"):
         panels.element(property_tables.CUTS)

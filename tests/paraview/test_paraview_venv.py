@@ -126,8 +126,8 @@ def test_an_existing_folder_is_refused(name, home, paraview, python, capsys):
     python()
     file.parent.mkdir()
     file.write_text("1")
-    for given in (file.parent, file):
-        assert main([*command, "--setup", "--venv", str(given)]) == 1
+    for path in (file.parent, file):
+        assert main([*command, "--setup", "--venv", str(path)]) == 1
         assert "is there already: remove it, or name another" in capsys.readouterr().err
     assert file.read_text() == "1"
 

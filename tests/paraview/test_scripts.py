@@ -22,7 +22,7 @@ def test_script(paraview, display, script, request):
 
 def test_the_tolerance_is_invisible(paraview, display, request):
     pictures = _pictures(request)
-    head = write_brain(pictures / "head.vti", every=2)
+    head = write_brain(pictures / "head.vti", step=2)
     paraview.check("tests/paraview/tolerance.py", pictures, head, display=display)
 
 

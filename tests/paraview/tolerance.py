@@ -35,7 +35,7 @@ def hard_handles(is_cut):
     return rest, deformed
 
 
-def made(kind, cut, tolerance, **settings):
+def filter_of(kind, cut, tolerance, **settings):
     """A filter with ParaView's default tolerance or another."""
     proxy = kind(Input=source, ControlPoints=control_points(*hard_handles(cut != "none")))
     assert proxy.MapTolerance == proxy.GetClientSideObject().GetMapTolerance() == TOLERANCE
@@ -103,7 +103,9 @@ CUT_PICTURES = {
 for cut in CUTS:
     # the map
     for kind in ("rigid", "polynomial"):
-        fields = [data(made(simple.MLSDisplacementField, cut, t, Kind=kind)) for t in (None, 0)]
+        fields = [
+            data(filter_of(simple.MLSDisplacementField, cut, t, Kind=kind)) for t in (None, 0)
+        ]
         default, exact = (array(field, "BackwardDisplacement") for field in fields)
         error = np.linalg.norm((default - exact) / image.GetSpacing(), axis=-1)
         print(f"{cut}, {kind}: at most {error.max():.4f} of a voxel")
@@ -114,18 +116,18 @@ for cut in CUTS:
             assert 1e-4 < (voids[0] > 0).mean() < 0.5
 
     # Blend 0 is the identity
-    unmoved = data(made(simple.MLSDeform, cut, None, Blend=0))
+    unmoved = data(filter_of(simple.MLSDeform, cut, None, Blend=0))
     np.testing.assert_array_equal(
         array(unmoved, scalars), VALUES.reshape(image.GetDimensions()[::-1])
     )
 
     # the pictures
-    for name, (shown, kind, colors, settings) in (
+    for name, (build, kind, colors, settings) in (
         PICTURES if cut == "none" else PICTURES | CUT_PICTURES
     ).items():
         found, expected = (
             picture(
-                *(shown(made(simple.MLSDeform, cut, tolerance, **settings)), kind, colors),
+                *(build(filter_of(simple.MLSDeform, cut, tolerance, **settings)), kind, colors),
                 f"{cut}_{name}_{accuracy}",
             )
             for accuracy, tolerance in (("default", None), ("exact", 0))

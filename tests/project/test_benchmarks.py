@@ -36,17 +36,22 @@ def test_the_page_is_that_of_the_results(benchmarks):
     assert written == benchmarks.page.text(), "docs/benchmarks.md is old: make pages"
 
 
+MORE_QUESTIONS = [
+    *((name, (8,), "rigid") for name in ("points", "meshes", "drags", "own_maps", "updates")),
+    ("maps_by_grid", ((8, 16),), "8^3"),
+    ("maps_by_alpha", (8,), "rigid, 1"),
+    ("maps_of_many", (8, 15), "15"),
+    ("maps_with_cuts", (8,), "0 planes"),
+    ("maps_by_steps", (8,), "1"),
+]
+
+
 @pytest.mark.long
 @pytest.mark.parametrize(
     ("question", "sizes", "base"),
     [
-        *((name, (8,), "rigid") for name in ("maps", "volumes", "points", "meshes", "drags")),
-        *((name, (8,), "rigid") for name in ("own_maps", "updates")),
-        ("maps_by_grid", ((8, 16),), "8^3"),
-        ("maps_by_alpha", (8,), "rigid, 1"),
-        ("maps_of_many", (8, 15), "15"),
-        ("maps_with_cuts", (8,), "0 planes"),
-        ("maps_by_steps", (8,), "1"),
+        *((name, (8,), "rigid") for name in ("maps", "volumes")),
+        *(pytest.param(*row, marks=pytest.mark.matrix) for row in MORE_QUESTIONS),
     ],
 )
 def test_who_is_asked_answers(question, sizes, base, benchmarks, capsys):

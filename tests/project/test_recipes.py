@@ -101,6 +101,7 @@ def test_a_kind(copy):
     run(copy, "-c", KIND_IS_FOUND)
 
 
+@pytest.mark.matrix  # new kernels: each device is checked again
 def test_a_shape_of_cuts(copy):
     test = write(copy, recipe("Add a shape of cuts"))
     run(copy, "-m", "pytest", "-q", test)

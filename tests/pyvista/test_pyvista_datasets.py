@@ -14,15 +14,15 @@ from vtk_mls.filters import MLSControlPoints, MLSDeform, MLSDisplacementField, p
 from vtk_mls.vtk import arrays
 
 pyvista = pytest.importorskip("pyvista", "0.48", reason="PyVista is not installed")
-mls = importlib.import_module("vtk_mls.pyvista")  # which makes `mesh.mls` known
+mls = importlib.import_module("vtk_mls.pyvista")  # registers `mesh.mls`
 
 REST = np.array([(x, y, z) for x in (-5, 5) for y in (-5, 5) for z in (-5, 5)], float)
 DEFORMED = REST + (REST[:, :1] > 0) * [2.1, 0.7, 0]
 CUT = HalfPlane((0, 0, 0), (1, 0, 0), (0, 0, 1))
 
 
-def made_by(algorithm, dataset, **properties):
-    """What a filter makes, with control points of our own source."""
+def output_of(algorithm, dataset, **properties):
+    """The output of a filter with control points of our own source."""
     handles = MLSControlPoints()
     handles.SetRestPoints(REST)
     handles.SetDeformedPoints(DEFORMED)
@@ -43,10 +43,10 @@ DATASETS = {
 
 
 @pytest.mark.parametrize("name", DATASETS)
-def test_to_the_bit_what_the_filter_makes(name):
+def test_equal_to_the_filter_to_the_bit(name):
     dataset = DATASETS[name]()
     found = dataset.mls.deform(REST, DEFORMED, cuts=CUT, kind="similarity", alpha=1.5)
-    expected = made_by(MLSDeform(), dataset, Kind="similarity", Alpha=1.5)
+    expected = output_of(MLSDeform(), dataset, Kind="similarity", Alpha=1.5)
     assert type(found) is type(dataset)
     assert found == expected
     assert not np.array_equal(found.points, dataset.points) or name == "image"
@@ -74,8 +74,8 @@ def test_handles_masks_and_faces():
 def test_the_field_is_that_of_the_filter():
     mesh = DATASETS["surface"]()
     found = mesh.mls.field(REST, DEFORMED, cuts=[CUT], sample_dimensions=(5, 6, 7), inverse=True)
-    made = made_by(MLSDisplacementField(), mesh, SampleDimensions=(5, 6, 7), Inverse=True)
-    assert found == made
+    expected = output_of(MLSDisplacementField(), mesh, SampleDimensions=(5, 6, 7), Inverse=True)
+    assert found == expected
     assert found.dimensions == (5, 6, 7)
 
 
@@ -140,7 +140,7 @@ def test_markups_in_two_files(tmp_path):
     np.testing.assert_allclose(handles["Displacement"], DEFORMED - REST)
 
 
-def test_pyvista_reads_what_only_control_points_are_in(tmp_path):
+def test_pyvista_reads_formats_of_control_points(tmp_path):
     from vtk_mls.files import control_point_files
 
     control_point_files.write(tmp_path / "p.fcsv", REST, REST)
@@ -148,13 +148,13 @@ def test_pyvista_reads_what_only_control_points_are_in(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["table.csv", "table.txt", "other.json"])
-def test_files_of_others_are_left_to_others(name, tmp_path):
+def test_ambiguous_formats_are_not_registered(name, tmp_path):
     (tmp_path / name).write_text("1,2,3\n")
     with pytest.raises(Exception, match="meshio|not able to be automatically read|file type"):
         pyvista.read(tmp_path / name)
 
 
-def test_entry_points_name_what_there_is():
+def test_entry_points_exist():
     from vtk_mls.pyvista import readers
 
     tomllib = pytest.importorskip("tomllib", reason="Python has no tomllib")
@@ -166,7 +166,7 @@ def test_entry_points_name_what_there_is():
     assert set(points["pyvista.readers"].values()) == {"vtk_mls.pyvista.readers:read"}
 
 
-def test_filters_of_pyvista_go_on():
+def test_filters_of_pyvista_take_the_result():
     found = DATASETS["image"]().mls.deform(REST, DEFORMED).contour([150])
     assert arrays.to_numpy(found.GetPoints().GetData()).shape == (found.n_points, 3)
 
@@ -194,8 +194,8 @@ def test_control_points_of_a_selection(kind):
     handles, mesh = selected(kind), DATASETS["surface"]()
     moved = handles.points + handles["Displacement"]
     expected = mesh.mls.deform(np.array(handles.points, float), np.array(moved, float)).points
-    for given in ((handles,), (handles, moved), (handles, pyvista.PolyData(moved))):
-        found = mesh.mls.deform(*given).points
+    for arguments in ((handles,), (handles, moved), (handles, pyvista.PolyData(moved))):
+        found = mesh.mls.deform(*arguments).points
         np.testing.assert_allclose(found, expected, atol=1e-5)
     field = mesh.mls.field(handles, sample_dimensions=(3, 3, 3))
     assert np.abs(field["BackwardDisplacement"]).max() > 0.1
@@ -209,7 +209,7 @@ def test_control_points_of_a_selection(kind):
         (pyvista.MultiBlock, TypeError, "`rest` must be positions or a dataset with points of its"),
     ],
 )
-def test_what_is_missing_is_named(handles, error, sentence):
+def test_invalid_control_points_are_named(handles, error, sentence):
     with pytest.raises(error, match=sentence):
         DATASETS["surface"]().mls.deform(handles())
 

@@ -1,4 +1,4 @@
-"""The editor in a plotter of PyVista: events of its interactor, and what is edited."""
+"""The editor in a plotter of PyVista: events of its interactor, and the edited state."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from vtk_mls import Deformation, Plane
 from vtk_mls.model.options import MAP_TOLERANCE
 
 pyvista = pytest.importorskip("pyvista", "0.48", reason="PyVista is not installed")
-mls = importlib.import_module("vtk_mls.pyvista")  # which makes `mesh.mls` known
+mls = importlib.import_module("vtk_mls.pyvista")  # registers `mesh.mls`
 
 DEFAULT = MAP_TOLERANCE.interactive_default
 
@@ -45,7 +45,7 @@ def drag(plotter, editor, by):
     return row
 
 
-def test_a_drag_deforms_what_is_shown_and_what_comes_out(plotter):
+def test_a_drag_deforms_the_picture_and_the_result(plotter):
     mesh = pyvista.Sphere()
     edit = plotter.mls.edit(mesh, kind="similarity", alpha=1.5)
     plotter.show(auto_close=False)
@@ -62,7 +62,7 @@ def test_a_drag_deforms_what_is_shown_and_what_comes_out(plotter):
     assert edit.state.is_resting.all()
 
 
-def test_what_is_edited_survives_the_window(plotter):
+def test_the_edit_survives_the_window(plotter):
     image, mesh = pyvista.Wavelet(extent=(-8, 8, -8, 8, -8, 8)), pyvista.Sphere(radius=6)
     edit = plotter.mls.edit([image, mesh], cuts=Plane((0, 0, 0), (1, 0, 0)))
     plotter.show(auto_close=False)
@@ -89,7 +89,7 @@ def test_handles_to_begin_with_are_saved_as_by_the_key(plotter, tmp_path):
 
 
 @pytest.mark.parametrize(("options", "tolerance"), [({}, DEFAULT), ({"map_tolerance": 0}, 0)])
-def test_what_comes_out_has_the_tolerance_of_what_was_seen(plotter, options, tolerance):
+def test_the_result_has_the_tolerance_of_the_picture(plotter, options, tolerance):
     image = pyvista.Wavelet(extent=(-24, 24, -20, 20, -22, 22))
     rest = np.array([(10, 3, 1), (-14, -8, 5), (2, 9, -12)])
     edit = plotter.mls.edit(image, rest, rest + [(3, 2, 0), (0, 0, 4), (0, -3, 0)], **options)

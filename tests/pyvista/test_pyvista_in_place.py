@@ -1,4 +1,4 @@
-"""What numpy changes in place is in the next answer, also on devices that keep images."""
+"""Changes of arrays in place are in the next result, also on devices that cache images."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from vtk_mls.filters import MLSDeform, MLSDisplacementField
 from vtk_mls.vtk import arrays
 
 pyvista = pytest.importorskip("pyvista", "0.48", reason="PyVista is not installed")
-importlib.import_module("vtk_mls.pyvista")  # which makes `mesh.mls` known
+importlib.import_module("vtk_mls.pyvista")  # registers `mesh.mls`
 
 pytestmark = pytest.mark.skipif(not DEVICES, reason="no OpenCL device that computes right")
 REST = np.array([(0, 0, 0), (9, 0, 0), (0, 9, 0), (0, 0, 9)], float)
@@ -38,10 +38,10 @@ def memory(monkeypatch):
 
 
 def image():
-    made = pyvista.ImageData(dimensions=(10, 10, 10))
-    made["values"] = np.arange(1000.0)
-    made.cell_data["cells"] = np.arange(729.0)
-    return made
+    result = pyvista.ImageData(dimensions=(10, 10, 10))
+    result["values"] = np.arange(1000.0)
+    result.cell_data["cells"] = np.arange(729.0)
+    return result
 
 
 def deformed(data, **options):
@@ -53,10 +53,10 @@ def deformed(data, **options):
 @pytest.mark.parametrize("is_block", [False, True])
 def test_values_of_images(change, name, is_block):
     data = image()
-    asked = pyvista.MultiBlock([data]) if is_block else data
-    deformed(asked)
+    dataset = pyvista.MultiBlock([data]) if is_block else data
+    deformed(dataset)
     CHANGES[change](data[name])
-    found, expected = deformed(asked), deformed(data.copy(deep=True))
+    found, expected = deformed(dataset), deformed(data.copy(deep=True))
     np.testing.assert_array_equal((found[0] if is_block else found)[name], expected[name])
 
 
@@ -68,7 +68,7 @@ def test_values_with_a_gradient():
     np.testing.assert_array_equal(found["Gradient"], 0)
 
 
-def test_nothing_is_kept_on_the_device(memory):
+def test_no_image_stays_on_the_device(memory):
     deformed(image())
     assert not memory._resident
 
@@ -78,8 +78,8 @@ def test_points_and_cells_of_meshes(cuts):
     mesh = pyvista.Sphere(radius=5).cast_to_unstructured_grid()
     before = deformed(mesh, cuts=cuts)
     np.add(mesh.points, 1, out=np.asarray(mesh.points))
-    corners = arrays.to_numpy(mesh.GetCells().GetConnectivityArray())
-    corners[:3] = corners[30:33]
+    connectivity = arrays.to_numpy(mesh.GetCells().GetConnectivityArray())
+    connectivity[:3] = connectivity[30:33]
     found = deformed(mesh, cuts=cuts)
     assert found == deformed(mesh.copy(deep=True), cuts=cuts)
     assert found != before
@@ -90,18 +90,18 @@ def test_control_points_and_cuts():
     handles["Displacement"] = DEFORMED - REST
     cut = pyvista.Plane(center=(4.2, 4, 4), direction=(1, 0, 0), i_size=30, j_size=30)
 
-    def ask(points, surface):
+    def result_of(points, surface):
         return data.mls.deform(points, cuts=surface, device=DEVICES[0])
 
-    before = ask(handles, cut)
+    before = result_of(handles, cut)
     np.multiply(handles["Displacement"], 2, out=np.asarray(handles["Displacement"]))
     np.add(cut.points, 1, out=np.asarray(cut.points))
-    found = ask(handles, cut)
-    assert found == ask(handles.copy(deep=True), cut.copy(deep=True))
+    found = result_of(handles, cut)
+    assert found == result_of(handles.copy(deep=True), cut.copy(deep=True))
     assert not np.array_equal(found["values"], before["values"])
 
 
-def test_a_deformation_has_copies_of_what_it_is_made_of():
+def test_a_deformation_copies_its_arguments():
     rest, moved, weights = REST.copy(), DEFORMED.copy(), np.arange(1.0, 5)
     corners = np.array([(4, -9, -9), (4, 20, -9), (4, 20, 20), (4, -9, 20)], float)
     triangles = np.array([(0, 1, 2), (0, 2, 3)])
@@ -109,16 +109,17 @@ def test_a_deformation_has_copies_of_what_it_is_made_of():
     origin, spacing = np.zeros(3), np.ones(3)
     cuts = [Surface(corners, triangles), Plane(point, normal)]
     grid = Grid((8, 8, 8), origin, spacing)
-    made = Deformation(rest, moved, weights=weights, cuts=cuts[:1], device=DEVICES[0])
-    other = Deformation(rest, moved, weights=weights, cuts=cuts[1:], device=DEVICES[0])
-    expected = [d.displacement_field(grid).displacement.copy() for d in (made, other)]
+    cut_by_surface = Deformation(rest, moved, weights=weights, cuts=cuts[:1], device=DEVICES[0])
+    cut_by_plane = Deformation(rest, moved, weights=weights, cuts=cuts[1:], device=DEVICES[0])
+    deformations = cut_by_surface, cut_by_plane
+    expected = [d.displacement_field(grid).displacement.copy() for d in deformations]
     for array in (rest, moved, weights, corners, triangles, point, normal, origin, spacing):
         array += 1
-    for d, field in zip((made, other), expected):
+    for d, field in zip(deformations, expected):
         np.testing.assert_array_equal(d.displacement_field(grid).displacement, field)
 
 
-def test_arrays_without_a_version_are_read_at_each_question():
+def test_arrays_without_a_version_are_read_each_time():
     values, deformation = np.arange(1000.0).reshape(10, 10, 10), Deformation(REST, DEFORMED)
     grid = Grid((10, 10, 10))
     deformation.resample([values], grid)
@@ -129,8 +130,8 @@ def test_arrays_without_a_version_are_read_at_each_question():
 
 
 @pytest.mark.parametrize("make", [MLSDeform, MLSDisplacementField])
-def test_a_filter_of_a_pipeline_sees_what_is_modified(make):
-    """As all of VTK: who writes by numpy calls `Modified`."""
+def test_a_filter_in_a_pipeline_follows_modified_arrays(make):
+    """As in all of VTK, the caller of numpy calls `Modified`."""
     data, handles = image(), pyvista.PolyData(REST)
     handles["Displacement"] = DEFORMED - REST
     filter_ = make()

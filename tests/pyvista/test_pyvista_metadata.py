@@ -1,4 +1,4 @@
-"""What PyVista knows of arrays stays: which are bool or complex, active ones, and user data."""
+"""PyVista's metadata stay: bool and complex types, active arrays, and user data."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 from vtk_mls import Plane
 
 pyvista = pytest.importorskip("pyvista", "0.48", reason="PyVista is not installed")
-importlib.import_module("vtk_mls.pyvista")  # which makes `mesh.mls` known
+importlib.import_module("vtk_mls.pyvista")  # registers `mesh.mls`
 
 REST = np.array([(x, y, z) for x in (-4, 4) for y in (-4, 4) for z in (-4, 4)], float)
 DEFORMED = REST + (REST[:, :1] > 0) * [1.1, 0.4, 0]
@@ -29,24 +29,24 @@ MESHES = {
 
 def with_arrays(dataset):
     """A copy with arrays of all types that PyVista keeps beside VTK's."""
-    made = dataset.copy()
-    x = made.points[:, 0]
-    made.point_data["flags"] = x > 0
-    made.point_data["vector flags"] = made.points > 0
-    made.point_data["single"] = (x + 2j * x).astype(np.complex64)
-    made.point_data["double"] = x + 1j * made.points[:, 1].astype(float)
-    made.point_data["speed"] = made.points.copy()
-    made.point_data["height"] = x.copy()
-    if made.n_cells and not isinstance(made, pyvista.PointSet):
-        made.cell_data["cell flags"] = np.arange(made.n_cells) % 2 == 0
-        made.cell_data["cell phase"] = np.arange(made.n_cells) * 1j
-    made.field_data["field flags"] = np.array([True, False])
-    made.field_data["field phase"] = np.array([1 + 2j, 3j])
-    made.field_data["title"] = ["a", "b"]
-    made.user_dict = {"who": "me", "n": 3}
-    made.set_active_vectors("speed")
-    made.set_active_scalars("height")
-    return made
+    result = dataset.copy()
+    x = result.points[:, 0]
+    result.point_data["flags"] = x > 0
+    result.point_data["vector flags"] = result.points > 0
+    result.point_data["single"] = (x + 2j * x).astype(np.complex64)
+    result.point_data["double"] = x + 1j * result.points[:, 1].astype(float)
+    result.point_data["speed"] = result.points.copy()
+    result.point_data["height"] = x.copy()
+    if result.n_cells and not isinstance(result, pyvista.PointSet):
+        result.cell_data["cell flags"] = np.arange(result.n_cells) % 2 == 0
+        result.cell_data["cell phase"] = np.arange(result.n_cells) * 1j
+    result.field_data["field flags"] = np.array([True, False])
+    result.field_data["field phase"] = np.array([1 + 2j, 3j])
+    result.field_data["title"] = ["a", "b"]
+    result.user_dict = {"who": "me", "n": 3}
+    result.set_active_vectors("speed")
+    result.set_active_scalars("height")
+    return result
 
 
 def assert_types(found, before):
@@ -143,7 +143,7 @@ def test_blocks_keep_their_types_names_and_places():
     assert (interpolated % 10 != 0).any()
 
 
-def test_the_field_keeps_what_it_passes_on():
+def test_the_field_keeps_field_data():
     for data in (with_arrays(MESHES["surface"]), with_arrays(IMAGE)):
         field = data.mls.field(REST, DEFORMED, sample_dimensions=(4, 4, 4))
         assert field.field_data["field flags"].dtype == bool
@@ -166,23 +166,23 @@ def test_arrays_that_a_filter_writes_have_its_types():
 
 
 @pytest.mark.parametrize("name", ["surface", "grid", "image"])
-def test_what_is_made_of_it_goes_on(name, tmp_path):
+def test_the_result_can_be_processed_further(name, tmp_path):
     data = with_arrays(IMAGE if name == "image" else MESHES[name])
     found = data.mls.deform(REST, DEFORMED).mls.deform(REST, DEFORMED)
     assert_types(found, data)
     path = tmp_path / f"a.{ {'surface': 'vtp', 'grid': 'vtu', 'image': 'vti'}[name] }"
     found.save(path)
-    read = pyvista.read(path)
+    loaded = pyvista.read(path)
     for key in ("flags", "single", "double", "cell flags", "cell phase"):
-        np.testing.assert_array_equal(read[key], found[key])
-        assert read[key].dtype == found[key].dtype
+        np.testing.assert_array_equal(loaded[key], found[key])
+        assert loaded[key].dtype == found[key].dtype
     if name != "image":
         clean = found.clean()
         assert clean["flags"].dtype == bool
         assert clean["double"].dtype == np.complex128
 
 
-def test_the_dataset_itself_stays_as_it_is():
+def test_the_input_is_not_changed():
     data = with_arrays(MESHES["surface"])
     data.user_dict = None  # copies of datasets with one are not equal to these
     copy = data.copy(deep=True)

@@ -19,16 +19,16 @@ edit = plotter.mls.edit(mesh)
 viewer = plotter.show(jupyter_backend="server", return_viewer=True)
 viewer
 """,
-    # what the page asks for; the kernel's loop must be free to answer
+    # the request of the page; the loop of the kernel must be free to answer
     """
 import asyncio
 page = await asyncio.to_thread(lambda: urllib.request.urlopen(viewer.src, timeout=20).read())
 assert b"<html" in page, page[:200]
 """,
     """
-edit.editor.document.take([13], 13)
+edit.editor.document.start_drag([13], 13)
 edit.editor.document.drag_to([edit.state.rest[13] + 0.2])
-edit.editor.document.let_go()
+edit.editor.document.end_drag()
 assert (~edit.state.is_resting).sum() == 1
 assert edit.deformed == mesh.mls.deform(edit.handles)
 edit.editor.undo()
@@ -51,5 +51,5 @@ def test_a_notebook_edits(monkeypatch):
     cells = [nbformat.v4.new_code_cell(text) for text in CELLS]
     notebook = nbformat.v4.new_notebook(cells=cells)
     nbclient.NotebookClient(notebook, timeout=120, kernel_name="python3").execute()
-    (shown,) = [output for output in notebook.cells[0].outputs if output.output_type != "stream"]
-    assert "iframe" in shown["data"]["text/plain"]
+    (output,) = [output for output in notebook.cells[0].outputs if output.output_type != "stream"]
+    assert "iframe" in output["data"]["text/plain"]

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import vtkmodules.vtkRenderingOpenGL2
 import vtkmodules.vtkRenderingVolumeOpenGL2  # noqa: F401  (registers the volume mappers)
-from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+from vtk_fixtures import picture_of
+from vtkmodules.util.numpy_support import numpy_to_vtk
 from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPiecewiseFunction
 from vtkmodules.vtkRenderingCore import (
     vtkColorTransferFunction,
@@ -13,7 +14,6 @@ from vtkmodules.vtkRenderingCore import (
     vtkRenderWindow,
     vtkVolume,
     vtkVolumeProperty,
-    vtkWindowToImageFilter,
 )
 from vtkmodules.vtkRenderingVolume import vtkGPUVolumeRayCastMapper
 
@@ -23,7 +23,7 @@ from vtk_mls.vtk.arrays import ImageGeometry
 SIZE = 48  # voxels along an edge
 MIDDLE = (SIZE - 1) / 2
 PIXELS = 150
-_COLOURS = (
+_COLORS = (
     (0, 0, 0, 0),
     (40, 0.8, 0.5, 0.4),
     (90, 1, 0.8, 0.5),
@@ -57,35 +57,35 @@ def image_of(values, grid=None, ghosts=None):
 
 
 def volume_of(image, blend="Composite", mapper=None, components=1, **property):
-    """A vtkVolume; keywords are what its vtkVolumeProperty is set to."""
+    """A vtkVolume; keywords are values of its vtkVolumeProperty."""
     mapper = mapper or vtkGPUVolumeRayCastMapper()
     mapper.SetInputData(image)
     mapper.SetAutoAdjustSampleDistances(False)
     mapper.SetSampleDistance(0.5)
     getattr(mapper, f"SetBlendModeTo{blend}")()
-    colours, opacity = vtkColorTransferFunction(), vtkPiecewiseFunction()
-    for point in _COLOURS:
-        colours.AddRGBPoint(*point)
+    colors, opacity = vtkColorTransferFunction(), vtkPiecewiseFunction()
+    for point in _COLORS:
+        colors.AddRGBPoint(*point)
     for point in ((0, 0), (15, 0), (60, 0.9), (255, 0.9)):
         opacity.AddPoint(*point)
-    drawn_as = vtkVolumeProperty()
-    drawn_as.SetInterpolationTypeToLinear()
-    drawn_as.ShadeOn()
-    drawn_as.SetAmbient(0.3)
+    material = vtkVolumeProperty()
+    material.SetInterpolationTypeToLinear()
+    material.ShadeOn()
+    material.SetAmbient(0.3)
     for component in range(components):
-        drawn_as.SetColor(component, colours)
-        drawn_as.SetScalarOpacity(component, opacity)
-    drawn_as.GetIsoSurfaceValues().SetValue(0, 60)
+        material.SetColor(component, colors)
+        material.SetScalarOpacity(component, opacity)
+    material.GetIsoSurfaceValues().SetValue(0, 60)
     for name, value in property.items():
-        getattr(drawn_as, f"Set{name}")(*value if isinstance(value, tuple) else (value,))
+        getattr(material, f"Set{name}")(*value if isinstance(value, tuple) else (value,))
     volume = vtkVolume()
     volume.SetMapper(mapper)
-    volume.SetProperty(drawn_as)
+    volume.SetProperty(material)
     return volume
 
 
 class Scene:
-    """A window off the screen that shows some props from the side."""
+    """An offscreen window that shows props from the side."""
 
     def __init__(self, *props, focal=(MIDDLE,) * 3, distance=3.5 * SIZE, pixels=PIXELS):
         self.window, self.renderer = vtkRenderWindow(), vtkRenderer()
@@ -106,15 +106,7 @@ class Scene:
         """(height, width, 3) float, 0 to 255."""
         self.renderer.ResetCameraClippingRange()
         self.window.Render()
-        grab = vtkWindowToImageFilter()
-        grab.SetInput(self.window)
-        grab.ReadFrontBufferOff()
-        grab.ShouldRerenderOff()
-        grab.Update()
-        image = grab.GetOutput()
-        width, height, _ = image.GetDimensions()
-        pixels = vtk_to_numpy(image.GetPointData().GetScalars())
-        return pixels.reshape(height, width, -1)[..., :3].astype(float)
+        return picture_of(self.window)
 
 
 def assert_alike(picture, other, mean=1.0, p99=16.0):

@@ -1,4 +1,4 @@
-"""A mesh is drawn where `MLSDeform` would put it, and follows what its actor is made to show."""
+"""A mesh is drawn as `MLSDeform` deforms it, and changes with the input of its actor."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from mesh_fixtures import CUTS, FAST, MESHES, OPENED, REST, array_of, deforming, places_of, sphere
 from pairwise import paired
-from vtk_fixtures import add_array, control_points, update
+from vtk_fixtures import add_array, ball, control_points, update
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet, vtkPolyData, vtkUnstructuredGrid
 from vtkmodules.vtkFiltersCore import vtkPolyDataNormals
@@ -37,11 +37,11 @@ def mapper_of(mesh):
 
 
 class Scene(drawing.Scene):
-    """A window with one actor, which shows a mesh or what a mapper has."""
+    """A window with one actor of a mesh or a mapper."""
 
-    def __init__(self, shown):
+    def __init__(self, data):
         self.actor = vtkActor()
-        self.actor.SetMapper(shown if shown.IsA("vtkMapper") else mapper_of(shown))
+        self.actor.SetMapper(data if data.IsA("vtkMapper") else mapper_of(data))
         super().__init__(self.actor, focal=(4, 4, 3), distance=24, pixels=200)
 
 
@@ -54,7 +54,7 @@ def deformation(cuts=(), **options):
 
 
 def filtered(mesh, cuts=(), **properties):
-    """What `MLSDeform` makes of a mesh."""
+    """The output of `MLSDeform` for a mesh."""
     deform = deforming(mesh, control_points(REST, OPENED), **{"Alpha": ALPHA, **properties})
     for cut in cuts:
         deform.AddCut(cut)
@@ -65,14 +65,14 @@ def filtered(mesh, cuts=(), **properties):
 
 
 def assert_alike(picture, expected, mean=0.05):
-    """Of rounding no more shows than a few pixels on edges."""
+    """Rounding changes a few pixels on edges only."""
     apart = np.abs(picture - expected).max(axis=2)
     assert (apart > 3).mean() < 1e-3
     assert apart.mean() < mean
-    assert expected.std() > 10  # there is something to see
+    assert expected.std() > 10  # it is not empty
 
 
-def coloured(name, by):
+def colored(name, by):
     mesh = MESHES[name]()
     if by == "points":
         mesh.GetPointData().SetActiveScalars("linear")
@@ -96,20 +96,20 @@ def with_cell_normals(mesh):
     by=["points", "cells", "nothing"],
 )
 def test_the_picture_is_that_of_the_filter(name, cut, kind, frame, by):
-    mesh, cuts = coloured(name, by), [CUTS[cut]] if cut else []
+    mesh, cuts = colored(name, by), [CUTS[cut]] if cut else []
     scene = Scene(mesh)
     before = scene.picture()
-    followed = DeformedMesh(scene.actor)
-    followed.update(deformation(cuts, kind=kind, cut_frame=frame))
+    deformed = DeformedMesh(scene.actor)
+    deformed.update(deformation(cuts, kind=kind, cut_frame=frame))
     picture = scene.picture()
     assert (np.abs(picture - before).max(axis=2) > 50).mean() > 0.02
     expected = filtered(mesh, cuts, Kind=kind, CutFrame=frame)
-    # The paper's frame loses material at cuts. The search for its place ends somewhere near, and
-    # where depends on what else is searched and on the processor.
+    # The deformed frame loses material at cuts. The search for its place ends nearby, at a point
+    # that depends on the other points and on the processor.
     missing = arrays.to_numpy(expected.GetPointData().GetArray("NoInverse"))
-    is_lost = frame == "deformed" and missing.any()
-    assert_alike(picture, Scene(expected).picture(), mean=0.2 if is_lost else 0.05)
-    followed.detach()
+    is_missing = frame == "deformed" and missing.any()
+    assert_alike(picture, Scene(expected).picture(), mean=0.2 if is_missing else 0.05)
+    deformed.detach()
     np.testing.assert_array_equal(scene.picture(), before)
 
 
@@ -124,35 +124,35 @@ def test_normals_are_those_of_the_filter(normals, cut, frame):
         mesh.GetPointData().GetNormals().SetName(None)
     scene = Scene(mesh)
     DeformedMesh(scene.actor).update(deformation(cuts, cut_frame=frame))
-    shown, expected = scene.actor.GetMapper().GetInput(), filtered(mesh, cuts, CutFrame=frame)
+    drawn, expected = scene.actor.GetMapper().GetInput(), filtered(mesh, cuts, CutFrame=frame)
     of = "GetCellData" if normals == "of cells" else "GetPointData"
-    found, wanted = (
-        arrays.to_numpy(getattr(surface, of)().GetNormals()) for surface in (shown, expected)
+    found, reference = (
+        arrays.to_numpy(getattr(surface, of)().GetNormals()) for surface in (drawn, expected)
     )
-    np.testing.assert_array_equal(found, wanted)
+    np.testing.assert_array_equal(found, reference)
     assert_alike(scene.picture(), Scene(expected).picture())
 
 
 @pytest.mark.parametrize("name", ["cells 10", "polydata"])
 def test_the_mesh_itself_is_not_changed(name):
     mesh = MESHES[name]()
-    kept = mesh.NewInstance()
-    kept.DeepCopy(mesh)
+    original = mesh.NewInstance()
+    original.DeepCopy(mesh)
     scene = Scene(mesh)
     scene.picture()
     stamp = mesh.GetMTime()
-    followed = DeformedMesh(scene.actor)
-    followed.update(deformation([CUTS["half-plane"]]))
+    deformed = DeformedMesh(scene.actor)
+    deformed.update(deformation([CUTS["half-plane"]]))
     scene.picture()
-    followed.update(deformation())
+    deformed.update(deformation())
     scene.picture()
     assert mesh.GetMTime() == stamp
-    np.testing.assert_array_equal(places_of(mesh), places_of(kept))
-    followed.detach()
+    np.testing.assert_array_equal(places_of(mesh), places_of(original))
+    deformed.detach()
     assert scene.actor.GetMapper().GetInput() is mesh
 
 
-def test_what_has_no_inverse_is_where_the_filter_puts_it():
+def test_points_without_an_inverse_agree_with_the_filter():
     mesh, middle = sphere(), np.array([4, 4, 3])
     x = places_of(mesh).copy()
     x[7] = np.nan
@@ -166,11 +166,11 @@ def test_what_has_no_inverse_is_where_the_filter_puts_it():
     DeformedMesh(scene.actor).update(Deformation(rest, crossed, "polynomial", device=FAST))
     expected = update(deforming(mesh, control_points(rest, crossed), Kind="polynomial"))
     assert array_of(expected, "NoInverse").sum() > 50
-    shown = scene.actor.GetMapper().GetInput()
-    np.testing.assert_array_equal(places_of(shown), places_of(expected))
+    drawn = scene.actor.GetMapper().GetInput()
+    np.testing.assert_array_equal(places_of(drawn), places_of(expected))
 
 
-# What changes, by a function of the scene; what the actor is to show then.
+# Functions that change a scene, and return the mesh that its actor then draws.
 def _change_points(scene, mesh):
     arrays.to_numpy(mesh.GetPoints().GetData())[:] += [0.3, 0, 0.5]
     mesh.GetPoints().GetData().Modified()
@@ -184,19 +184,19 @@ def _change_values(scene, mesh):
 
 
 def _change_input(scene, mesh):
-    other = coloured("cells 12", "points")
+    other = colored("cells 12", "points")
     scene.actor.GetMapper().SetInputDataObject(0, other)
     return other
 
 
 def _change_type(scene, mesh):
-    other = coloured("polydata", "points")
+    other = colored("polydata", "points")
     scene.actor.GetMapper().SetInputDataObject(0, other)
     return other
 
 
 def _change_mapper(scene, mesh):
-    other = coloured("polydata", "points")
+    other = colored("polydata", "points")
     scene.actor.SetMapper(mapper_of(other))
     return other
 
@@ -206,16 +206,16 @@ def _change_mapper(scene, mesh):
     "change", [_change_points, _change_values, _change_input, _change_type, _change_mapper]
 )
 def test_a_change_shows_in_the_next_picture(change, cut):
-    mesh, cuts = coloured("cells 10", "points"), [CUTS[cut]] if cut else []
+    mesh, cuts = colored("cells 10", "points"), [CUTS[cut]] if cut else []
     scene = Scene(mesh)
     old = scene.actor.GetMapper()
-    followed = DeformedMesh(scene.actor)
-    followed.update(deformation(cuts))
+    deformed = DeformedMesh(scene.actor)
+    deformed.update(deformation(cuts))
     scene.picture()
     new = change(scene, mesh)
     picture = scene.picture()
     assert_alike(picture, Scene(filtered(new, cuts)).picture())
-    followed.detach()
+    deformed.detach()
     np.testing.assert_array_equal(scene.picture(), Scene(new).picture())
     if scene.actor.GetMapper() is not old:
         assert old.GetInput() is mesh
@@ -227,19 +227,19 @@ def test_an_algorithm_in_front_of_the_mapper_runs_again():
     source.SetRadius(2)
     mapper.SetInputConnection(source.GetOutputPort())
     scene = Scene(mapper)
-    followed = DeformedMesh(scene.actor)
-    followed.update(deformation())
+    deformed = DeformedMesh(scene.actor)
+    deformed.update(deformation())
     scene.picture()
     source.SetRadius(3)
     source.SetThetaResolution(50)
     picture = scene.picture()
     source.Update()
     assert_alike(picture, Scene(filtered(source.GetOutput())).picture())
-    followed.detach()
+    deformed.detach()
     assert mapper.GetInputAlgorithm() is source
 
 
-def test_a_static_mapper_shows_it():
+def test_a_static_mapper_draws_the_deformed_mesh():
     mesh = sphere()
     scene = Scene(mesh)
     scene.picture()
@@ -248,65 +248,59 @@ def test_a_static_mapper_shows_it():
     assert_alike(scene.picture(), Scene(filtered(mesh)).picture())
 
 
-def test_dragging_does_not_split_again(monkeypatch):
+def test_a_mesh_is_split_once_for_each_cut(monkeypatch):
     calls = []
     monkeypatch.setattr(rest_surface, "split", lambda *a: calls.append(1) or splitting.split(*a))
     mesh = MESHES["cells 10"]()
     scene = Scene(mesh)
-    followed = DeformedMesh(scene.actor)
-    for step in range(3):  # the same cut, made anew
+    deformed = DeformedMesh(scene.actor)
+    for step in range(3):  # equal cuts
         cut = HalfPlane((4.03, 4, 3.1), (1, 0.2, 0.1), (0, 0, 1))
-        followed.update(Deformation(REST, OPENED + 0.1 * step, cuts=[cut], device=FAST))
+        deformed.update(Deformation(REST, OPENED + 0.1 * step, cuts=[cut], device=FAST))
         scene.picture()
     assert len(calls) == 1
-    followed.update(deformation([CUTS["polygon"]]))
+    deformed.update(deformation([CUTS["polygon"]]))
     assert len(calls) == 2
     mesh.Modified()
     scene.picture()
     assert len(calls) == 3
 
 
-def test_it_is_moved_once_for_each_update(monkeypatch):
+def test_a_mesh_is_moved_once_for_each_update(monkeypatch):
     moves, move = [], rest_surface.RestSurface.moved
     monkeypatch.setattr(rest_surface.RestSurface, "moved", lambda *a: moves.append(1) or move(*a))
     scene = Scene(sphere())
-    followed = DeformedMesh(scene.actor)
-    for done in (1, 2):
-        followed.update(deformation())
+    deformed = DeformedMesh(scene.actor)
+    for count in (1, 2):
+        deformed.update(deformation())
         scene.picture()
         scene.picture()
-        assert len(moves) == done
+        assert len(moves) == count
 
 
 @pytest.fixture
-def many(monkeypatch):
-    """Few points count as many."""
+def interpolated(monkeypatch):
+    """Meshes with more than 100 points are moved by the interpolated map."""
     monkeypatch.setattr(deformed_mesh, "MAX_EXACT_POINTS", 100)
 
 
 def fine_sphere(normals=True):
-    source = vtkSphereSource()
-    source.SetCenter(4, 4, 3)
-    source.SetRadius(2.4)
-    source.SetThetaResolution(150)
-    source.SetPhiResolution(150)
-    source.SetGenerateNormals(normals)
-    return update(source)
+    return ball((4, 4, 3), 2.4, 150, normals)
 
 
 @pytest.mark.parametrize("cut", [None, "plane", "half-plane", "polygon", "tent"])
 @pytest.mark.parametrize("moved", [OPENED, REST + (OPENED - REST) * 2])
-def test_the_interpolated_map_is_off_by_half_a_pixel_at_most(moved, cut, many):
+def test_the_interpolated_map_has_an_error_of_at_most_half_a_pixel(moved, cut, interpolated):
     mesh = fine_sphere()
     scene = Scene(mesh)
-    followed = DeformedMesh(scene.actor)
+    deformed = DeformedMesh(scene.actor)
     d = Deformation(REST, moved, cuts=[CUTS[cut]] if cut else [], device=FAST)
     found = []
     for exact in (False, True):
-        followed.update(d, exact=exact)
-        shown = scene.actor.GetMapper().GetInput()
-        normals = arrays.to_numpy(shown.GetPointData().GetNormals())
-        found.append((scene.picture(), places_of(shown).copy(), normals.copy()))
+        deformed.update(d, exact=exact)
+        drawn = scene.actor.GetMapper().GetInput()
+        normals = arrays.to_numpy(drawn.GetPointData().GetNormals())
+        found.append((scene.picture(), places_of(drawn).copy(), normals.copy()))
     (coarse, x, n), (fine, y, m) = found
     assert 0 < np.abs(x - y).max() < 2 * coarse_forward._MAX_ERROR * 4.8
     cosine = (n * m).sum(axis=1) / np.linalg.norm(n, axis=1) / np.linalg.norm(m, axis=1)
@@ -317,51 +311,51 @@ def test_the_interpolated_map_is_off_by_half_a_pixel_at_most(moved, cut, many):
 
 
 @pytest.mark.parametrize("cut", ["plane", "half-plane", "polygon", "tent"])
-def test_the_interpolated_map_is_exact_on_cuts(cut, many):
+def test_the_interpolated_map_is_exact_on_cuts(cut, interpolated):
     mesh, cuts = fine_sphere(), [CUTS[cut]]
     scene = Scene(mesh)
     DeformedMesh(scene.actor).update(deformation(cuts), exact=False)
     split, _, side = splitting.split(mesh, cuts)
     on_cut = side.any(axis=1)
     assert on_cut.sum() > 50
-    shown, expected = scene.actor.GetMapper().GetInput(), filtered(mesh, cuts)
-    np.testing.assert_array_equal(places_of(shown)[on_cut], places_of(expected)[on_cut])
-    for surface in (shown, expected):
+    drawn, expected = scene.actor.GetMapper().GetInput(), filtered(mesh, cuts)
+    np.testing.assert_array_equal(places_of(drawn)[on_cut], places_of(expected)[on_cut])
+    for surface in (drawn, expected):
         assert surface.GetNumberOfPoints() == split.GetNumberOfPoints()
     normals = [
-        arrays.to_numpy(surface.GetPointData().GetNormals()) for surface in (shown, expected)
+        arrays.to_numpy(surface.GetPointData().GetNormals()) for surface in (drawn, expected)
     ]
     np.testing.assert_array_equal(normals[0][on_cut], normals[1][on_cut])
 
 
-def test_points_far_from_all_others_are_exact(many):
+def test_points_far_from_all_others_are_exact(interpolated):
     mesh = fine_sphere(normals=False)
     x = places_of(mesh)
     x[5], x[6] = (400, 4, 3), np.nan
     scene = Scene(mesh)
     DeformedMesh(scene.actor).update(deformation(), exact=False)
-    shown = places_of(scene.actor.GetMapper().GetInput())
+    drawn = places_of(scene.actor.GetMapper().GetInput())
     expected = x + deformation().forward_field(x).displacement
-    np.testing.assert_allclose(shown[5:7], expected[5:7], atol=1e-4)
-    assert np.nanmax(np.abs(shown - expected)) < 2 * coarse_forward._MAX_ERROR * 4.8
+    np.testing.assert_allclose(drawn[5:7], expected[5:7], atol=1e-4)
+    assert np.nanmax(np.abs(drawn - expected)) < 2 * coarse_forward._MAX_ERROR * 4.8
 
 
-def test_with_cuts_that_stay_the_map_is_not_interpolated(many):
+def test_the_map_is_exact_with_cuts_in_the_deformed_frame(interpolated):
     mesh, cuts = fine_sphere(), [CUTS["half-plane"]]
     scene = Scene(mesh)
     DeformedMesh(scene.actor).update(deformation(cuts, cut_frame="deformed"), exact=False)
     expected = filtered(mesh, cuts, CutFrame="deformed")
-    shown = scene.actor.GetMapper().GetInput()
-    np.testing.assert_array_equal(places_of(shown), places_of(expected))
+    drawn = scene.actor.GetMapper().GetInput()
+    np.testing.assert_array_equal(places_of(drawn), places_of(expected))
 
 
-def test_cells_with_normals_are_lit_by_their_shape_while_interpolated(many):
+def test_cell_normals_are_computed_from_the_interpolated_shape(interpolated):
     mesh = with_cell_normals(fine_sphere())
     scene = Scene(mesh)
-    followed = DeformedMesh(scene.actor)
-    followed.update(deformation(), exact=False)
+    deformed = DeformedMesh(scene.actor)
+    deformed.update(deformation(), exact=False)
     coarse = scene.picture()
-    followed.update(deformation())
+    deformed.update(deformation())
     assert np.abs(coarse - scene.picture()).mean() < 0.5
 
 
@@ -372,58 +366,58 @@ def _no_points():
 
 
 @pytest.mark.parametrize("make", [vtkPolyData, vtkUnstructuredGrid, _no_points])
-def test_of_nothing_nothing_is_drawn(make):
+def test_an_empty_mesh_draws_nothing(make):
     scene = Scene(make())
-    followed = DeformedMesh(scene.actor)
+    deformed = DeformedMesh(scene.actor)
     for cuts in ([], [CUTS["plane"]]):
-        followed.update(deformation(cuts), exact=False)
+        deformed.update(deformation(cuts), exact=False)
         assert scene.picture().std(axis=(0, 1)).max() == 0
-    followed.detach()
+    deformed.detach()
     assert scene.picture().std(axis=(0, 1)).max() == 0
 
 
 def test_an_actor_may_lose_its_mesh_and_its_mapper():
     mesh = sphere()
     scene = Scene(mesh)
-    mapper, followed = scene.actor.GetMapper(), DeformedMesh(scene.actor)
-    followed.update(deformation())
+    mapper, deformed = scene.actor.GetMapper(), DeformedMesh(scene.actor)
+    deformed.update(deformation())
     mapper.RemoveAllInputs()
-    followed.update(deformation())
+    deformed.update(deformation())
     mapper.SetInputData(mesh)
     assert_alike(scene.picture(), Scene(filtered(mesh)).picture())
     scene.actor.SetMapper(None)
-    followed.update(deformation())
+    deformed.update(deformation())
     assert mapper.GetInput() is mesh
     scene.actor.SetMapper(mapper)
     assert_alike(scene.picture(), Scene(filtered(mesh)).picture())
     scene.renderer.RemoveActor(scene.actor)
-    followed.update(deformation())
-    followed.detach()
+    deformed.update(deformation())
+    deformed.detach()
 
 
-def test_it_may_be_detached_at_any_time_and_updated_again():
+def test_detach_restores_the_actor_and_update_deforms_it_again():
     mesh = sphere()
     scene = Scene(mesh)
-    before, followed = scene.picture(), DeformedMesh(scene.actor)
-    followed.detach()
+    before, deformed = scene.picture(), DeformedMesh(scene.actor)
+    deformed.detach()
     for _ in range(2):
-        followed.update(deformation())
+        deformed.update(deformation())
         moved = scene.picture()
-        followed.detach()
-        followed.detach()
+        deformed.detach()
+        deformed.detach()
         np.testing.assert_array_equal(scene.picture(), before)
-        scene.actor.GetMapper().SetInputData(mesh)  # nobody listens any more
+        scene.actor.GetMapper().SetInputData(mesh)  # without observers
         scene.actor.Modified()
         assert (moved != before).any()
 
 
-def test_it_goes_with_its_actor():
+def test_it_is_collected_with_its_actor():
     scene = Scene(sphere())
-    followed = DeformedMesh(scene.actor)
-    followed.update(deformation())
+    deformed = DeformedMesh(scene.actor)
+    deformed.update(deformation())
     scene.picture()
-    alive = weakref.ref(followed)
-    del followed
+    alive = weakref.ref(deformed)
+    del deformed
     gc.collect()
     assert alive() is not None
     del scene
@@ -446,34 +440,34 @@ def test_other_actors_are_refused():
         DeformedMesh(scene.actor)
 
 
-def test_after_an_error_the_picture_is_as_it_was():
+def test_an_error_does_not_change_the_picture():
     mesh = sphere()
     scene = Scene(mesh)
-    followed = DeformedMesh(scene.actor)
+    deformed = DeformedMesh(scene.actor)
     before = scene.picture()
     with pytest.raises(DeviceError):
-        followed.update(Deformation(REST, OPENED, device="97:0"))
+        deformed.update(Deformation(REST, OPENED, device="97:0"))
     np.testing.assert_array_equal(scene.picture(), before)
-    followed.update(deformation())
+    deformed.update(deformation())
     moved = scene.picture()
     with pytest.raises(TypeError, match="`deformation` must be a Deformation, got 3"):
-        followed.update(3)
+        deformed.update(3)
     with pytest.raises(DeviceError):
-        followed.update(Deformation(REST, OPENED, device="97:0"))
+        deformed.update(Deformation(REST, OPENED, device="97:0"))
     np.testing.assert_array_equal(scene.picture(), moved)
 
 
 def test_an_array_that_is_too_short_is_an_error(messages):
     mesh = sphere()
     scene = Scene(mesh)
-    followed = DeformedMesh(scene.actor)
-    followed.update(deformation())
+    deformed = DeformedMesh(scene.actor)
+    deformed.update(deformation())
     add_array(mesh.GetPointData(), "short", [1.0, 2.0])
     with pytest.raises(ValueError, match="array `short` must have one tuple for each"):
-        followed.update(deformation())
-    assert scene.picture().std(axis=(0, 1)).max() == 0  # at the next picture VTK hears of it
-    said = {line for line in messages.take().splitlines() if line}
-    assert len(said) == 1
-    assert "array `short` must have one tuple for each of the 1122 points" in said.pop()
+        deformed.update(deformation())
+    assert scene.picture().std(axis=(0, 1)).max() == 0  # VTK reports it at the next picture
+    lines = {line for line in messages.take().splitlines() if line}
+    assert len(lines) == 1
+    assert "array `short` must have one tuple for each of the 1122 points" in lines.pop()
     mesh.GetPointData().RemoveArray("short")
     assert_alike(scene.picture(), Scene(filtered(mesh)).picture())

@@ -1,4 +1,4 @@
-"""A volume drawn through the map looks like the resampled one."""
+"""A volume drawn through the map style like the resampled one."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 import pytest
 from drawing import MIDDLE, SIZE, Scene, assert_alike, image_of, phantom, volume_of
-from pairwise import paired
+from pairwise import one_of, paired
 from vtk_fixtures import FAST, TURNED
 from vtkmodules.vtkCommonDataModel import vtkPiecewiseFunction, vtkPlane
 from vtkmodules.vtkFiltersSources import vtkSphereSource
@@ -28,13 +28,13 @@ pytestmark = pytest.mark.usefixtures("opengl")
 VALUES, SOURCE = phantom(), Grid((SIZE,) * 3)
 REST = np.array([(x, y, z) for x in (10, 37) for y in (10, 37) for z in (10, 37)], float)
 NORMAL = np.array([1, 0.3, 0.2]) / np.linalg.norm([1, 0.3, 0.2])
-CENTRE = np.full(3, MIDDLE)
+CENTER = np.full(3, MIDDLE)
 CUTS = {
-    "plane": Plane(CENTRE, NORMAL),
-    "half-plane": HalfPlane(CENTRE, NORMAL, (0, 0, 1)),
-    "polygon": Surface.polygon(CENTRE + [(0, -20, 4), (0, 20, 4), (0, 20, 30), (0, -20, 30)]),
+    "plane": Plane(CENTER, NORMAL),
+    "half-plane": HalfPlane(CENTER, NORMAL, (0, 0, 1)),
+    "polygon": Surface.polygon(CENTER + [(0, -20, 4), (0, 20, 4), (0, 20, 30), (0, -20, 30)]),
     "bent surface": Surface(
-        CENTRE + np.array([(abs(y) / 4, y, z) for y in (-20, 0, 20) for z in (0, 25)]),
+        CENTER + np.array([(abs(y) / 4, y, z) for y in (-20, 0, 20) for z in (0, 25)]),
         [(0, 1, 2), (1, 2, 3), (2, 3, 4), (3, 4, 5)],
     ),
 }
@@ -65,32 +65,32 @@ def resampled(deformation, values=VALUES, hides_outside=False, target=None):
     return image_of(image, target, hidden if hidden.any() else None)
 
 
-def pictures(d, values=VALUES, prepare=None, hides_outside=False, **looks):
-    """Of the resampled volume, and through the map; and that nothing is left of the latter."""
-    scene = Scene(volume_of(resampled(d, values, hides_outside), **looks))
+def pictures(d, values=VALUES, prepare=None, hides_outside=False, **style):
+    """Pictures through the map, and of the resampled volume; detaching restores the volume."""
+    scene = Scene(volume_of(resampled(d, values, hides_outside), **style))
     if prepare:
         prepare(scene)
-    wanted = scene.picture()
-    volume = volume_of(image_of(values), **looks)
+    expected = scene.picture()
+    volume = volume_of(image_of(values), **style)
     scene = Scene(volume)
     if prepare:
         prepare(scene)
     before = scene.picture()
     drawn = DeformedVolume(volume, scene.renderer)
     drawn.update(d)
-    got = scene.picture()
+    picture = scene.picture()
     assert drawn.failure is None
     drawn.detach()
     np.testing.assert_array_equal(scene.picture(), before)
-    assert np.abs(got - before).mean() > 1, "the deformation is not seen"
-    return got, wanted
+    assert np.abs(picture - before).mean() > 1, "the deformation is not visible"
+    return picture, expected
 
 
 def volume_in(scene):
     return scene.renderer.GetVolumes().GetItemAsObject(0)
 
 
-# Looks
+# Styles
 
 
 def _cropped(scene):
@@ -101,14 +101,14 @@ def _cropped(scene):
 
 def _clipped(scene):
     plane = vtkPlane()
-    plane.SetOrigin(CENTRE)
+    plane.SetOrigin(CENTER)
     plane.SetNormal(0.5, 1, 0.2)
     volume_in(scene).GetMapper().AddClippingPlane(plane)
 
 
 def _sliced(scene):
     plane = vtkPlane()
-    plane.SetOrigin(CENTRE)
+    plane.SetOrigin(CENTER)
     plane.SetNormal(0.5, 1, 0.2)
     volume_in(scene).GetProperty().SetSliceFunction(plane)
 
@@ -135,8 +135,8 @@ def _parallel(scene):
     scene.renderer.GetActiveCamera().SetParallelScale(SIZE)
 
 
-def _closer(scene):
-    """So that the ends of the volume, where VTK hides half a voxel more, are out of the picture."""
+def _zoomed(scene):
+    """Zoom in: VTK hides half a voxel more at the ends of the volume."""
     scene.renderer.GetActiveCamera().Zoom(2.5)
 
 
@@ -159,9 +159,9 @@ def _gradient_opacity():
 
 TWO = np.stack([VALUES, np.roll(VALUES, 6, 2)], axis=-1)
 FOUR = np.stack([VALUES, 255 - VALUES, VALUES // 2, VALUES], axis=-1)
-# what is not compared is where no sample lies: VTK paints it, we do not
-PROJECTED = {"prepare": _closer, "hides_outside": True}
-LOOKS = {
+# compared where there are samples: VTK draws a value without samples, we do not
+PROJECTED = {"prepare": _zoomed, "hides_outside": True}
+STYLES = {
     "shaded": {},
     "not shaded": {"Shade": False},
     "gradient opacity": {"GradientOpacity": (_gradient_opacity(),)},
@@ -172,7 +172,7 @@ LOOKS = {
     "isosurface": {"blend": "IsoSurface"},
     "slice": {"blend": "Slice", "prepare": _sliced},
     "independent components": {"values": TWO, "components": 2},
-    "colours": {"values": FOUR, "components": 4, "IndependentComponents": False},
+    "colors": {"values": FOUR, "components": 4, "IndependentComponents": False},
     "cropped": {"prepare": _cropped},
     "clipped": {"prepare": _clipped},
     "opaque geometry": {"prepare": _with_ball(1.0)},
@@ -181,12 +181,12 @@ LOOKS = {
     "jittered": {"prepare": _jittered},
     "shadowed": {"prepare": _shadowed},
 }
-BLENDED = ["shaded", *(name for name, look in LOOKS.items() if "blend" in look)]
+BLENDED = ["shaded", *(name for name, style in STYLES.items() if "blend" in style)]
 
 
-@pytest.mark.parametrize("look", LOOKS)
-def test_every_look_is_that_of_the_resampled_volume(look):
-    assert_alike(*pictures(deformation(), **LOOKS[look]))
+@pytest.mark.parametrize("style", STYLES)
+def test_every_style_equals_that_of_the_resampled_volume(style):
+    assert_alike(*pictures(deformation(), **STYLES[style]))
 
 
 def test_a_smart_mapper():
@@ -213,9 +213,9 @@ def test_masks(is_label_map):
         if is_label_map:
             mapper.SetMaskTypeToLabelMap()
             mapper.SetMaskBlendFactor(0.7)
-            for label, colour in ((1, (1, 0, 0)), (2, (0, 1, 0))):
+            for label, color in ((1, (1, 0, 0)), (2, (0, 1, 0))):
                 function = vtkColorTransferFunction()
-                function.AddRGBPoint(0, *colour)
+                function.AddRGBPoint(0, *color)
                 volume.GetProperty().SetLabelColor(label, function)
                 volume.GetProperty().SetLabelScalarOpacity(
                     label, volume.GetProperty().GetScalarOpacity()
@@ -227,7 +227,7 @@ def test_masks(is_label_map):
     volume = drawn(image_of(VALUES), image_of(mask))
     scene = Scene(volume)
     DeformedVolume(volume, scene.renderer).update(d)
-    fine = finer(d.fitted_grid(SOURCE))  # so that the labels' stairs are not what is compared
+    fine = finer(d.fitted_grid(SOURCE))  # hides the steps of labels
     moved = d.resample([mask], Sampling(SOURCE, fine, "nearest"))[0]
     values = d.resample([VALUES], Sampling(SOURCE, fine))[0]
     assert_alike(
@@ -256,10 +256,10 @@ def test_voids_of_every_cut(cut, moved, kind):
     assert_alike(*pictures(d), mean=1.5, p99=30)
 
 
-@pytest.mark.parametrize("look", BLENDED)
-def test_a_cut_in_every_blend_mode(look):
+@pytest.mark.parametrize("style", one_of(3, BLENDED))
+def test_a_cut_in_every_blend_mode(style):
     d = deformation((-6, 0, 0), (6, 0, 0), cuts=CUTS["half-plane"])
-    assert_alike(*pictures(d, **LOOKS[look]), mean=1.5, p99=30)
+    assert_alike(*pictures(d, **STYLES[style]), mean=1.5, p99=30)
 
 
 @pytest.mark.parametrize("cut", CUTS)
@@ -269,10 +269,10 @@ def test_a_cut_with_the_polynomial_kind(cut):
 
 
 CROSSING = {
-    "planes": [CUTS["plane"], Plane(CENTRE, (0, 1, 0))],
-    "half-planes": [CUTS["half-plane"], HalfPlane(CENTRE, (0, 1, 0.1), (0, 0, 1))],
-    "plane and half-plane": [CUTS["plane"], HalfPlane(CENTRE, (0, 1, 0.1), (0, 0, 1))],
-    "polygon and half-plane": [CUTS["polygon"], HalfPlane(CENTRE, (0, 1, 0.1), (0, 0, 1))],
+    "planes": [CUTS["plane"], Plane(CENTER, (0, 1, 0))],
+    "half-planes": [CUTS["half-plane"], HalfPlane(CENTER, (0, 1, 0.1), (0, 0, 1))],
+    "plane and half-plane": [CUTS["plane"], HalfPlane(CENTER, (0, 1, 0.1), (0, 0, 1))],
+    "polygon and half-plane": [CUTS["polygon"], HalfPlane(CENTER, (0, 1, 0.1), (0, 0, 1))],
 }
 
 
@@ -287,15 +287,15 @@ def test_cuts_in_the_deformed_frame():
     assert_alike(*pictures(d), mean=1.5, p99=30)
 
 
-def test_the_box_grows_and_shrinks_with_what_is_drawn():
+def test_the_box_grows_and_shrinks_with_the_deformation():
     volume = volume_of(image_of(VALUES))
     scene = Scene(volume, distance=9 * SIZE)
     drawn = DeformedVolume(volume, scene.renderer)
     for right in ((100, 40, 0), (0, 0, 0.5)):
         d = deformation(right=right)
         drawn.update(d)
-        wanted = Scene(volume_of(resampled(d)), distance=9 * SIZE).picture()
-        assert_alike(scene.picture(), wanted)
+        expected = Scene(volume_of(resampled(d)), distance=9 * SIZE).picture()
+        assert_alike(scene.picture(), expected)
     low, high = np.reshape(volume.GetBounds(), (3, 2)).T
     assert (high - low < 2 * SIZE).all()
 
@@ -303,11 +303,11 @@ def test_the_box_grows_and_shrinks_with_what_is_drawn():
 PARTS = {
     "the input's grid": SOURCE,
     "a part": Grid((30, 40, 20), (20.3, 4, 12), (1, 0.5, 1.4)),
-    "where nothing rests": Grid((30, 48, 48), (60, 0, 0)),
+    "beside the volume at rest": Grid((30, 48, 48), (60, 0, 0)),
 }
 
 
-def test_no_more_is_drawn_than_an_output_grid_holds():
+def test_only_the_part_within_an_output_grid_is_drawn():
     volume = volume_of(image_of(VALUES))
     scene, d = Scene(volume), deformation(right=(40, 2, 0))
     drawn = DeformedVolume(volume, scene.renderer)
@@ -317,11 +317,11 @@ def test_no_more_is_drawn_than_an_output_grid_holds():
         drawn.update(d, within=grid)
         pictures.append(scene.picture())
         assert_alike(pictures[-1], Scene(volume_of(resampled(d, target=grid))).picture())
-        shown = volume.GetMapper().GetInput()
+        stretched = volume.GetMapper().GetInput()
         drawn.update(
             deformation(right=(39, 2, 0)), within=Grid(grid.dimensions, grid.origin, grid.spacing)
         )
-        assert volume.GetMapper().GetInput() is shown, "the volume was uploaded again"
+        assert volume.GetMapper().GetInput() is stretched, "the volume was uploaded again"
     drawn.update(d)
     assert_alike(scene.picture(), pictures[0], mean=0.2)
     for first, second in itertools.combinations(pictures, 2):
@@ -348,14 +348,14 @@ def test_an_oblique_image(start):
     rest = grid.at(REST)
     d = Deformation(rest, rest + (REST[:, :1] > MIDDLE) * [6, 4, 2], device=FAST)
     target = d.fitted_grid(grid)
-    wanted = image_of(d.resample([VALUES], Sampling(grid, target))[0], target)
-    focal = grid.at(CENTRE[None])[0]
+    expected = image_of(d.resample([VALUES], Sampling(grid, target))[0], target)
+    focal = grid.at(CENTER[None])[0]
     volume = volume_of(image)
     scene = Scene(volume, focal=focal)
     before = scene.picture()
     drawn = DeformedVolume(volume, scene.renderer)
     drawn.update(d)
-    assert_alike(scene.picture(), Scene(volume_of(wanted), focal=focal).picture())
+    assert_alike(scene.picture(), Scene(volume_of(expected), focal=focal).picture())
     drawn.detach()
     np.testing.assert_array_equal(scene.picture(), before)
 
@@ -399,16 +399,16 @@ def test_one_move_uploads_one_map_and_nothing_else():
     drawn = DeformedVolume(volume, scene.renderer)
     drawn.update(deformation())
     scene.picture()
-    shown = volume.GetMapper().GetInput()
-    time = shown.GetMTime()
+    stretched = volume.GetMapper().GetInput()
+    time = stretched.GetMTime()
     for x in range(1, 8):
         drawn.update(deformation(right=(10 - x, 2, 0)))
-        drawn.update(deformation(right=(10 - x, 1, 0)))  # what is not drawn is not uploaded
+        drawn.update(deformation(right=(10 - x, 1, 0)))  # not drawn, not uploaded
         scene.picture()
         scene.picture()
     assert drawn.uploads == 8
-    assert volume.GetMapper().GetInput() is shown
-    assert shown.GetMTime() == time
+    assert volume.GetMapper().GetInput() is stretched
+    assert stretched.GetMTime() == time
 
 
 def test_two_windows():
@@ -422,10 +422,10 @@ def test_two_windows():
     np.testing.assert_array_equal(scenes[0].picture(), first)
 
 
-# What cannot be drawn
+# Errors
 
 
-def test_what_cannot_be_drawn_is_said():
+def test_errors_name_the_reason():
     renderer = Scene().renderer
     on_cpu = volume_of(image_of(VALUES), mapper=vtkFixedPointVolumeRayCastMapper())
     with pytest.raises(TypeError, match="`volume` must have a vtkGPU.*, got vtkFixed"):
@@ -440,7 +440,7 @@ def test_what_cannot_be_drawn_is_said():
         DeformedVolume(empty, renderer)
 
 
-def test_a_shader_that_does_not_build_leaves_the_volume_as_it_was(monkeypatch, messages):
+def test_a_shader_error_leaves_the_volume_undeformed(monkeypatch, messages):
     monkeypatch.setitem(shader._REPLACEMENTS, "//VTK::Cropping::Impl", "not GLSL;\n{tag}")
     volume = volume_of(image_of(VALUES))
     scene = Scene(volume)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from drawing import MIDDLE, SIZE, Scene, image_of, volume_of
 from mesh_fixtures import array_of
-from vtk_fixtures import FAST
-from vtkmodules.vtkFiltersSources import vtkPlaneSource, vtkSphereSource
+from vtk_fixtures import FAST, ball
+from vtkmodules.vtkFiltersSources import vtkPlaneSource
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
 from vtk_mls import Deformation, Grid, Plane
@@ -40,16 +40,6 @@ def scaled(*factors):
     return Deformation(CORNERS, CENTER + factors * (CORNERS - CENTER), "affine", device=FAST)
 
 
-def sphere(resolution=24):
-    source = vtkSphereSource()
-    source.SetCenter(*CENTER)
-    source.SetRadius(15)
-    source.SetThetaResolution(resolution)
-    source.SetPhiResolution(resolution)
-    source.Update()
-    return source.GetOutput()
-
-
 def deformed(mesh, deformation, exact=True):
     actor = vtkActor()
     actor.SetMapper(vtkPolyDataMapper())
@@ -59,9 +49,9 @@ def deformed(mesh, deformation, exact=True):
     return drawn, actor.GetMapper().GetInput()
 
 
-def volumes(corners):
+def volumes(vertices):
     """Signed volumes of tetrahedra (n, 4, 3)."""
-    return np.linalg.det(corners[:, 1:] - corners[:, :1]) / 6
+    return np.linalg.det(vertices[:, 1:] - vertices[:, :1]) / 6
 
 
 def test_the_colors_are_those_of_volumes():
@@ -87,7 +77,7 @@ def test_tables_have_the_colors():
 
 
 def test_meshes_get_the_change_of_volume(opengl):
-    d, mesh = crossing(), sphere()
+    d, mesh = crossing(), ball(CENTER, 15, 24)
     _, output = deformed(mesh, d)
     rest, values = array_of(output, "RestPosition"), array_of(output, "JacobianDeterminant")
     before = arrays.to_numpy(mesh.GetPoints().GetData())
@@ -109,16 +99,18 @@ def test_points_without_an_inverse_are_folds():
     np.testing.assert_allclose(values, [8, 0, -1, -1], rtol=1e-6)
 
 
-def test_a_coarse_map_has_them_too(opengl, monkeypatch):
+def test_the_interpolated_map_gives_the_change_of_volume(opengl, monkeypatch):
     monkeypatch.setattr(deformed_mesh, "MAX_EXACT_POINTS", 100)
     moved = CORNERS + 3 * np.sin(CORNERS[:, [1, 2, 0]])
-    d, mesh, made = Deformation(CORNERS, moved, device=FAST), sphere(), []
+    d, mesh, calls = Deformation(CORNERS, moved, device=FAST), ball(CENTER, 15, 24), []
     _, exact = deformed(mesh, d)
     monkeypatch.setattr(
-        coarse_forward.CoarseForward, "_is_exact", lambda self, field: made.append(1) or _none(self)
+        coarse_forward.CoarseForward,
+        "_is_exact",
+        lambda self, field: calls.append(1) or _none(self),
     )
     _, coarse = deformed(mesh, d, exact=False)
-    assert made
+    assert calls
     pair = (array_of(output, "JacobianDeterminant") for output in (coarse, exact))
     np.testing.assert_allclose(*pair, rtol=0.03)
 
@@ -214,7 +206,7 @@ def test_lines_are_painted_on_meshes(opengl):
 
 @pytest.mark.parametrize("axis", range(3))
 def test_lines_in_slices(axis):
-    """The lines are where the map has whole coordinates, and all of them are there."""
+    """All lines are drawn, where a coordinate of the map is an integer."""
     lines = RestLines.over(BOX, 6)
     dimensions, first = [200] * 3, [-24.0] * 3
     dimensions[axis], first[axis] = 1, 20.0
@@ -248,7 +240,7 @@ def test_lines_end_at_voids():
     assert not d.void(ends.reshape(-1, 3)).any()
 
 
-def test_slices_of_nothing():
+def test_a_slice_outside_the_grid_has_no_lines():
     grid = Grid((2, 1, 2), (1e6, 0, 0))
     lines = RestLines.over(BOX, 6)
     assert lines.in_slice(1, grid, grid.points(), np.ones(4, bool)).shape == (0, 2, 3)

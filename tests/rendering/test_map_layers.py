@@ -1,4 +1,4 @@
-"""What a renderer interpolates is the map, up to the faces of the cuts."""
+"""The interpolated layers agree with the map up to the faces of the cuts."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ CUTS = {
 
 
 def drawn(values, points):
-    """As the shader does: of all layers what is farther from its face. Origins, distances."""
+    """Origins and distances of the layer with the largest void distance, as in the shader."""
     index = GRID.index_of(points)
     sampled = np.stack([sample(component, index, "linear", 0.0, GRID) for component in values])
     best = sampled[..., 3].argmax(axis=0)
-    chosen = sampled[best, np.arange(len(points))]
-    return points + chosen[:, :3], chosen[:, 3]
+    nearest = sampled[best, np.arange(len(points))]
+    return points + nearest[:, :3], nearest[:, 3]
 
 
 @pytest.mark.parametrize("cut", CUTS)
@@ -61,7 +61,7 @@ def test_faces_are_sharp_however_far_apart(cut, apart, rng):
 
 
 @pytest.mark.parametrize("cut", CUTS)
-def test_a_tolerance_that_nobody_sees_changes_no_face(cut, rng):
+def test_the_default_tolerance_changes_no_face(cut, rng):
     rest = rng.uniform((0, 0, 0), (4, 2, 1), (8, 3))
     deformed = rest + 0.1 * np.sin(rest) + 0.15 * np.sign(rest[:, :1] - 2) * [1, 0, 0]
     found, expected = (
@@ -78,7 +78,7 @@ def test_a_tolerance_that_nobody_sees_changes_no_face(cut, rng):
     ("cut", "count"),
     [("plane", 2), ("parallel planes", 2), ("plane and half-plane", 4), ("three planes", 8)],
 )
-def test_only_cuts_that_cross_need_layers_of_their_own(cut, count, rng):
+def test_only_cuts_that_cross_have_separate_layers(cut, count, rng):
     rest = rng.uniform((0, 0, 0), (4, 2, 1), (30, 3))
     d = Deformation(rest, rest + 0.1 * np.sign(rest - MIDDLE), cuts=CUTS[cut], device=FAST)
     assert len(layers(d, GRID)) == count

@@ -1,4 +1,4 @@
-"""Maps are as fine as the mouse allows."""
+"""The time of the last map determines the number of nodes of the next one."""
 
 import pytest
 
@@ -6,16 +6,16 @@ from vtk_mls.rendering.pace import MapPace
 
 
 class Clock:
-    """A time that passes only where maps are made, by so much for each node of 64^3 of them."""
+    """A clock that advances by the time of each map: `seconds` for 64^3 nodes."""
 
     def __init__(self, monkeypatch):
-        self.now, self.seconds, self.made = 0.0, [], []
+        self.now, self.seconds, self.nodes = 0.0, [], []
         monkeypatch.setattr("time.perf_counter", lambda: self.now)
 
     def make_map(self, nodes):
         seconds = self.seconds.pop(0) if len(self.seconds) > 1 else self.seconds[0]
         self.now += seconds * (nodes / 64) ** 3
-        self.made.append(nodes)
+        self.nodes.append(nodes)
 
 
 @pytest.fixture
@@ -27,24 +27,24 @@ def clock(monkeypatch):
     ("seconds", "moving", "resting"),
     [(0.008, 64, 128), (0.06, 64, 128), (0.48, 32, 72), (60, 24, 64)],
 )
-def test_nodes_follow_what_the_last_map_took(clock, seconds, moving, resting):
+def test_nodes_follow_from_the_time_of_the_last_map(clock, seconds, moving, resting):
     pace, clock.seconds = MapPace(max_nodes=128), [seconds]
     for is_moving in (True, True, False, False):
         pace.make(clock.make_map, is_moving)
-    assert clock.made == [64, moving, resting, resting]
+    assert clock.nodes == [64, moving, resting, resting]
 
 
-def test_before_the_first_map_they_are_as_many_as_may_be(clock):
+def test_the_first_map_has_the_most_nodes(clock):
     clock.seconds = [0.01]
     for is_moving in (True, False):
         MapPace(max_nodes=128).make(clock.make_map, is_moving)
-    assert clock.made == [64, 128]
+    assert clock.nodes == [64, 128]
 
 
-def test_a_map_that_stays_is_as_fine_as_can_be_though_the_one_before_was_slow(clock):
+def test_a_map_at_rest_is_computed_again_after_a_slow_one(clock):
     pace, clock.seconds = MapPace(max_nodes=128), [0.4, 0.01]
     pace.make(clock.make_map, True)
     pace.make(clock.make_map, False)
-    assert clock.made == [64, 77, 128]
+    assert clock.nodes == [64, 77, 128]
     assert pace.nodes == 128
     assert pace.map_seconds == pytest.approx(0.08)

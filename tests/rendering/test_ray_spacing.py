@@ -1,4 +1,4 @@
-"""While something moves a picture has fewer rays, and looks the same."""
+"""Pictures during movement have fewer rays and the same colors."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def blurred(picture, size=6):
     return squares.mean(axis=(1, 3))
 
 
-def test_a_picture_that_moves_has_fewer_rays_and_the_same_looks(monkeypatch):
+def test_pictures_during_movement_have_fewer_rays_and_the_same_colors(monkeypatch):
     volume = volume_of(image_of(phantom()))
     scene, mapper = Scene(volume), volume.GetMapper()
     DeformedVolume(volume, scene.renderer).update(deformation())
@@ -42,7 +42,7 @@ def test_a_picture_that_moves_has_fewer_rays_and_the_same_looks(monkeypatch):
     np.testing.assert_array_equal(scene.picture(), resting)
 
 
-def test_the_first_picture_has_few_rays_if_it_moves():
+def test_the_first_picture_during_movement_has_few_rays():
     volume = volume_of(image_of(phantom()))
     scene = Scene(volume)
     scene.window.SetDesiredUpdateRate(15)
@@ -57,14 +57,14 @@ def test_steps_are_those_of_the_smart_mapper(size):
     mapper = vtkSmartVolumeMapper()
     mapper.SetRequestedRenderModeToGPU()
     volume = volume_of(image, mapper=mapper)
-    mapper.SetSampleDistance(-1)  # to be found
+    mapper.SetSampleDistance(-1)  # automatic
     mapper.AutoAdjustSampleDistancesOff()
     mapper.InteractiveAdjustSampleDistancesOff()
     scene = Scene(volume)
-    wanted = scene.picture()
+    expected = scene.picture()
     other = volume_of(image)
     other.GetMapper().SetSampleDistance(usual_step(image))
     other.SetProperty(volume.GetProperty())
-    np.testing.assert_array_equal(Scene(other).picture(), wanted)
+    np.testing.assert_array_equal(Scene(other).picture(), expected)
     other.GetMapper().SetSampleDistance(1.01 * usual_step(image))
-    assert not np.array_equal(Scene(other).picture(), wanted)
+    assert not np.array_equal(Scene(other).picture(), expected)

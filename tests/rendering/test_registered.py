@@ -16,11 +16,11 @@ from vtk_mls.rendering import DeformedMesh, DeformedVolume
 pytestmark = pytest.mark.usefixtures("opengl")
 
 REST = np.array([(x, y, z) for x in (10, 37) for y in (10, 37) for z in (10, 37)], float)
-CENTRE = np.full(3, MIDDLE)
+CENTER = np.full(3, MIDDLE)
 CUTS = {
     "none": [],
-    "plane": [Plane(CENTRE, (1, 0.3, 0.2))],
-    "half-plane": [HalfPlane(CENTRE, (1, 0.3, 0.2), (0, 0, 1))],
+    "plane": [Plane(CENTER, (1, 0.3, 0.2))],
+    "half-plane": [HalfPlane(CENTER, (1, 0.3, 0.2), (0, 0, 1))],
 }
 
 
@@ -31,7 +31,7 @@ def ball():
 
 
 def covered(scene):
-    """Pixels in which something is drawn."""
+    """Pixels that are not background."""
     empty = Scene(pixels=300).picture()
     return np.abs(scene.picture() - empty).max(axis=2) > 12
 

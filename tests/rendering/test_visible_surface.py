@@ -1,9 +1,9 @@
-"""The surface that is to be seen: of meshes, of volumes, and of volumes that are drawn deformed."""
+"""The visible surface of meshes, volumes and deformed volumes."""
 
 import numpy as np
 import pytest
 from drawing import MIDDLE, PIXELS, SIZE, Scene, image_of, volume_of
-from vtkmodules.vtkFiltersSources import vtkSphereSource
+from vtk_fixtures import ball
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
 from vtk_mls import Deformation, Grid
@@ -11,24 +11,20 @@ from vtk_mls.rendering import DeformedVolume
 from vtk_mls.rendering.visible_surface import VisibleSurface
 
 pytestmark = pytest.mark.usefixtures("opengl")
-CENTRE = np.full(3, MIDDLE)
+CENTER = np.full(3, MIDDLE)
 SHIFT = np.array((6.0, 0, 3))
-PIXELS_SEEN = [(PIXELS // 2 + dx, PIXELS // 2 + dy) for dx in (-12, 0, 9) for dy in (-9, 0, 12)]
+BALL_PIXELS = [(PIXELS // 2 + dx, PIXELS // 2 + dy) for dx in (-12, 0, 9) for dy in (-9, 0, 12)]
 
 
-def ball(radius, centre=CENTRE):
-    source, mapper, actor = vtkSphereSource(), vtkPolyDataMapper(), vtkActor()
-    source.SetCenter(centre)
-    source.SetRadius(radius)
-    source.SetThetaResolution(120)
-    source.SetPhiResolution(120)
-    mapper.SetInputConnection(source.GetOutputPort())
+def ball_actor(radius):
+    mapper, actor = vtkPolyDataMapper(), vtkActor()
+    mapper.SetInputData(ball(CENTER, radius, 120))
     actor.SetMapper(mapper)
     return actor
 
 
 def solid(radius, grid=None):
-    """A volume that is opaque from a distance to the centre of the image on."""
+    """A volume that is opaque from a distance to the center of the image on."""
     grid = grid or Grid((SIZE,) * 3)
     distance = np.linalg.norm(grid.points() - grid.at([(MIDDLE,) * 3]), axis=1) / grid.spacing[0]
     values = np.clip(30 + 60 * (radius - distance), 0, 255)
@@ -37,15 +33,15 @@ def solid(radius, grid=None):
     return volume
 
 
-def distances(surface, centre=CENTRE):
-    found = [surface.at(*pixel) for pixel in PIXELS_SEEN]
-    return np.linalg.norm(np.array(found) - centre, axis=1)
+def distances(surface, center=CENTER):
+    found = [surface.at(*pixel) for pixel in BALL_PIXELS]
+    return np.linalg.norm(np.array(found) - center, axis=1)
 
 
 @pytest.mark.parametrize("parallel", [False, True])
 def test_a_mesh(parallel):
-    thing = ball(15)
-    scene = Scene(thing)
+    actor = ball_actor(15)
+    scene = Scene(actor)
     scene.renderer.GetActiveCamera().SetParallelProjection(parallel)
     scene.renderer.GetActiveCamera().SetParallelScale(25)
     scene.picture()
@@ -59,8 +55,8 @@ def test_a_mesh(parallel):
     np.testing.assert_allclose(scene.renderer.GetDisplayPoint()[:2], (60.5, 80.5), atol=1e-3)
 
 
-def test_what_is_left_out_is_not_seen_and_shown_again():
-    inner, outer = ball(15), ball(18)
+def test_excluded_props_are_visible_again():
+    inner, outer = ball_actor(15), ball_actor(18)
     scene = Scene(inner, outer)
     before = scene.picture()
     surface = VisibleSurface(scene.renderer, without=[outer])
@@ -68,22 +64,22 @@ def test_what_is_left_out_is_not_seen_and_shown_again():
     np.testing.assert_array_equal(scene.picture(), before)
 
 
-def test_it_stays_as_it_was():
-    thing = ball(15)
-    scene = Scene(thing)
+def test_later_changes_have_no_effect():
+    actor = ball_actor(15)
+    scene = Scene(actor)
     scene.picture()
     surface = VisibleSurface(scene.renderer)
-    thing.SetPosition(5, 5, 5)
+    actor.SetPosition(5, 5, 5)
     scene.renderer.GetActiveCamera().Azimuth(30)
     scene.picture()
     np.testing.assert_allclose(distances(surface), 15, atol=0.02)
 
 
-def test_a_volume_where_it_hides_what_is_behind():
-    scene = Scene(solid(15), ball(10))
+def test_a_volume_hides_a_mesh_behind_it():
+    scene = Scene(solid(15), ball_actor(10))
     scene.picture()
     np.testing.assert_allclose(distances(VisibleSurface(scene.renderer)), 15, atol=0.6)
-    scene.renderer.AddViewProp(ball(18))
+    scene.renderer.AddViewProp(ball_actor(18))
     scene.picture()
     np.testing.assert_allclose(distances(VisibleSurface(scene.renderer)), 18, atol=0.02)
 
@@ -92,7 +88,7 @@ def test_a_volume_in_its_own_frame():
     direction = np.array([(0, 0, 1), (1, 0, 0), (0, 1, 0)])
     grid = Grid((SIZE,) * 3, (3, 4, 5), (0.5, 0.5, 0.5), direction)
     volume = solid(15, grid)
-    volume.SetPosition(CENTRE - 2 * grid.at([(MIDDLE,) * 3])[0])
+    volume.SetPosition(CENTER - 2 * grid.at([(MIDDLE,) * 3])[0])
     volume.SetScale(2)
     scene = Scene(volume)
     scene.picture()
@@ -101,12 +97,12 @@ def test_a_volume_in_its_own_frame():
 
 def test_a_volume_that_is_drawn_deformed():
     volume = solid(15)
-    scene = Scene(volume, focal=CENTRE + SHIFT)
+    scene = Scene(volume, focal=CENTER + SHIFT)
     corners = Grid((2, 2, 2), spacing=[SIZE] * 3).points()
     drawn = DeformedVolume(volume, scene.renderer)
     drawn.update(Deformation(corners, corners + SHIFT, kind="rigid"))
     scene.picture()
-    found = distances(VisibleSurface(scene.renderer), CENTRE + SHIFT)
+    found = distances(VisibleSurface(scene.renderer), CENTER + SHIFT)
     np.testing.assert_allclose(found, 15, atol=0.6)
     drawn.detach()
     scene.picture()
@@ -118,4 +114,4 @@ def test_a_projection_hides_nothing():
     volume.GetMapper().SetBlendModeToMaximumIntensity()
     scene = Scene(volume)
     scene.picture()
-    assert VisibleSurface(scene.renderer).at(*PIXELS_SEEN[4]) is None
+    assert VisibleSurface(scene.renderer).at(*BALL_PIXELS[4]) is None

@@ -1,4 +1,4 @@
-"""What cannot be drawn deformed is refused in a sentence, and stays as it was."""
+"""Volumes that cannot be drawn deformed: one error each, and no change."""
 
 from __future__ import annotations
 
@@ -31,33 +31,33 @@ def smart_mapper():
     return mapper
 
 
-def assert_refused(drawn, scene, before, messages, why):
-    """The next picture says why, once, and those after it are as before."""
+def assert_refused(drawn, scene, before, messages, reason):
+    """The next picture reports the reason once; pictures are as before."""
     scene.picture()
-    messages.assert_one(f"^DeformedVolume: {why}.*; it is drawn undeformed$")
+    messages.assert_one(f"^DeformedVolume: {reason}.*; it is drawn undeformed$")
     np.testing.assert_array_equal(scene.picture(), before)
-    with pytest.raises(RenderingError, match=why):
+    with pytest.raises(RenderingError, match=reason):
         drawn.update(deformation())
 
 
-def test_a_volume_is_deformed_by_one_only():
+def test_a_volume_has_one_deformed_volume():
     volume = volume_of(image_of(VALUES))
     scene, other = Scene(volume), Scene(volume)
     before = scene.picture()
     first, second = (DeformedVolume(volume, view.renderer) for view in (scene, other))
     first.update(deformation())
-    shown = scene.picture()
+    deformed = scene.picture()
     refused = "`volume` is drawn deformed already; update or detach that one"
     with pytest.raises(ValueError, match=refused):
         second.update(deformation())
     with pytest.raises(ValueError, match=refused):
         DeformedVolume(volume, scene.renderer)
-    second.detach()  # which had nothing to give back
-    np.testing.assert_array_equal(scene.picture(), shown)
+    second.detach()  # it has drawn nothing
+    np.testing.assert_array_equal(scene.picture(), deformed)
     first.detach()
     np.testing.assert_array_equal(scene.picture(), before)
     second.update(deformation())
-    np.testing.assert_array_equal(other.picture(), shown)
+    np.testing.assert_array_equal(other.picture(), deformed)
 
 
 def test_a_mapper_that_two_volumes_share(messages):
@@ -67,37 +67,37 @@ def test_a_mapper_that_two_volumes_share(messages):
     twin.SetPosition(20, 0, 0)
     both, alone = Scene(volume, twin), Scene(volume)
     before = both.picture()
-    why = "`volume` shares its mapper with another vtkVolume"
-    with pytest.raises(ValueError, match=f"{why}.*; give each a mapper of its own"):
+    reason = "`volume` shares its mapper with another vtkVolume"
+    with pytest.raises(ValueError, match=f"{reason}.*; give each a mapper of its own"):
         DeformedVolume(volume, both.renderer).update(deformation())
     np.testing.assert_array_equal(both.picture(), before)
     drawn = DeformedVolume(volume, alone.renderer)
     drawn.update(deformation())
     alone.picture()
-    with pytest.raises(ValueError, match=why):  # though it is in another window
+    with pytest.raises(ValueError, match=reason):  # in another window, too
         DeformedVolume(twin, Scene(twin).renderer).update(deformation())
     alone.renderer.AddViewProp(twin)
-    assert_refused(drawn, alone, before, messages, why)
+    assert_refused(drawn, alone, before, messages, reason)
 
 
 @pytest.mark.parametrize("mode", ["RayCast", "OSPRay"])
-def test_a_smart_mapper_that_is_not_to_use_the_graphics_card(mode, messages):
+def test_a_smart_mapper_without_the_graphics_card(mode, messages):
     volume = volume_of(image_of(VALUES), mapper=smart_mapper())
     mapper, scene = volume.GetMapper(), Scene(volume)
     mode = f"{mode}RenderMode"
     drawn = DeformedVolume(volume, scene.renderer)
     mapper.SetRequestedRenderMode(getattr(mapper, mode))
-    why = f"the mapper of `volume` must draw on the graphics card, got {mode}; call its SetReq.*GPU"
-    with pytest.raises(ValueError, match=why):
+    reason = f"the mapper of `volume` must draw on the graphics card, got {mode}; call its Set.*GPU"
+    with pytest.raises(ValueError, match=reason):
         DeformedVolume(volume, scene.renderer)
-    with pytest.raises(ValueError, match=why):
+    with pytest.raises(ValueError, match=reason):
         drawn.update(deformation())
     mapper.SetRequestedRenderModeToGPU()
     drawn.update(deformation())
     scene.picture()
     mapper.SetRequestedRenderMode(getattr(mapper, mode))
     before = Scene(volume_of(image_of(VALUES), mapper=as_requested(mode))).picture()
-    assert_refused(drawn, scene, before, messages, why)
+    assert_refused(drawn, scene, before, messages, reason)
 
 
 def as_requested(mode):
@@ -119,12 +119,12 @@ def test_a_window_without_graphics_card(is_smart, monkeypatch, messages):
     before = scene.picture()
     drawn = DeformedVolume(volume, scene.renderer)
     drawn.update(deformation())
-    why = "`volume` must be drawn on the graphics card, which VTK cannot do in this window"
-    assert_refused(drawn, scene, before, messages, why)
+    reason = "`volume` must be drawn on the graphics card, which VTK cannot do in this window"
+    assert_refused(drawn, scene, before, messages, reason)
 
 
 @pytest.mark.parametrize("error", [DeviceError("the device is gone"), MemoryError()])
-def test_a_map_that_cannot_be_made_when_the_data_change(error, monkeypatch, messages):
+def test_an_error_of_the_map_after_a_change_of_the_data(error, monkeypatch, messages):
     volume = volume_of(image_of(VALUES))
     scene = Scene(volume)
     drawn = DeformedVolume(volume, scene.renderer)
@@ -140,7 +140,7 @@ def test_a_map_that_cannot_be_made_when_the_data_change(error, monkeypatch, mess
     assert_refused(drawn, scene, before, messages, str(error) or "there is not enough memory")
 
 
-def test_a_texture_that_the_graphics_card_refuses(monkeypatch, messages):
+def test_the_graphics_card_has_no_texture(monkeypatch, messages):
     class Refusing(shader.vtkTextureObject):
         def Create3DFromRaw(self, *_):
             return False
@@ -151,11 +151,11 @@ def test_a_texture_that_the_graphics_card_refuses(monkeypatch, messages):
     before = scene.picture()
     drawn = DeformedVolume(volume, scene.renderer)
     drawn.update(deformation())
-    why = r"the graphics driver has no 3-D texture of \d+ x \d+ x \d+ points with four floats"
-    assert_refused(drawn, scene, before, messages, why)
+    reason = r"the graphics driver has no 3-D texture of \d+ x \d+ x \d+ points with four floats"
+    assert_refused(drawn, scene, before, messages, reason)
 
 
-def test_a_box_that_grows_too_often_has_its_own_map(monkeypatch):
+def test_a_box_that_grows_too_often_has_a_map(monkeypatch):
     monkeypatch.setattr(deformed_volume, "_MAX_GROWTHS", 1)
     volume, d = volume_of(image_of(VALUES)), deformation(right=(25, 2, 0))
     scene = Scene(volume)
@@ -163,8 +163,8 @@ def test_a_box_that_grows_too_often_has_its_own_map(monkeypatch):
     assert_alike(scene.picture(), Scene(volume_of(resampled(d))).picture())
 
 
-def test_what_nobody_holds_says_nothing(capfd):
-    """Python's collector empties what only VTK's observers hold, and VTK calls it still."""
+def test_a_collected_volume_reports_nothing(capfd):
+    """Python's collector clears the object, and VTK still calls its observers."""
     volume = volume_of(image_of(VALUES))
     scene = Scene(volume)
     window, drawn = scene.window, DeformedVolume(volume, scene.renderer)
@@ -178,7 +178,7 @@ def test_what_nobody_holds_says_nothing(capfd):
     assert "Traceback" not in capfd.readouterr().err
 
 
-def test_a_shader_that_does_not_build_later(monkeypatch, messages):
+def test_a_shader_error_after_the_first_picture(monkeypatch, messages):
     volume = volume_of(image_of(VALUES), Shade=False)
     scene = Scene(volume)
     drawn = DeformedVolume(volume, scene.renderer)

@@ -81,7 +81,18 @@ def test_a_cookie_of_invalid_bytes_is_refused():
 
 
 VALUES = [None, [], {}, "", "x", 1e400, float("nan"), -1, 10**400, [1], [0, 1], [[0]], {"a": 1}]
-NAMES = ["position", "select", "look", "cut", "alpha", "smoothing", "kind", "say", "no such", ["x"]]
+NAMES = [
+    "position",
+    "select",
+    "preset",
+    "cut",
+    "alpha",
+    "smoothing",
+    "kind",
+    "say",
+    "no such",
+    ["x"],
+]
 
 
 @pytest.mark.parametrize("name", NAMES, ids=str)

@@ -25,7 +25,7 @@ from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 
 pytestmark = pytest.mark.matrix
-# what is drawn comes from the server: a browser needs no WebGL, and can lose none
+# the server draws: the browser needs no WebGL
 BROWSER_ARGUMENTS = ("--disable-3d-apis",)
 _TIMEOUT = 180  # seconds
 _SIZE = {"width": 1100, "height": 760}
@@ -77,7 +77,7 @@ def address(folder):
 
 
 class Page:
-    """A tab, and hands for it."""
+    """A tab, and actions in it."""
 
     def __init__(self, browser, address, **options):
         self.tab = browser.new_page(**(options or {"viewport": _SIZE}))
@@ -240,7 +240,7 @@ def test_saved_files_are_downloaded(page, folder):
 
 
 def test_an_image_with_a_mesh_slices_and_a_line_cut(browser, folder, monkeypatch):
-    """What is saved is to the bit what the command makes of the saved handles."""
+    """The saved files equal those of the command with the saved handles to the bit."""
     (folder / "both").mkdir()
     io.write_dataset(_ball_image(), folder / "both" / "ball.nii.gz")
     arguments = "both/ball.nii.gz", "handles.csv", "--with", "ball.vtp", "--output", "both/saved"
@@ -273,13 +273,13 @@ def test_an_image_with_a_mesh_slices_and_a_line_cut(browser, folder, monkeypatch
     np.testing.assert_allclose(deformed[0], moved, rtol=1e-3, atol=1e-4)
     lines = (saved / "deform.py").read_text().splitlines()
     commands = [shlex.split(line)[1:] for line in lines if "vtk-mls deform " in line]
-    made = [saved / "ball-deformed.nii.gz", saved / "ball-deformed.vtp"]
-    written = [path.read_bytes() for path in made]
+    outputs = [saved / "ball-deformed.nii.gz", saved / "ball-deformed.vtp"]
+    contents = [path.read_bytes() for path in outputs]
     monkeypatch.chdir(saved)
     for command in commands:
         assert run(*command)[::2] == (0, "")
     assert len(commands) == 2
-    assert [path.read_bytes() for path in made] == written
+    assert [path.read_bytes() for path in outputs] == contents
     assert (rest != deformed).any(axis=1).tolist() == [True, False, False, False]
 
 
@@ -426,10 +426,10 @@ def test_nothing_is_served_without_the_token(address):
 def test_other_machines_need_the_token(folder):
     arguments = "ball.vtp", "handles.csv", "--host", "0.0.0.0"
     with server(folder, *arguments) as (process, address):
-        here = re.sub("//.*:", "//127.0.0.1:", address)
+        local_address = re.sub("//.*:", "//127.0.0.1:", address)
         assert "//0.0.0.0" not in address  # where no browser goes
-        assert _status_of(here) == 200
-        assert _status_of(here.partition("?")[0]) == 403
+        assert _status_of(local_address) == 200
+        assert _status_of(local_address.partition("?")[0]) == 403
         process.terminate()
         assert "`--host 0.0.0.0` lets other machines reach the page" in process.communicate()[1]
 

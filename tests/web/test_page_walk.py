@@ -17,12 +17,12 @@ _PICTURES = PROJECT / "build" / "web"
 _WINDOW = {"width": 1280, "height": 800}
 
 
-# The handle table says of some how far they are moved.
-_HAS_MOVED = "[...document.querySelectorAll('.mls-row .moved')].some(each => each.innerText)"
+# The table says how far a handle is moved.
+_HAS_MOVED = "[...document.querySelectorAll('.mls-row .moved')].some(cell => cell.innerText)"
 
 
 class Steps:
-    """Counts what the user does, and takes a picture after each."""
+    """Counts the actions of the user, and takes a picture after each."""
 
     def __init__(self, page):
         self.count, self._page = 1, page  # the command
@@ -30,9 +30,9 @@ class Steps:
 
     def done(self, name):
         self.count += 1
-        shown = -1
-        while shown != self._page.frames():  # until the picture is as fine as it gets
-            shown = self._page.frames()
+        frames = -1
+        while frames != self._page.frames():  # until the picture is final
+            frames = self._page.frames()
             time.sleep(2)
         self._page.tab.screenshot(path=_PICTURES / f"{self.count}_{name}.png")
 

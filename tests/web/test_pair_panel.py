@@ -140,11 +140,11 @@ def test_a_session_is_saved_and_sent(session, tmp_path):
     do(session, "enable", [1, False])
     do(session, "comparison", "fade")
     do(session, "share", 0.75)
-    folder = session.call(session.save_session).result()
+    folder = session.call(lambda: session.save(as_session=True)).result()
     path = folder / "session.mls.json"
     assert values["is_saved"]
     assert json.loads(path.read_text("utf-8"))["data"] == ["../moving.vti"]
-    transfers = Transfers(session, tmp_path, 1 << 20, None)
+    transfers = Transfers(session, tmp_path, None)
     do(session, "delete_pair", [0])
     do(session, "comparison", "beside")
     session.call(lambda: transfers._resume(path)).result()

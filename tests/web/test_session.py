@@ -49,7 +49,7 @@ def do(session, name, value=None):
 
 
 @pytest.mark.parametrize(("scale", "away"), [(1, 0), (1e-9, 0), (1, 5e5), (300, -40)])
-def test_the_table_has_as_many_decimals_as_tell_handles_apart(scale, away):
+def test_the_table_has_enough_decimals_to_distinguish_handles(scale, away):
     rest = away + scale * np.array([(0, 0, 1e-17), (1 / 3, -1e-16, 1), (0.125, 0.5, 2 / 3)])
     rows = panel_values.values_of(_Editor(State(rest, rest)), {}, 0)["rows"]
     at = np.array([row["at"] for row in rows])
@@ -132,15 +132,15 @@ def test_an_error_of_the_device_is_a_sentence(monkeypatch):
     np.testing.assert_allclose(do(session, "undo")["rows"][0]["moved"], 0)
 
 
-def test_data_that_cannot_be_shown_leave_what_is_shown():
+def test_invalid_data_leave_the_session_unchanged():
     session = opened(ball_mesh())
     do(session, "lay_lattice")
-    without, before = vtkImageData(), session.editor
-    without.SetDimensions(3, 3, 3)
-    arrays.add(without.GetCellData(), "of cells", np.arange(8.0))
-    shown = session.call(lambda: session.open([without], State([], []), ["cells.vti"], None))
+    image, before = vtkImageData(), session.editor
+    image.SetDimensions(3, 3, 3)
+    arrays.add(image.GetCellData(), "of cells", np.arange(8.0))
+    future = session.call(lambda: session.open([image], State([], []), ["cells.vti"], None))
     with pytest.raises(ValueError, match="no values at its points"):
-        shown.result()
+        future.result()
     assert session.editor is before
     assert do(session, "undo")["count"] == 27
     assert "nothing" not in session._on_change.values["message"]
@@ -172,7 +172,7 @@ def test_shapes_names_and_numbers_by_the_panel():
     assert (values["has_mask"], len(values["rows"]), values["rows"][4]["name"]) == (False, 27, "5")
 
 
-def test_a_page_that_is_gone_holds_nothing():
+def test_a_closed_page_releases_the_mouse():
     session = opened(ball_mesh())
     picture = Picture(session)
     width, height = session.window.GetSize()
@@ -195,25 +195,25 @@ def test_a_page_that_is_gone_holds_nothing():
     moved = session.editor.state
     send("move", by=80)
     assert session.editor.state is moved
-    # nor is the camera held, beside handles
+    # the camera neither, when the press was beside handles
     camera = session.editor.scene.renderer.GetActiveCamera()
     session.call(lambda: session.send({"type": "down", "x": 0, "y": 0, "button": 0})).result()
     picture._release_buttons()
     session.call(lambda: None).result()
-    seen_from = camera.GetPosition()
+    position = camera.GetPosition()
     session.call(lambda: session.send({"type": "move", "x": 0.4, "y": 0.2})).result()
-    assert camera.GetPosition() == seen_from
+    assert camera.GetPosition() == position
 
 
-def test_slices_have_the_look_that_the_panel_sets(monkeypatch):
-    session, shown = opened(ball_mesh()), []
+def test_slices_have_the_preset_of_the_panel(monkeypatch):
+    session, calls = opened(ball_mesh()), []
     session.call(session.editor.toggle_slices).result()
-    monkeypatch.setattr(session.editor.slices, "show", lambda is_final: shown.append(is_final))
-    do(session, "look", 0)
-    assert shown == [True]
+    monkeypatch.setattr(session.editor.slices, "show", lambda is_final: calls.append(is_final))
+    do(session, "preset", 0)
+    assert calls == [True]
 
 
-def test_the_panel_sets_what_is_shown_of_the_deformation():
+def test_the_panel_sets_how_the_deformation_is_shown():
     session = opened(ball_mesh())
     do(session, "distortion", 3)
     assert session.editor.view.distortion.has_grid

@@ -18,36 +18,36 @@ PAGES = [page for page in PAGES if not page.startswith("_")]
 
 pytestmark = pytest.mark.matrix
 
-# What of a page is wider than it may be: than the window, or than its own box, unless it or what
-# holds it is scrolled; and which of its pictures are not there.
+# Elements that are wider than the window or than their own box and cannot be scrolled.
 WIDE = """
 () => {
-  const room = document.documentElement.clientWidth;
-  const scrolls = (each) => ["auto", "scroll"].includes(getComputedStyle(each).overflowX);
-  const held = (each) =>
-    each && each.matches(".bd-article *") && (scrolls(each) || held(each.parentElement));
-  const wide = [...document.querySelectorAll(".bd-article *")].filter((each) =>
-    getComputedStyle(each).display === "block" && each.scrollWidth > each.clientWidth + 1 ||
-    each.getBoundingClientRect().right > room + 1);
-  const found = wide.filter((each) => !held(each)).map((each) => each.outerHTML.slice(0, 100));
-  return document.documentElement.scrollWidth > room ? ["the page", ...found] : found;
+  const width = document.documentElement.clientWidth;
+  const scrolls = (element) => ["auto", "scroll"].includes(getComputedStyle(element).overflowX);
+  const isScrolled = (element) =>
+    element?.matches(".bd-article *") && (scrolls(element) || isScrolled(element.parentElement));
+  const wide = [...document.querySelectorAll(".bd-article *")].filter((element) =>
+    getComputedStyle(element).display === "block" && element.scrollWidth > element.clientWidth + 1
+    || element.getBoundingClientRect().right > width + 1);
+  const texts = wide.filter((element) => !isScrolled(element))
+    .map((element) => element.outerHTML.slice(0, 100));
+  return document.documentElement.scrollWidth > width ? ["the page", ...texts] : texts;
 }
 """
-LOST = """
+MISSING_IMAGES = """
 async () => {
-  const lost = [];
-  for (const each of document.images) {
-    each.loading = "eager";
-    await each.decode().catch(() => lost.push(each.src));
+  const missing = [];
+  for (const image of document.images) {
+    image.loading = "eager";
+    await image.decode().catch(() => missing.push(image.src));
   }
-  return lost;
+  return missing;
 }
 """
 
 
 @pytest.fixture(scope="module", params=WIDTHS)
 def tab(browser, request):
-    """A tab of a width; `problems` holds what its console and its requests have said."""
+    """A tab of a width; `problems` are errors of its console and its requests."""
     tab = browser.new_page(viewport={"width": request.param, "height": 900})
     tab.problems = []
     tab.on("pageerror", lambda error: tab.problems.append(str(error)))
@@ -64,13 +64,13 @@ def test_the_site_is_built():
 
 
 @pytest.mark.parametrize("page", PAGES)
-def test_a_page_fits_and_is_whole(tab, page):
+def test_a_page_fits_and_is_complete(tab, page):
     tab.problems.clear()
     tab.goto((SITE / page).as_uri())
-    lost = tab.evaluate(LOST)
+    missing = tab.evaluate(MISSING_IMAGES)
     width = tab.viewport_size["width"]
     picture = PICTURES / str(width) / page.replace("/", ".").replace(".html", ".png")
     tab.screenshot(path=picture, full_page=True)
-    assert not lost
+    assert not missing
     assert not tab.problems
     assert not tab.evaluate(WIDE)

@@ -44,20 +44,20 @@ def client(folder):
 
 
 class Client:
-    """Asks the routes of one session."""
+    """Sends requests to the routes of one session."""
 
     def __init__(self, folder, limit=1 << 20):
         from vtk_mls.web.transfers import Transfers
 
-        self.sent, self._loop = folder / "sent", asyncio.new_event_loop()
-        self.sent.mkdir()
+        self.folder, self._loop = folder / "sent", asyncio.new_event_loop()
+        self.folder.mkdir()
         self.session, self.opened = Session(lambda changed: None), []
         data, paths = [io.read_dataset("ball.vtp")], ["ball.vtp"]
         self.session.call(lambda: self.session.open(data, State([], []), paths, None)).result()
-        self.transfers = Transfers(self.session, self.sent, limit, self.opened.append)
+        self.transfers = Transfers(self.session, self.folder, self.opened.append, limit)
 
     def ask(self, *requests):
-        """(status, body) of each of (method, path, data), sent at once."""
+        """(status, body) of requests (method, path, data), sent at once."""
         return self._loop.run_until_complete(self._ask(requests))
 
     def close(self):
@@ -88,12 +88,12 @@ def test_only_saved_files_are_served(client, folder):
         (folder / "output" / name).write_text("of others")
     client.session.editor.saver.folder = folder / "output"
     client.save()
-    secret, none, picture, every = client.ask(
+    secret, parent, picture, archive = client.ask(
         *(("GET", f"/saved/{name}") for name in ("secret.txt", "..", "picture.png", "all.zip"))
     )
-    assert (secret[0], none[0], picture[0], every[0]) == (404, 404, 200, 200)
+    assert (secret[0], parent[0], picture[0], archive[0]) == (404, 404, 200, 200)
     assert picture[1] == (folder / "output" / "picture.png").read_bytes() != b"of others"
-    names = zipfile.ZipFile(streams.BytesIO(every[1])).namelist()
+    names = zipfile.ZipFile(streams.BytesIO(archive[1])).namelist()
     assert "secret.txt" not in names
     assert {"handles.csv", "ball-deformed.vtp", "deform.py"} <= set(names)
     client.save()  # the same files anew
@@ -120,9 +120,9 @@ def test_uploaded_shapes_are_handles(client, folder):
     data = (folder / "handles.vtp").read_bytes()
     status, text = client.ask(("POST", "/send/handles/handles.vtp", data))[0]
     assert (status, text) == (200, b"handles.vtp is shown.")
-    shown = client.session.editor.state
-    assert shown.labels == ("tip",)
-    curve, region = shown.handles
+    state = client.session.editor.state
+    assert state.labels == ("tip",)
+    curve, region = state.handles
     np.testing.assert_array_equal(curve.deformed, 2 * np.eye(3))
     np.testing.assert_allclose(region.motion, motion, atol=1e-12)
 
@@ -136,9 +136,9 @@ def test_uploads_are_removed_when_other_data_are_shown(client, folder):
     )
     assert [status for status, _ in answers] == [200] * 3
     assert len(client.opened) == 2
-    shown = client.transfers._current
-    assert [*client.sent.iterdir()] == [shown]
-    before = (shown / "ball.vtp").read_bytes()
+    current = client.transfers._current
+    assert [*client.folder.iterdir()] == [current]
+    before = (current / "ball.vtp").read_bytes()
     answers = client.ask(
         ("POST", "/send/data/ball.vtp", b"broken"),
         ("POST", "/send/data/ball.vtp", streams.BytesIO(bytes((1 << 20) + 1))),
@@ -146,9 +146,9 @@ def test_uploads_are_removed_when_other_data_are_shown(client, folder):
     )
     assert [status for status, _ in answers] == [400] * 3
     assert answers[1][1] == b"`ball.vtp` has more than 1 MB, which is the limit"
-    assert not any(str(client.sent).encode() in text for _, text in answers)
-    assert [*client.sent.iterdir()] == [shown]
-    assert (shown / "ball.vtp").read_bytes() == before
+    assert not any(str(client.folder).encode() in text for _, text in answers)
+    assert [*client.folder.iterdir()] == [current]
+    assert (current / "ball.vtp").read_bytes() == before
 
 
 def test_a_script_for_uploaded_data_has_them_beside_it(client, folder):
@@ -163,16 +163,16 @@ def test_a_script_for_uploaded_data_has_them_beside_it(client, folder):
     text = (saved / "deform.py").read_text()
     assert "sent" not in text
     assert repr(("ball.vtp", "ball-deformed.vtp")) in text
-    made = (saved / "ball-deformed.vtp").read_bytes()
-    taken = folder / "elsewhere"
-    saved.rename(taken)
+    content = (saved / "ball-deformed.vtp").read_bytes()
+    renamed = folder / "elsewhere"
+    saved.rename(renamed)
     subprocess.run(
-        [sys.executable, taken / "deform.py"],
+        [sys.executable, renamed / "deform.py"],
         env={**os.environ, "PYTHONPATH": str(PROJECT)},
         check=True,
         capture_output=True,
     )
-    assert (taken / "ball-deformed.vtp").read_bytes() == made
+    assert (renamed / "ball-deformed.vtp").read_bytes() == content
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="there are no signals on Windows")

@@ -1,7 +1,7 @@
 """A child Python process for work that may crash or hang: OpenCL drivers, VTK's readers.
 
-The child calls one function, and ends when its parent does. Its folder, which the parent makes and
-removes, has the program (`child.py`) and what it is to do (`request.json`).
+The child calls one function, and ends when its parent does. The parent makes and removes its
+folder, with the program (`child.py`) and the request (`request.json`).
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 PREFIX = "vtk_mls-"  # of the names of folders
-_PARENT_INTERVAL = 1.0  # seconds between two looks for the parent
+_PARENT_INTERVAL = 1.0  # seconds between two checks of the parent
 # A file, since some programs that embed Python run nothing else (pvpython).
 _PROGRAM = """
 import json, os, sys
@@ -155,7 +155,7 @@ def interpreter() -> list[str] | None:
 
 
 def call(folder, request):
-    """Do what a request says; called by the program of a child."""
+    """Call the function of a request; called by the program of a child."""
     threading.Thread(target=_end_with_parent, args=(folder, os.getppid()), daemon=True).start()
     function(request["function"])(folder, *request["arguments"])
 

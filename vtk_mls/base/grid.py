@@ -1,4 +1,4 @@
-"""A regular grid in the world: what `vtkImageData` describes, without VTK."""
+"""A regular grid in the world, as `vtkImageData` has it, without VTK."""
 
 from __future__ import annotations
 
@@ -172,14 +172,14 @@ class Grid:
 
 
 def _positive_integers(dimensions):
-    numbers = as_float("dimensions", dimensions, "three positive integers (nx, ny, nz)")
-    is_valid = (numbers >= 1) & (numbers % 1 == 0) & (numbers < 2**62)
-    if numbers.shape != (3,) or not is_valid.all():
+    values = as_float("dimensions", dimensions, "three positive integers (nx, ny, nz)")
+    is_valid = (values >= 1) & (values % 1 == 0) & (values < 2**62)
+    if values.shape != (3,) or not is_valid.all():
         raise ValueError(
             "`dimensions` must be three positive integers (nx, ny, nz), "
             f"got {short_repr(dimensions)}"
         )
-    return tuple(int(n) for n in numbers)
+    return tuple(int(n) for n in values)
 
 
 def _finite(name, value, shape):

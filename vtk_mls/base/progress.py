@@ -20,7 +20,8 @@ class Progress:
     Progress is reported before each step, and not after the last, since another part may follow.
     `whole` reports 1 at the end. So fractions increase, and 1 is reported once.
 
-    `over` iterates over equal steps; `divided` makes a Progress for each of several parts.
+    `over` iterates over equal steps; `divided` makes a Progress for each of several parts, `parts`
+    and `chunks` for equal ones.
     """
 
     def __init__(
@@ -51,6 +52,14 @@ class Progress:
             Progress(self._report, begin, end) for begin, end in zip([self._begin, *ends], ends)
         ]
 
+    def parts(self, steps: Sequence[Step]) -> Iterator[tuple[Step, Progress]]:
+        """`steps` of equal duration, and a Progress for each."""
+        return zip(steps, self.divided(*[1] * len(steps)))
+
+    def chunks(self, count: int, size: int) -> Iterator[tuple[slice, Progress]]:
+        """Slices of `count` items, at most `size` in each, and a Progress for each."""
+        return self.parts([slice(i, min(i + size, count)) for i in range(0, count, size)])
+
     def _at(self, fraction: float) -> float:
         """The fraction of the whole at a `fraction` of this part."""
         return min(self._begin + (self._end - self._begin) * fraction, self._end)
@@ -80,7 +89,7 @@ def _increasing(callback):
 
     def report(fraction):
         nonlocal last
-        last = max(last, fraction)  # a question starts again when it runs out of memory
+        last = max(last, fraction)  # a computation restarts when it runs out of memory
         if callback(last):
             raise Aborted(f"stopped at {last:.0%} as `progress` asked")
 

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import json
-import sys
 from contextlib import contextmanager
 from functools import partial
 
 from vtk_mls.commands import map_options, property_options
-from vtk_mls.commands.running import draw_bar, read, shows_progress
+from vtk_mls.commands.running import progress_bar, read
 from vtk_mls.commands.supervision import step
 
 _MAX_ROWS = 20  # in the terminal, beside outliers
@@ -36,6 +35,7 @@ def add(commands):
 def run(options):
     """Run the command."""
     from vtk_mls.files.paths import check_replaceable, replacing
+    from vtk_mls.landmarks import report
     from vtk_mls.landmarks.page import page
 
     outputs = [path for path in (options.json, options.html) if path is not None]
@@ -43,31 +43,20 @@ def run(options):
         check_replaceable(path)
     pairs = _pairs(options)
     names = [label or str(i + 1) for i, label in enumerate(pairs.labels)]
-    with step("check", options.handles), _files_named(options):
-        found = _report(pairs, names, options)
-    print("\n".join(_lines(found)))
+    with step("check", options.handles), _files_named(options), progress_bar(options) as bar:
+        settings = {"weights": pairs.weights, "device": options.device or None, "progress": bar}
+        result = report(pairs.rest, pairs.deformed, names, **settings)
+    print("\n".join(_lines(result)))
     for path, text in ((options.json, _json), (options.html, page)):
         if path is not None:
             with step("write", path), replacing(path) as new:
-                new.write_text(text(found), encoding="utf-8")
+                new.write_text(text(result), encoding="utf-8")
     return 0
-
-
-def _report(pairs, names, options):
-    from vtk_mls.landmarks import report
-
-    bar = draw_bar if shows_progress(options) else None
-    settings = {"weights": pairs.weights, "device": options.device or None, "progress": bar}
-    try:
-        return report(pairs.rest, pairs.deformed, names, **settings)
-    finally:
-        if bar:
-            print(file=sys.stderr)
 
 
 @contextmanager
 def _files_named(options):
-    """Replace the names of arguments in errors by those of files."""
+    """Replace names of arguments in errors by names of files."""
     rest, deformed = options.handles, options.deformed or options.handles
     both = f"`{rest}`" if rest == deformed else f"`{rest}` and `{deformed}`"
     try:
@@ -83,14 +72,14 @@ def _json(report):
 
 
 def _lines(report):
-    """What to print."""
+    """The lines to print."""
     from vtk_mls.landmarks.text import aligned, heading, pair_rows, setting_rows, worst_first
 
     rows = worst_first(report)
-    shown = rows[: max(_MAX_ROWS, int(report.outlier.sum()))]
-    lines = [*aligned(pair_rows(report, shown))]
-    if len(shown) < len(rows):
-        lines.append(f"... and {len(rows) - len(shown)} more; --json and --html have all")
+    count = max(_MAX_ROWS, int(report.outlier.sum()))
+    lines = [*aligned(pair_rows(report, rows[:count]))]
+    if count < len(rows):
+        lines.append(f"... and {len(rows) - count} more; --json and --html have all")
     return [*lines, "", *aligned(setting_rows(report)), "", *heading(report)]
 
 

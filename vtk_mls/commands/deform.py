@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache, partial
 
 from vtk_mls.commands import map_options, ome_zarr, property_options, remarks
-from vtk_mls.commands.running import distinct_warnings, read, update
+from vtk_mls.commands.running import distinct_warnings, read, read_image, update
 from vtk_mls.commands.supervision import step
 
 _MULTI_ARRAY_FORMATS = (".vti", ".vtk", ".pvd")
@@ -52,7 +52,7 @@ def add(commands):
         "OutputGrid",
         flag="--grid",
         choices=("input", "fitted"),
-        text="grid of the output: that of the input, or one that holds the whole deformed volume",
+        text="grid of the output: as of the input, or one that holds the whole deformed volume",
     )
     add(
         "Reference",
@@ -102,21 +102,13 @@ def run(options):
 
 def _reference(options):
     """The image that gives the grid of the output, or None."""
-    from vtk_mls import io
-
-    path = options.reference
-    if path is None:
+    if options.reference is None:
         return None
     if options.output_grid != "input":
         raise ValueError(
             f"`--reference` is the grid of the output; leave `--grid {options.output_grid}` out"
         )
-    image = read(io.read_dataset, path)
-    if not image.IsA("vtkImageData"):
-        raise ValueError(
-            f"`--reference` must be an image, got a {image.GetClassName()} in `{path}`"
-        )
-    return image
+    return read_image("--reference", options.reference)
 
 
 def _deform_one(steps, deform, options):
@@ -164,8 +156,8 @@ def _check_gradient(options):
 def _deform_all(steps, handle_times, deform, options):
     """Deform and write one time step after the other.
 
-    Handles that move in time are those of the last of their times that is not after the step, as of
-    VTK's readers; before the first, those of the first.
+    A time step takes the handles of the last of their times that is not later, or else of the
+    first, as VTK's readers do.
     """
     from vtk_mls.commands import series
     from vtk_mls.files.point_tables import step_at
@@ -179,35 +171,29 @@ def _deform_all(steps, handle_times, deform, options):
         moving = map_options.control_points_in_time(options, handle_times)
         handles = dict(zip(handle_times, moving))
     map_options.apply(options, deform, handles[handle_times[0]] if handles else None)
-    with distinct_warnings(), _writing(steps, options) as write:
-        for number, (time, read_step) in enumerate(steps):
+    times = [time for time, _ in steps]
+    with distinct_warnings(), series.writing(options.output, times) as write:
+        for index, (time, read_step) in enumerate(steps):
             if handles:
                 deform.SetInputData(1, handles[step_at(handle_times, time)])
             dataset = read(lambda _, read_step=read_step: read_step(), options.input)
             deform.SetInputData(0, dataset)
             inverted_cells.prepare(dataset)
-            update(deform, options, number, len(steps))
+            update(deform, options, index, len(steps))
             inverted_cells.take()
             failures += _failures(deform.GetOutput())
             are_empty.append(remarks.is_empty(deform))
-            if handles or number + 1 == len(steps):  # else the map is the same for all
+            if handles or index + 1 == len(steps):  # else the map is the same for all
                 note = _notes(deform)
                 notes.setdefault(note, f" at time {time:g}" if handles and note else "")
             with step("write", options.output):
                 write(deform.GetOutput())
     summary = f"{len(steps)} time steps, {options.kind}{_lost_points(failures)}"
     at_times = f", handles at {len(handles)} times" * bool(handles)
-    found = "".join(f"{note}{where}" for note, where in notes.items())
-    summary += at_times + inverted_cells.note() + found
+    summary += at_times + inverted_cells.note()
+    summary += "".join(f"{note}{where}" for note, where in notes.items())
     _report(summary, are_empty, options)
     return 0
-
-
-def _writing(steps, options):
-    """The context of `series.writing`."""
-    from vtk_mls.commands import series
-
-    return series.writing(options.output, [time for time, _ in steps])
 
 
 def _notes(deform):

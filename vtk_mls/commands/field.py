@@ -73,7 +73,7 @@ def run(options):
         io.check_writable(options.output, field.GetOutput())
     else:
         io.check_field_writable(options.output)
-    field.SetInputData(0, dataset if dataset.IsA("vtkDataSet") else _corners(dataset))
+    field.SetInputData(0, dataset if dataset.IsA("vtkDataSet") else _bounding_points(dataset))
     if options.dimensions is not None:
         field.SetSampleDimensions(_dimensions(options, dataset))
     map_options.apply(options, field)
@@ -115,18 +115,18 @@ def _dimensions(options, dataset):
     return dimensions
 
 
-def _corners(blocks):
+def _bounding_points(blocks):
     """Two points with the bounds of composite data."""
     from vtkmodules.vtkCommonCore import vtkPoints
     from vtkmodules.vtkCommonDataModel import vtkPolyData
 
-    bounds, points, corners = [0.0] * 6, vtkPoints(), vtkPolyData()
+    bounds, points, polydata = [0.0] * 6, vtkPoints(), vtkPolyData()
     blocks.GetBounds(bounds)
     points.SetDataTypeToDouble()
     points.InsertNextPoint(bounds[::2])
     points.InsertNextPoint(bounds[1::2])
-    corners.SetPoints(points)
-    return corners
+    polydata.SetPoints(points)
+    return polydata
 
 
 def _summary(output, options):

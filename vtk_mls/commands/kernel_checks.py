@@ -37,11 +37,11 @@ def main(folder, request):
         the first check of this child, and the number of children that share them.
     """
     try:
-        found = _find(request["device"])
+        device = _find(request["device"])
     except Exception as error:
         return _report(uncheckable=f"{type(error).__name__}: {error}")
     try:
-        engine = Engine(dataclasses.replace(found, width=request["lanes"]))
+        engine = Engine(dataclasses.replace(device, width=request["lanes"]))
         first, children = request["part"]
         for step, errors in checks(engine)[first::children]:
             _report(step=step)
@@ -56,8 +56,8 @@ def main(folder, request):
 def checks(engine):
     """Every kind, cuts in both frames, points, grids, images, Jacobians and the inverse.
 
-    Almost all of the time is that of the compiler, so each build checks several things. Those that
-    take longest come first, and two children that take them in turns end together.
+    The compiler takes almost all of the time, so each build checks several things. The longest
+    come first, so that two children that share them end together.
 
     Returns
     -------
@@ -101,9 +101,11 @@ def checks(engine):
 
     def inverse_error():
         origins = fixed_cut.backward(points[~fixed_cut.void(points)])
-        displacement, found = engine.forward(fixed_cut, origins)
-        back = fixed_cut.backward((origins + displacement)[found])
-        return _largest(np.abs(back - origins[found])) / EXTENT if found.mean() > 0.9 else np.nan
+        displacement, has_image = engine.forward(fixed_cut, origins)
+        back = fixed_cut.backward((origins + displacement)[has_image])
+        if has_image.mean() <= 0.9:
+            return np.nan
+        return _largest(np.abs(back - origins[has_image])) / EXTENT
 
     return [
         ("similarity inverse, fixed cut", lambda: (inverse_error(), 1e-4)),
@@ -154,10 +156,10 @@ def _largest(errors):
 
 
 def _find(requested):
-    found = [device for device in devices.list_devices() if description(device) == requested]
-    if not found:
+    matches = [device for device in devices.list_devices() if description(device) == requested]
+    if not matches:
         raise LookupError("the child process does not find the device")
-    return found[0]
+    return matches[0]
 
 
 def _report(**message):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from vtk_mls.commands import property_options
-from vtk_mls.commands.running import read
+from vtk_mls.commands.running import read_image
 
 _BALL, _IMAGE, _FIXED, _SLIDING = "--mask-ball", "--mask", "--fixed-plane", "--sliding-plane"
 
@@ -45,22 +45,25 @@ def limits(options):
     from vtk_mls import FixedFace, SlidingFace
     from vtk_mls.filters import limit_inputs
 
-    masks, faces = [], []
-    if options.mask_ball is not None:
-        masks.append(ball(options))
+    mask = ball(options)
     if options.mask is not None:
-        masks.append(_image_mask(options.mask))
-    if len(masks) > 1:
-        raise ValueError(
-            f"a deformation has one mask, got `{_BALL}` and `{_IMAGE}`; multiply them to one image"
-        )
-    for flag, texts, kind in (
+        image = read_image(_IMAGE, options.mask)
+        if mask is not None:
+            raise ValueError(
+                f"a deformation has one mask, got `{_BALL}` and `{_IMAGE}`; multiply them to one "
+                "image"
+            )
+        mask = limit_inputs.image_mask(image, f"`{options.mask}`")
+    planes = (
         (_FIXED, options.fixed_planes, FixedFace),
         (_SLIDING, options.sliding_planes, SlidingFace),
-    ):
-        for text in texts:
-            faces.append(limit_inputs.face(kind, _numbers(flag, text, 7), f"`{flag}`"))
-    return masks[0] if masks else None, faces
+    )
+    faces = [
+        limit_inputs.face(kind, property_options.numbers(flag, text, 7), f"`{flag}`")
+        for flag, texts, kind in planes
+        for text in texts
+    ]
+    return mask, faces
 
 
 def ball(options):
@@ -75,25 +78,5 @@ def ball(options):
 
     if options.mask_ball is None:
         return None
-    return limit_inputs.ball_mask(_numbers(_BALL, options.mask_ball, 5), f"`{_BALL}`")
-
-
-def _image_mask(path):
-    from vtk_mls import io
-    from vtk_mls.filters import limit_inputs
-
-    image = read(io.read_dataset, path)
-    if not image.IsA("vtkImageData"):
-        raise ValueError(f"`{_IMAGE}` must be an image, got a {image.GetClassName()} in `{path}`")
-    return limit_inputs.image_mask(image, f"`{path}`")
-
-
-def _numbers(flag, text, count):
-    """Numbers from the text of an option."""
-    try:
-        values = [float(part) for part in text.split(",")]
-    except ValueError:
-        values = []
-    if len(values) != count:
-        raise ValueError(f"`{flag}` must be {count} numbers with commas, got `{text:.60}`")
-    return values
+    ball_values = property_options.numbers(_BALL, options.mask_ball, 5)
+    return limit_inputs.ball_mask(ball_values, f"`{_BALL}`")

@@ -132,7 +132,7 @@ def _add_cuts(parser):
 def apply(options, algorithm, control_points=None):
     """Set the control points (port 1) and the properties of a filter from the options.
 
-    Control-point polydata in place of those of the files may be given.
+    `control_points` is polydata to use instead of the files.
     """
     algorithm.SetInputData(1, control_points or _moving_control_points(options))
     property_options.apply(options, algorithm)
@@ -203,14 +203,14 @@ def control_points_in_time(options, times):
     """
     from vtk_mls.vtk.control_point_polydata import is_moving
 
-    found = [_read_control_points(options, time)[0] for time in times]
-    is_identity = not any(map(is_moving, found)) or options.blend == 0
+    polydata = [_read_control_points(options, time)[0] for time in times]
+    is_identity = not any(map(is_moving, polydata)) or options.blend == 0
     if is_identity and not (options.allow_identity or options.initial_transform):
         raise ValueError(
             f"nothing moves: the control points of `{options.handles}` are at rest (p = q) at all "
             f"{len(times)} times; add --allow-identity to go on"
         )
-    return found
+    return polydata
 
 
 def map_arguments(options):
@@ -291,7 +291,7 @@ def _read_control_points(options, time=None):
     if options.path and options.deformed:
         raise ValueError("`--path` ends with the positions q: leave `--deformed` out")
     if options.path:
-        files = read(series.files_in_time, options.path)
+        files = [file for _, file in read(series.timed_files, options.path)]
         rest, *between, last = (read(reader, path) for path in (handles, *files))
         return io.control_points(rest, last, between, options.pair_by), True
     if options.deformed:
@@ -322,10 +322,5 @@ def _cuts(options):
 
 def _vectors(option, text, count):
     """`count` vectors of three numbers from the text of an option."""
-    try:
-        values = [float(part) for part in text.split(",")]
-    except ValueError:
-        values = []
-    if len(values) != 3 * count:
-        raise ValueError(f"`{option}` must be {3 * count} numbers with commas, got `{text:.60}`")
+    values = property_options.numbers(option, text, 3 * count)
     return [values[start : start + 3] for start in range(0, 3 * count, 3)]

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import sys
+from functools import partial
 
 from vtk_mls.commands import map_options, property_options
-from vtk_mls.commands.running import draw_bar, shows_progress
+from vtk_mls.commands.running import progress_bar
 from vtk_mls.commands.supervision import step
 from vtk_mls.files.ome_zarr import SUFFIX, is_ome_zarr, open_image
 
@@ -64,7 +64,8 @@ def deform(options):
         "void_values": property_options.value("VoidValues"),
     }
     image = open_image(options.input)
-    note = _run(options, lambda transform, **more: _deform(job, options, transform, settings, more))
+    run = partial(job.deform, options.input, options.output, settings=settings)
+    note = _run(options, run)
     size = " x ".join(str(n) for n in image.finest.grid.dimensions)
     parts = f"{size} points, {options.kind}; {_count(len(image.levels), 'resolution')}"
     lead = image.finest.array.shape[: len(image.axes.rstrip("zyx"))]
@@ -77,26 +78,19 @@ def deform(options):
     return 0
 
 
-def _deform(job, options, transform, settings, more):
-    return job.deform(options.input, options.output, transform, settings, **more)
-
-
 def field(options):
     """Write the displacement field on the grid of an OME-Zarr."""
     from vtk_mls.ome_zarr import job
 
     image = open_image(options.input)
-    note = _run(
-        options,
-        lambda transform, **more: job.write_field(options.input, options.output, transform, **more),
-    )
+    note = _run(options, partial(job.write_field, options.input, options.output))
     size = " x ".join(str(n) for n in image.finest.grid.dimensions)
     print(f"{options.output}: {size} backward displacements, {options.kind}{note}")
     return 0
 
 
 def _run(options, run):
-    """Call `run` of a transform with a progress bar; how it ended, for the end of a sentence."""
+    """Call `run` of a transform with a progress bar; a note for the end of a sentence."""
     from vtk_mls import Chain
 
     for name, flag in _IN_MEMORY.items():
@@ -106,17 +100,8 @@ def _run(options, run):
     initial = map_options.initial_transform(options)
     if initial is not None:
         transform = Chain([initial, transform])
-    has_bar = shows_progress(options)
-    with step("deform", options.input):
-        try:
-            note = run(
-                transform,
-                scheduler=options.scheduler,
-                progress=(lambda fraction: draw_bar(fraction)) if has_bar else None,
-            )
-        finally:
-            if has_bar:
-                print(file=sys.stderr)
+    with step("deform", options.input), progress_bar(options) as bar:
+        note = run(transform, scheduler=options.scheduler, progress=bar)
     return f"; {note}" if note else ""
 
 

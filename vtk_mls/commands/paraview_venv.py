@@ -46,7 +46,7 @@ def find(paraview):
     if "problem" not in contents or paraview.version < _FIRST_VERSION:
         return contents, None
     folder = usual_folder(contents["python"])
-    if folder and _is_environment(folder):
+    if folder and (folder / "pyvenv.cfg").is_file():
         contents = paraview.contents(folder)
     else:
         folder = None
@@ -130,7 +130,8 @@ def _install(packages, folder, note):
     """Install packages into an environment by its own pip."""
     names = dict.fromkeys(package.partition(";")[0].strip() for package in packages)
     note(f"installing {', '.join(names)} ...")
-    pip = [_python_of(folder), "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
+    python = folder / ("Scripts/python.exe" if sys.platform == "win32" else "bin/python")
+    pip = [python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
     problem = _problem([*pip, *packages])
     if problem:
         raise ValueError(f"pip could not install into {folder}: {problem}")
@@ -151,14 +152,6 @@ def _without_extra(name, marker):
     """A requirement whose marker does not name the extra."""
     marker = re.sub(r"\s*(and)?\s*extra == .\w+.\s*", "", marker).strip()
     return f"{name.strip()}; {marker}" if marker else name.strip()
-
-
-def _is_environment(folder):
-    return (folder / "pyvenv.cfg").is_file()
-
-
-def _python_of(folder):
-    return folder / ("Scripts/python.exe" if sys.platform == "win32" else "bin/python")
 
 
 def _minor(version):

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import replace
 from functools import partial
 
 from vtk_mls.commands import map_options
-from vtk_mls.commands.running import draw_bar, read, shows_progress
+from vtk_mls.commands.running import progress_bar, read
 from vtk_mls.commands.supervision import step
 
 
@@ -46,6 +45,7 @@ def run(options):
     """Run the command."""
     from vtk_mls import Chain, io
     from vtk_mls.files import control_point_files
+    from vtk_mls.queries.handle_warnings import handle_warnings
 
     control_point_files.check_writable(options.output)
     space = options.handles_space
@@ -57,16 +57,10 @@ def run(options):
         moved = replace(landmarks, positions=_moved(landmarks, transform, options))
     with step("write", options.output):
         left_out = control_point_files.write_landmarks(options.output, moved, options.input, space)
-    notes = _losses(landmarks, moved, options, left_out > 0) + _warnings(deformation)
+    notes = _losses(landmarks, moved, options, left_out > 0)
+    notes += "".join(f"; {sentence}" for sentence in handle_warnings(deformation))
     print(f"{options.output}: {len(moved.positions)} points, {options.kind}{notes}")
     return 0
-
-
-def _warnings(deformation):
-    """Warnings about handles, for the end of a sentence."""
-    from vtk_mls.queries.handle_warnings import handle_warnings
-
-    return "".join(f"; {sentence}" for sentence in handle_warnings(deformation))
 
 
 def _moved(landmarks, transform, options):
@@ -77,16 +71,14 @@ def _moved(landmarks, transform, options):
 
     is_placed = landmarks.is_placed
     positions = landmarks.positions[is_placed]
-    bar = draw_bar if shows_progress(options) else None
-    if options.inverse:
-        with whole(bar) as progress:
-            mapping, finding = progress.divided(1, 1)
-            new = transform.backward(positions, mapping)
-            new[transform.void(positions, finding)] = np.nan
-    else:
-        new = transform.forward(positions, bar)
-    if bar:
-        print(file=sys.stderr)
+    with progress_bar(options) as bar:
+        if options.inverse:
+            with whole(bar) as progress:
+                mapping, finding = progress.divided(1, 1)
+                new = transform.backward(positions, mapping)
+                new[transform.void(positions, finding)] = np.nan
+        else:
+            new = transform.forward(positions, bar)
     moved = np.full_like(landmarks.positions, np.nan)
     moved[is_placed] = new
     return moved

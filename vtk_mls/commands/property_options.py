@@ -10,13 +10,13 @@ def add(parser, item, *, flag="", choices=(), text="", more=""):
     ----------
     parser : argparse.ArgumentParser
     item : str or Property
-        The name of a property, whose default is that of the filters.
+        The name of a property, or a property. The option has its default.
     flag : str, optional
         The option, by default the name of the property.
     choices : tuple of str, optional
         The choices of the command, by default all.
     text : str, optional
-        The help, by default that of the property.
+        The help, by default the help of the property.
     more : str, optional
         An addition to the help.
     """
@@ -33,6 +33,17 @@ def apply(options, algorithm):
     for prop in algorithm.PROPERTIES:
         if hasattr(options, prop.option) and not _is_text(prop):
             prop.assign(algorithm, getattr(options, prop.option))
+
+
+def numbers(flag, text, count):
+    """`count` numbers from the text of an option."""
+    try:
+        values = [float(part) for part in text.split(",")]
+    except ValueError:
+        values = []
+    if len(values) != count:
+        raise ValueError(f"`{flag}` must be {count} numbers with commas, got `{text:.60}`")
+    return values
 
 
 def default(name):

@@ -24,7 +24,7 @@ def map_note(algorithm, is_field=False):
         return f"; {far}: is their frame right (--handles-space)?"
     has_degree = algorithm.GetDegree() != property_options.value("Degree")
     if has_degree and algorithm.GetKind() != "polynomial":
-        return "; the degree is that of polynomials, and counts for nothing here"
+        return "; the degree is that of polynomials, and has no effect here"
     cells = handles.GetNumberOfLines() + handles.GetNumberOfPolys()
     if cells and algorithm.GetHandleShapes() == "points":
         return "; lines and surfaces of the handles count as points (--handle-shapes cells)"
@@ -123,8 +123,8 @@ class InvertedCells:
     def prepare(self, dataset):
         """Before the filter runs on a vtkDataObject.
 
-        Cells of images are not counted, since that takes long, nor those of a mesh that already has
-        the arrays of the filter.
+        Cells of images are not counted, because it takes long. Neither are cells of a mesh that
+        already has the arrays of the filter.
         """
         from vtk_mls.files.block_files import blocks
 
@@ -197,11 +197,12 @@ def _far(algorithm, is_field):
     p is near the data. q is near fields and output grids, except for fields of the inverse.
     """
     from vtk_mls.files.block_files import blocks
+    from vtk_mls.filters import initial_transforms
     from vtk_mls.vtk import arrays
 
     dataset, handles = (algorithm.GetInputDataObject(port, 0) for port in (0, 1))
     rest = arrays.to_numpy(handles.GetPoints().GetData())
-    initial, _ = _transforms(algorithm)
+    initial, _ = initial_transforms.split_chain(algorithm.updated_deformation())
     displacement = arrays.to_numpy(handles.GetPointData().GetArray("Displacement"))
     deformed = rest + algorithm.GetBlend() * displacement
     if initial is not None:
@@ -215,13 +216,6 @@ def _far(algorithm, is_field):
     images = [block for block in blocks(algorithm.GetOutput()) if block.IsA("vtkImageData")]
     is_far = _are_far_away(deformed, images)
     return "all control points, moved (q), are far from the grid of the output" * is_far
-
-
-def _transforms(algorithm):
-    """The initial transform of a filter, or None, and its deformation."""
-    from vtk_mls.filters import initial_transforms
-
-    return initial_transforms.divided(algorithm.updated_deformation())
 
 
 def _are_far_away(points, datasets):

@@ -19,7 +19,7 @@ def read(reader, path):
 
 @contextmanager
 def _deferred_warnings(named=str):
-    """Print warnings at the end, as `named` returns them: reading silences stderr."""
+    """Print warnings at the end of the block, as `named` returns them: reading silences stderr."""
     from vtk_mls.base.messages import message_handlers, warn
 
     warnings = []
@@ -46,6 +46,16 @@ def distinct_warnings():
         yield
 
 
+def read_image(option, path):
+    """The image of an option."""
+    from vtk_mls import io
+
+    image = read(io.read_dataset, path)
+    if not image.IsA("vtkImageData"):
+        raise ValueError(f"`{option}` must be an image, got a {image.GetClassName()} in `{path}`")
+    return image
+
+
 def update(algorithm, options, done=0, total=1):
     """Run a filter on the file and the control points of the options.
 
@@ -68,11 +78,12 @@ def update(algorithm, options, done=0, total=1):
 
 @contextmanager
 def files_named(options):
-    """Replace the names of inputs of a filter in errors by those of files."""
+    """Replace names of a filter's inputs in errors by names of files."""
     try:
         yield
     except ValueError as error:
-        names = [f"`{path}`" for path in _handle_files(options) if path]
+        paths = options.handles, options.deformed, options.path
+        names = [f"`{path}`" for path in paths if path]
         text = str(error).replace("`ControlPoints`", " and ".join(names))
         text = text.replace("where the data are", f"where the data of `{options.input}` are")
         raise ValueError(_with_files_named(options, text)) from error
@@ -88,10 +99,6 @@ def _with_files_named(options, sentence):
     return sentence
 
 
-def _handle_files(options):
-    return options.handles, options.deformed, options.path
-
-
 def shows_progress(options):
     """Whether to show a progress bar."""
     return options.progress or sys.stderr.isatty()
@@ -101,6 +108,17 @@ def draw_bar(done):
     """Show the progress bar; `done` goes from 0 to 1."""
     bar = ("#" * round(_BAR_LENGTH * done)).ljust(_BAR_LENGTH, ".")
     print(f"\r[{bar}] {done:4.0%}", end="", file=sys.stderr, flush=True)
+
+
+@contextmanager
+def progress_bar(options):
+    """`draw_bar`, and a new line at the end of the block; None if no bar is to be shown."""
+    has_bar = shows_progress(options)
+    try:
+        yield draw_bar if has_bar else None
+    finally:
+        if has_bar:
+            print(file=sys.stderr)
 
 
 def _update(algorithm, has_bar, done, total):

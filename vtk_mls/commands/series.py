@@ -46,14 +46,14 @@ def read_steps(path):
     """
     path = Path(path) if os.fspath(path) else existing_file(path)
     line = formats.find(path, reads=io.DATASETS)
-    if _is_series(path) or line is None or not line.has_times:
+    if is_series(path) or line is None or not line.has_times:
         return [(time, _reader(files)) for time, files in _files(path)]
     times, read = io.open_dataset(path)
     return [(time, lambda n=n: read(n)) for n, time in enumerate(times or (0.0,))]
 
 
-def files_in_time(path):
-    """The files of a series, one for each time, in the order of times.
+def timed_files(path):
+    """The (time, file) of a series with one file for each time, in the order of times.
 
     Parameters
     ----------
@@ -65,11 +65,6 @@ def files_in_time(path):
     OSError, ValueError
         Naming the file.
     """
-    return [file for _, file in timed_files(path)]
-
-
-def timed_files(path):
-    """As `files_in_time`, with the times: a list of (time, file)."""
     path = Path(path) if os.fspath(path) else existing_file(path)
     steps = _files(path)
     for time, files in steps:
@@ -82,7 +77,7 @@ def timed_files(path):
 
 def is_series(path):
     """Whether a path names the files of several times: a pattern, .pvd or .series."""
-    return _is_series(Path(path))
+    return _is_pattern(Path(path)) or Path(path).suffix.lower() in _INDICES
 
 
 def _files(path):
@@ -92,20 +87,19 @@ def _files(path):
         if not files:
             raise FileNotFoundError(f"there are no files `{path}`")
         return [(float(time), [Path(file)]) for time, file in enumerate(files)]
-    if not _is_series(path):
+    if not is_series(path):
         return [(0.0, [path])]
     existing_file(path)
     try:
-        named = _INDICES[path.suffix.lower()](path)
         files = {}
-        for time, name in named:
+        for time, name in _INDICES[path.suffix.lower()](path):
             if not math.isfinite(time):
                 raise ValueError(f"its times must be finite, got {time}")
             files.setdefault(time, []).append(named_file(path, name))
         if not files:
             raise ValueError("it names no files")
     except ValueError as error:
-        raise ValueError(f"`{path}` is no time series: {error}") from None
+        raise ValueError(f"`{path}` is not a time series: {error}") from None
     return [(time, files[time]) for time in sorted(files)]
 
 
@@ -197,7 +191,7 @@ def check_writable(path):
     if path.suffix.lower() != SUFFIX:
         return path
     if folder.exists() and not folder.is_dir():
-        raise FileExistsError(f"`{path}` cannot be written: `{folder}` is no folder")
+        raise FileExistsError(f"`{path}` cannot be written: `{folder}` is not a folder")
     return path
 
 
@@ -213,10 +207,6 @@ def _reader(files):
             raise ValueError(str(error)) from error
 
     return read
-
-
-def _is_series(path):
-    return _is_pattern(path) or path.suffix.lower() in _INDICES
 
 
 def _is_pattern(path):
@@ -236,7 +226,7 @@ def _of_collection(path):
     except ElementTree.ParseError as error:
         raise ValueError(f"it is not XML: {error}") from None
     if root.tag != "VTKFile" or root.get("type") != "Collection":
-        raise ValueError("it is no collection of ParaView's")
+        raise ValueError("it is not a ParaView collection")
     return [(float(step.get("timestep", 0)), step.get("file", "")) for step in root.iter("DataSet")]
 
 
@@ -246,7 +236,7 @@ def _of_json(path):
         files = json.loads(path.read_text(encoding="utf-8"))["files"]
         return [(float(file.get("time", n)), str(file["name"])) for n, file in enumerate(files)]
     except (AttributeError, KeyError, RecursionError, TypeError) as error:
-        raise ValueError(f"it is no file series of ParaView's: {error!r:.100}") from None
+        raise ValueError(f"it is not a ParaView file series: {error!r:.100}") from None
 
 
 _INDICES = {SUFFIX: _of_collection, ".series": _of_json}

@@ -52,15 +52,15 @@ def supervise(name, arguments):
         The exit status of the command; 1 after a sentence on stderr if its process crashed; 128
         and the number of a signal that ends this process.
     """
-    numbers = [getattr(signal, name, None) for name in ("SIGINT", "SIGTERM", "SIGHUP")]
+    signals = [getattr(signal, name, None) for name in ("SIGINT", "SIGTERM", "SIGHUP")]
     # nohup ignores one of them
-    numbers = [n for n in numbers if n is not None and signal.getsignal(n) != signal.SIG_IGN]
+    signals = [n for n in signals if n is not None and signal.getsignal(n) != signal.SIG_IGN]
     try:
-        _mask(numbers, is_blocked=True)  # until there is a child to kill
-        with child_process.started(f"{__name__}:work", name, arguments, numbers) as (child, folder):
-            for number in numbers:
+        _mask(signals, is_blocked=True)  # until there is a child to kill
+        with child_process.started(f"{__name__}:work", name, arguments, signals) as (child, folder):
+            for number in signals:
                 signal.signal(number, _stop)
-            _mask(numbers, is_blocked=False)
+            _mask(signals, is_blocked=False)
             try:
                 return report(child.wait(), child.pid, folder)
             except _Stopped:
@@ -75,7 +75,7 @@ def supervise(name, arguments):
         return 128 + number
 
 
-def work(folder, name, arguments, numbers=()):
+def work(folder, name, arguments, signals=()):
     """Run the command in this process, the child.
 
     Parameters
@@ -90,10 +90,10 @@ def work(folder, name, arguments, numbers=()):
     global _folder
     _folder = folder
     if hasattr(signal, "pthread_sigmask"):
-        if signal.SIGINT in numbers:
+        if signal.SIGINT in signals:
             # Ctrl-C is for the parent. Children of this process would inherit SIG_IGN.
             signal.signal(signal.SIGINT, lambda number, frame: None)
-        _mask(numbers, is_blocked=False)
+        _mask(signals, is_blocked=False)
     try:
         status = child_process.function(name)(arguments)
         sys.stdout.flush()  # before the interpreter's end, which may fail
@@ -121,10 +121,10 @@ def report(status, process, folder):
         The exit status of the command.
     """
     steps = _steps(folder)
-    doing, detail = steps[-1] if steps else ("", "")
-    if status >= 0 and doing in ("", _DONE):
+    action, detail = steps[-1] if steps else ("", "")
+    if status >= 0 and action in ("", _DONE):
         return status
-    if doing == _DONE:  # only the interpreter's end has failed
+    if action == _DONE:  # only the interpreter's end has failed
         return detail
     _remove_unfinished(process, steps)
     print(f"vtk-mls: {_failure(steps, child_process.ending(status))}", file=sys.stderr)
@@ -132,14 +132,14 @@ def report(status, process, folder):
 
 
 @contextmanager
-def step(doing, path):
+def step(action, path):
     """Note the step "read", "deform", "write" or "show" of a file.
 
-    Messages that libraries print while a broken file makes them crash are hidden, and reading that
-    does not end is ended.
+    During "read" the messages of libraries are hidden, because a broken file can make them crash,
+    and a watchdog ends reading that takes too long.
     """
-    _note(doing, str(path))
-    if _folder is None or doing != "read":
+    _note(action, str(path))
+    if _folder is None or action != "read":
         yield
         return
     sys.stderr.flush()
@@ -187,19 +187,19 @@ def _stop(number, frame):
     raise _Stopped(number)
 
 
-def _mask(numbers, is_blocked):
+def _mask(signals, is_blocked):
     if hasattr(signal, "pthread_sigmask"):  # elsewhere than on Windows
-        signal.pthread_sigmask(signal.SIG_BLOCK if is_blocked else signal.SIG_UNBLOCK, numbers)
+        signal.pthread_sigmask(signal.SIG_BLOCK if is_blocked else signal.SIG_UNBLOCK, signals)
 
 
 def _steps_file(folder):
     return os.path.join(folder, "steps")
 
 
-def _note(doing, detail):
+def _note(action, detail):
     if _folder is not None:
         with suppress(OSError), open(_steps_file(_folder), "a") as file:
-            file.write(f"{json.dumps([doing, detail])}\n")
+            file.write(f"{json.dumps([action, detail])}\n")
 
 
 def _steps(folder):
@@ -217,20 +217,20 @@ def _steps(folder):
 def _remove_unfinished(process, steps):
     from vtk_mls.files.paths import remove_remains
 
-    for path in {path for doing, path in steps if doing == "write"}:
+    for path in {path for action, path in steps if action == "write"}:
         remove_remains(path, process)
 
 
 def _failure(steps, ending):
     """A sentence about a child that crashed."""
-    doing, path = [step for step in [("", ""), *steps] if step[0] != "timeout"][-1]
+    action, path = [step for step in [("", ""), *steps] if step[0] != "timeout"][-1]
     if ending == "SIGKILL":
         reason = "the system killed the process, as a rule because memory ran out (SIGKILL)"
     elif steps[-1:] == [("timeout", "")]:
         reason = "VTK's reader does not come to an end; the file is broken"
-    elif doing == "read":
+    elif action == "read":
         reason = f"VTK's reader crashed ({ending}); the file is broken, or too large for the memory"
-    elif doing == "show":
+    elif action == "show":
         reason = (
             f"the process crashed ({ending}), as a rule in the graphics driver; unsaved handles "
             "are kept, and the next start offers them; LIBGL_ALWAYS_SOFTWARE=1 draws without the "
@@ -238,4 +238,4 @@ def _failure(steps, ending):
         )
     else:
         reason = f"the process crashed ({ending})"
-    return f"`{path}` could not be {_VERBS[doing]}: {reason}" if path else reason
+    return f"`{path}` could not be {_VERBS[action]}: {reason}" if path else reason

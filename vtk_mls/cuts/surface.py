@@ -145,9 +145,9 @@ class Surface(Obstacle):
 
 def _checked_triangles(triangles, points):
     """The argument `triangles` as rows (m, 3) of `points`, each with an area."""
-    numbers = as_float("triangles", triangles)
-    rows = np.where(np.isfinite(numbers), numbers, -1).astype(np.int64)
-    if (rows != numbers).any():
+    values = as_float("triangles", triangles)
+    rows = np.where(np.isfinite(values), values, -1).astype(np.int64)
+    if (rows != values).any():
         raise TypeError("`triangles` must be integers, rows of `points`")
     if rows.ndim != 2 or rows.shape[1:] != (3,) or len(rows) == 0:
         raise ValueError(f"`triangles` must have the shape (m, 3), m > 0, got {rows.shape}")

@@ -75,7 +75,7 @@ def resample(
     sampling = replace(sampling, interpolation=method, versions=())
     blocks = dask.delayed(_Blocks(array, deformation, sampling, chunks), traverse=False)
     meta = np.empty((0,) * len(shape), dtype)
-    return da.map_blocks(_block, blocks, chunks=chunks, dtype=dtype, meta=meta)
+    return da.map_blocks(_Blocks.block, blocks, chunks=chunks, dtype=dtype, meta=meta)
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,10 +87,10 @@ class _Blocks:
     sampling: Sampling
     chunks: tuple[tuple[int, ...], ...]
 
-    def block(self, number: tuple[int, ...]) -> NDArray[Any]:
-        """The block with a number along each axis."""
-        first = [sum(sizes[:n]) for sizes, n in zip(self.chunks[:3], number)]
-        size = [sizes[n] for sizes, n in zip(self.chunks[:3], number)]
+    def block(self, block_id: tuple[int, ...]) -> NDArray[Any]:
+        """The block with an index along each axis."""
+        first = [sum(sizes[:n]) for sizes, n in zip(self.chunks[:3], block_id)]
+        size = [sizes[n] for sizes, n in zip(self.chunks[:3], block_id)]
         target = self.sampling.target.part(first[::-1], size[::-1])
         dtype = np.dtype((self.array.dtype, tuple(self.array.shape[3:])))
         sampling = replace(self.sampling, target=target)
@@ -102,10 +102,6 @@ class _Blocks:
         if dask.is_dask_collection(values):
             (values,) = dask.compute(values, scheduler="synchronous")  # this task has one thread
         return [np.asarray(values)]
-
-
-def _block(blocks: _Blocks, block_id: tuple[int, ...]) -> NDArray[Any]:
-    return blocks.block(block_id)
 
 
 def _checked_dtype(array: Any, sampling: Sampling) -> np.dtype[Any]:
@@ -125,7 +121,7 @@ def _checked_dtype(array: Any, sampling: Sampling) -> np.dtype[Any]:
 
 
 def _all_chunks(chunks: Any, components: tuple[int, ...]) -> Any:
-    """`chunks` of three axes, with those of the components."""
+    """`chunks` of three axes, and of the components."""
     if isinstance(chunks, dict):
         chunks = tuple(chunks.get(axis, "auto") for axis in range(3))
     if not isinstance(chunks, tuple | list):

@@ -1,4 +1,4 @@
-"""Keeps unsaved edits in one file per data file; the next session offers them."""
+"""Unsaved edits, in one file per data file; the next session offers them."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Autosave:
     Attributes
     ----------
     offered : State or None
-        Unsaved state of an earlier session, until it is restored or dropped, or a save ends it.
+        Unsaved state of an earlier session, until it is restored or deleted, or until a save.
     """
 
     def __init__(self, path, folder=None, digest=None):
@@ -43,7 +43,7 @@ class Autosave:
         self.offered, self._offered_time = self._read() or (None, None)
         self._unsaved = None  # state of this session
 
-    def keep(self, state):
+    def store(self, state):
         """Write the unsaved `state` of this session; None if everything is saved.
 
         Raises
@@ -69,13 +69,12 @@ class Autosave:
         self.offered = self._unsaved = None
         self._remove()
 
-    def take(self):
-        """Return the offered state and end the offer; the file keeps the state until a save."""
-        state, self.offered = self.offered, None
-        return state
+    def end_offer(self):
+        """End the offer; the file holds the state until a save."""
+        self.offered = None
 
-    def drop(self):
-        """End the offer, and forget its state."""
+    def delete_offer(self):
+        """End the offer, and delete its state."""
         self.offered = None
         if self._unsaved is None:
             self._remove()

@@ -30,12 +30,11 @@ class ComparedItem:
         """None: meshes are items of their own."""
 
     def colors_at(self, points):
-        """Which points (n, 3) have material of any side, and their colors (n, 3); None without."""
-        sides = [_colors_of(items, points) for items in self._sides]
-        known = [side for side in sides if side is not None]
-        if len(known) < 2:
-            return known[0] if known else None
-        (has_moving, moving), (has_target, target) = known
+        """Where points (n, 3) have material of a side, and their colors; None without images."""
+        moving, target = (colors_of(items, points) for items in self._sides)
+        if moving is None or target is None:
+            return target if moving is None else moving
+        (has_moving, moving), (has_target, target) = moving, target
         mode, share = self._comparison.mode, self._comparison.share
         if mode == CHECKERBOARD:
             is_target = self._is_target_tile(points)
@@ -63,8 +62,8 @@ def difference_colors(moving, target):
     return more * _MOVING_COLOR + less * _TARGET_COLOR
 
 
-def _colors_of(items, points):
-    """As `colors_at` of several items, the last one in front; None without images."""
+def colors_of(items, points):
+    """`colors_at` of several items, the last one in front; None without images."""
     sampled = [item.colors_at(points) for item in items]
     sampled = [part for part in sampled if part is not None]
     if not sampled:

@@ -9,16 +9,10 @@ from vtk_mls.editor.cut_tool import CutLine
 
 
 class CurveTool:
-    """Draws a curve handle node by node.
-
-    Parameters
-    ----------
-    document : Document
-    """
+    """Draws a curve handle of a `Document` node by node."""
 
     def __init__(self, document):
         self._document, self._line = document, None
-        self._scene = document.view.scene
 
     @property
     def is_drawing(self):
@@ -27,7 +21,7 @@ class CurveTool:
 
     def start(self):
         """Add a node at each click from now on."""
-        self._line = CutLine(self._scene.overlay)
+        self._line = CutLine(self._document.view.scene.overlay)
         self._document.say("Click along the curve, on the surface or in a slice; Return ends it.")
 
     def click(self, pixel, pane):
@@ -38,8 +32,8 @@ class CurveTool:
         document.show_deformed()
         point = None
         with document.reporting_errors():
-            point = self._scene.picker().hit(pixel) if pane is None else pane.point_at(pixel)
-        if point is not None and not any((point == node).all() for node in self._line.points[-1:]):
+            point = document.view.point_at(pixel)
+        if point is not None and not np.array_equal(self._line.points[-1:], [point]):
             self._line.add(point)
         document.draw(is_moving=True)
         return True
@@ -63,7 +57,3 @@ class CurveTool:
         if self._line is not None:
             self._line.remove()
             self._line = None
-
-    def detach(self):
-        """Remove everything from the view."""
-        self.cancel()

@@ -17,17 +17,12 @@ _LINE_COLOR = (1.0, 0.35, 0.45)
 
 
 class CutTool:
-    """Edits the cuts of a document.
-
-    Parameters
-    ----------
-    document : Document
-    """
+    """Edits the cuts of a `Document`."""
 
     def __init__(self, document):
         self._document, self._line = document, None
         self._scene, self._widget = document.view.scene, document.view.cut_widget
-        self._widget.set_callbacks(self._preview, self._commit)
+        self._widget.set_callbacks(self._preview, document.commit)
 
     def change_shape(self):
         """Cut by a plane, by a half-plane, or not at all, in this order."""
@@ -104,21 +99,17 @@ class CutTool:
             self._line.remove()
             self._line = None
 
-    def detach(self):
-        """Remove everything from the view."""
-        self.cancel()
-
     def _depth_directions(self, line):
         """Unit vectors, (3,) or (n, 3), from a line into the depth.
 
-        Away from the eye for an open line. A closed line has one direction for all points, so that
-        the piece can be pulled out.
+        Those of an open line point away from the eye. A closed line has one direction, so that the
+        piece can be pulled out.
         """
         points = np.array(line.points)
         viewing = unit(points - self._camera.GetPosition())
         if not line.is_closed:
             return viewing
-        # the vector area of the line is that of any surface in it: along its mean normal
+        # the vector area of the line is along the mean normal of any surface that it bounds
         middle = points.mean(axis=0)
         area = np.cross(points - middle, np.roll(points, -1, axis=0) - middle).sum(axis=0)
         ahead = unit(viewing.mean(axis=0))
@@ -130,10 +121,6 @@ class CutTool:
 
     def _preview(self, cut):
         self._document.preview(self._document.committed.with_flat_cut(cut))
-
-    def _commit(self, cut):
-        self._preview(cut)
-        self._document.commit()
 
 
 class CutLine:

@@ -13,27 +13,21 @@ from vtkmodules.vtkInteractionWidgets import (
 from vtk_mls import HalfPlane, Plane
 from vtk_mls.base.linear_algebra import unit
 from vtk_mls.editor import polydata
-from vtk_mls.editor.held_widget import HeldWidget
+from vtk_mls.editor.drag_widget import DragWidget
 
 _BLUE, _LIGHT_BLUE, _RED = (0.35, 0.75, 1.0), (0.8, 0.93, 1.0), (1.0, 0.45, 0.55)
 _OPACITY, _GRABBED_OPACITY = 0.18, 0.35  # of the plane
-# Of the plane beneath a half-plane, which draws itself: VTK does not pick an invisible plane.
+# Of the plane of a half-plane: VTK does not pick an invisible plane.
 _MIN_OPACITY, _GRABBED_MIN_OPACITY = 0.004, 0.06
 _HALF_OPACITIES = 0.3, 1.0  # of the sheet and its edge
-_HIDDEN_OPACITIES = 0.1, 0.45  # the same where data hide them
+_HIDDEN_OPACITIES = 0.1, 0.45  # likewise, behind the data
 _EDGE_WIDTH = 4
 _MARGIN = 0.1  # of the plane around the data, relative to their size
-_OFFSET = 0.01  # of the initial plane from the middle, where handles may be, likewise
+_OFFSET = 0.01  # of the initial plane from the middle, where handles may be
 
 
-class CutWidget(HeldWidget):
-    """Lets the mouse move and tilt a flat cut.
-
-    Parameters
-    ----------
-    interactor : vtkRenderWindowInteractor
-    scene : Scene
-    """
+class CutWidget(DragWidget):
+    """Lets the mouse move and tilt a flat cut in a `Scene`."""
 
     def __init__(self, interactor, scene):
         self._bounds, self._cut = scene.bounds, None
@@ -43,7 +37,7 @@ class CutWidget(HeldWidget):
         super().__init__(interactor, scene.renderer, vtkImplicitPlaneWidget2(), self._plane)
 
     @property
-    def _is_shown(self):
+    def _has_value(self):
         return self._cut is not None
 
     def show(self, cut):

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from vtk_mls.rendering.material import material_at
 from vtk_mls.rendering.rest_lines import RestLines
 from vtk_mls.rendering.volume_colors import tinted
 
 MODES = "nothing", "deformed grid", "change of volume", "grid and volume"
-# What the window says of each.
+# The message for each mode.
 TEXTS = (
     "The grid and the colors of the volume are hidden.",
     "A grid of cubes, deformed with the data.",
@@ -19,7 +20,7 @@ _CUBES = 12  # of the grid along the longest side of the data
 
 
 class Distortion:
-    """What is shown of the current deformation beside the data.
+    """How the distortion by the current deformation is drawn.
 
     Parameters
     ----------
@@ -49,11 +50,12 @@ class Distortion:
         return "volume" in MODES[self.mode]
 
     def tinted(self, points, colors):
-        """Colors (n, 3), 0 to 255, of a slice at points (n, 3), as they are to be shown."""
+        """Colors (n, 3), 0 to 255, at points (n, 3) of a slice, tinted by the change of volume."""
         if not self.has_colors or self.deformation is None:
             return colors
-        origins, has_material = self._material(points)
-        rows = np.flatnonzero(has_material)
+        origins, has_material = material_at(self.deformation, points)
+        is_inside = self.lines.covers(self.lines.coordinates(origins))
+        rows = np.flatnonzero(has_material & is_inside)
         result = colors.copy()
         jacobian = self.deformation.jacobian(points[rows], origins=origins[rows])
         result[rows] = tinted(colors[rows], np.linalg.det(jacobian))
@@ -63,15 +65,4 @@ class Distortion:
         """Segments (m, 2, 3) of the grid in a slice, as of `RestLines.in_slice`."""
         if not self.has_grid:
             return np.zeros((0, 2, 3))
-        return self.lines.in_slice(axis, grid, *self._material(grid.points(), False))
-
-    def _material(self, points, is_inside=True):
-        """Origins (n, 3) of points (n, 3), and which are material, of the grid if `is_inside`."""
-        origins, has_material = points, np.ones(len(points), bool)
-        if self.deformation is not None:
-            origins = self.deformation.backward(points)
-            if self.deformation.cuts:
-                has_material = ~self.deformation.void(points)
-        if is_inside:
-            has_material &= self.lines.covers(self.lines.coordinates(origins))
-        return origins, has_material
+        return self.lines.in_slice(axis, grid, *material_at(self.deformation, grid.points()))

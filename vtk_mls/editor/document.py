@@ -6,9 +6,9 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from vtk_mls.editor.grips import only_region
+from vtk_mls.editor.grips import NO_ROWS, only_region
+from vtk_mls.editor.turning import HandleGroup
 
-NO_ROWS = np.zeros(0, int)
 # Errors of a deformation or its device, which the window shows.
 FAILURES = (ValueError, TypeError, RuntimeError, MemoryError)
 
@@ -38,6 +38,7 @@ class Document:
         self.hovered = self.grabbed = None
         self._states, self._index, self._saved = [state], 0, state
         self._is_preview_due = False
+        self._group = None
 
     @property
     def committed(self):
@@ -108,6 +109,20 @@ class Document:
         """The index of the region that alone is selected; None without one."""
         return only_region(self.state, self.selected)
 
+    @property
+    def group(self):
+        """The `HandleGroup` of the selected handles, if a box turns them; None without."""
+        group = self._group
+        if group is None or not np.array_equal(group.rows, self.selected):
+            self._group = None
+        elif not np.array_equal(group.positions, self.committed.deformed[group.rows]):
+            self.turn_selected()
+        return self._group
+
+    def turn_selected(self):
+        """Let a box turn the selected point handles."""
+        self._group = HandleGroup(self.selected, self.committed.deformed[self.selected])
+
     def target_rows(self):
         """Rows of the selected grips; without a selection, of the grip under the mouse."""
         if len(self.selected):
@@ -118,10 +133,10 @@ class Document:
         return np.array([self.hovered])
 
     def clear_selection(self):
-        """Neither select nor hover a handle, before rows change; draws nothing."""
+        """Clear the selection and the hovered handle, before rows change; draw nothing."""
         self.selected, self.hovered = NO_ROWS, None
 
-    def take(self, rows, grabbed):
+    def start_drag(self, rows, grabbed):
         """Start to drag grips `rows` by the grip `grabbed`."""
         self.show_deformed()
         self._dragged, self.grabbed = np.asarray(rows, int), grabbed
@@ -133,7 +148,7 @@ class Document:
         """Preview new positions (m, 3) of the dragged grips."""
         self.preview(self.committed.moved(self._dragged, positions))
 
-    def let_go(self):
+    def end_drag(self):
         """End the drag and commit it."""
         self._dragged, self.grabbed = NO_ROWS, None
         if (self.state.grips.deformed == self.committed.grips.deformed).all():
@@ -147,11 +162,11 @@ class Document:
         self.show()
 
     def show_deformed(self):
-        """Show the data deformed, before the mouse picks a point of them."""
+        """Show the data deformed, before the mouse picks a point on them."""
         if self.view.shows_undeformed:
             self.toggle_deformed()
 
-    def look_at(self, point, is_moving=False):
+    def move_slices(self, point, is_moving=False):
         """Move the slices to a point (3,)."""
         with self.reporting_errors():
             self.view.slices.move_to(point)
@@ -172,6 +187,7 @@ class Document:
 
     def draw(self, is_moving=False):
         """Render; coarsely while something moves."""
+        self.view.motion_widget.show(*self._boxed())
         self.view.draw(self.state, self.selected, self.hovered, self._dragged, is_moving)
 
     def draw_slices(self):
@@ -202,7 +218,7 @@ class Document:
             return
         self.clear_selection()
         if self.change(self._autosave.offered):
-            self._autosave.take()
+            self._autosave.end_offer()
             self.say("The unsaved edits are restored; Z returns to the other handles.")
 
     def delete_unsaved(self):
@@ -210,7 +226,7 @@ class Document:
         if not self.offer:
             self.say("There are no unsaved edits to delete.")
             return
-        self._autosave.drop()
+        self._autosave.delete_offer()
         self.say("The unsaved edits are deleted.")
 
     def note_save(self):
@@ -223,10 +239,18 @@ class Document:
         if self._autosave is None:
             return
         try:
-            self._autosave.keep(None if self.state is self._saved else self.state)
+            self._autosave.store(None if self.state is self._saved else self.state)
         except OSError as error:
             self.say(sentence_of(error))
             self.draw()
+
+    def _boxed(self):
+        """The shape that a box turns, and its motion (4, 4)."""
+        region = self.selected_region
+        if region is not None:
+            return self.state.handles[region].shape, self.state.handles[region].motion
+        group = self.group
+        return (None, None) if group is None else (group, group.motion)
 
     def _show_preview(self):
         self._is_preview_due = False

@@ -4,26 +4,24 @@ from __future__ import annotations
 
 import numpy as np
 
-from vtk_mls.base.progress import Aborted
-from vtk_mls.editor import sessions
-from vtk_mls.editor.cut_tool import CutTool
 from vtk_mls.editor.distortion import TEXTS
-from vtk_mls.editor.document import FAILURES, Document, sentence_of
+from vtk_mls.editor.document import Document
 from vtk_mls.editor.first_handles import handles_on
 from vtk_mls.editor.keys import Keyboard
 from vtk_mls.editor.mouse import PRIORITY, Mouse
 from vtk_mls.editor.pair_edits import PairEdits
 from vtk_mls.editor.saving import Saver
+from vtk_mls.editor.sessions import Saving
 from vtk_mls.editor.shape_edits import ShapeEdits
 from vtk_mls.editor.state import State
 from vtk_mls.editor.view import View
 
 _TIMER_MILLISECONDS = 15
 _LATTICE_COUNTS = 3, 4, 5, 2  # handles along each axis
-_SMALLEST_SMOOTHING = 0.01  # of the size of the data
+_MIN_SMOOTHING = 0.01  # of the size of the data
 
 
-class Editor(ShapeEdits, PairEdits):
+class Editor(ShapeEdits, PairEdits, Saving):
     """Edits a deformation of images and meshes with the mouse and keys.
 
     Parameters
@@ -73,8 +71,7 @@ class Editor(ShapeEdits, PairEdits):
         if target is None and len(state) == 0 and not state.handles:
             state = state.with_handles_at(self._lattice(_LATTICE_COUNTS[0]))
         self.document = Document(self.view, state, autosave)
-        self._cut_tool = CutTool(self.document)
-        self._add_tools(self._cut_tool)
+        self._add_tools()
         if target is not None:
             self.set_target(target)
         self._mouse = Mouse(interactor, self.document, self._tools, self.place_at)
@@ -127,7 +124,7 @@ class Editor(ShapeEdits, PairEdits):
             self.document.draw()
 
     def finish(self):
-        """Release whatever the mouse holds, and commit it."""
+        """End drags of the mouse, and commit them."""
         self._mouse.finish()
         self.view.cut_widget.finish()
         self.view.motion_widget.finish()
@@ -143,7 +140,8 @@ class Editor(ShapeEdits, PairEdits):
         self.finish()
         self._interactor.DestroyTimer(self._timer)
         self._interactor.RemoveObserver(self._timer_tag)
-        for part in (self._mouse, *self._tools, self._keyboard, self.view):
+        self._cancel_tools()
+        for part in (self._mouse, self._keyboard, self.view):
             part.detach()
 
     def change(self, state):
@@ -196,8 +194,7 @@ class Editor(ShapeEdits, PairEdits):
             self.place_at(pixel)
             return
         self.document.show_deformed()
-        pane = self.slices.pane_at(pixel)
-        point = self.scene.picker().hit(pixel) if pane is None else pane.point_at(pixel)
+        point = self.view.point_at(pixel)
         if point is None:
             self.say("There is no surface under the mouse.")
         else:
@@ -243,8 +240,8 @@ class Editor(ShapeEdits, PairEdits):
 
     def change_smoothing(self, factor):
         """Multiply the smoothing length: handles are met less exactly for factors above 1."""
-        smallest = _SMALLEST_SMOOTHING * np.ptp(self.scene.bounds, axis=0).max()
-        self.change(self.state.with_smoothing_times(factor, smallest))
+        minimum = _MIN_SMOOTHING * np.ptp(self.scene.bounds, axis=0).max()
+        self.change(self.state.with_smoothing_times(factor, minimum))
 
     def prevent_folds(self):
         """Deform in as many steps as needed not to fold, or in one."""
@@ -253,19 +250,6 @@ class Editor(ShapeEdits, PairEdits):
     def change_nu(self, factor):
         """Multiply nu - 1: influence fades faster around cuts for factors above 1."""
         self.change(self.state.with_nu_times(factor))
-
-    def change_cut(self):
-        """Cut by a plane, by a half-plane, or not at all, in this order."""
-        self._cut_tool.change_shape()
-
-    def change_half(self):
-        """Turn the half-plane of the cut by an eighth of a turn."""
-        self._cut_tool.turn_half_plane()
-
-    def incise(self):
-        """Start a line on the surface, or cut along it."""
-        self._cancel_tools(self._cut_tool)
-        self._cut_tool.incise()
 
     def compare(self):
         """Show the data undeformed, or deformed again; not an edit."""
@@ -281,7 +265,7 @@ class Editor(ShapeEdits, PairEdits):
         self.set_distortion(self.view.distortion.mode + 1)
 
     def set_distortion(self, mode):
-        """Show what a mode of `distortion.MODES`, an int, says of the deformation."""
+        """Show the distortion in the mode with this index in `distortion.MODES`."""
         self.view.set_distortion(mode)
         self.say(TEXTS[self.view.distortion.mode])
         self.document.show()
@@ -291,9 +275,9 @@ class Editor(ShapeEdits, PairEdits):
         self.view.toggle_slices()
         self.document.draw()
 
-    def look_at(self, point, is_moving=False):
+    def move_slices(self, point):
         """Move the slices to a point (3,)."""
-        self.document.look_at(point, is_moving)
+        self.document.move_slices(point)
 
     def hide_handles(self):
         """Hide or show handles and texts."""
@@ -302,77 +286,18 @@ class Editor(ShapeEdits, PairEdits):
 
     def toggle_legend(self):
         """Show or hide the legend of keys."""
-        self.view.toggle_legend()
+        self.view.overlay.set_keys_visible(not self.view.overlay.shows_keys)
         self.document.draw()
 
     def time(self):
         """Show or hide the computing times of maps and pictures."""
-        self.view.toggle_times()
+        self.view.shows_times = not self.view.shows_times
         self.document.draw()
 
     def reset_camera(self):
         """Fit the camera to the data."""
         self.view.reset_camera()
         self.document.draw()
-
-    def save_session(self):
-        """Save a session file, which opens again; whether it is saved."""
-        self.finish()
-        try:
-            path = sessions.write(self)
-        except (OSError, *FAILURES) as error:
-            self.say(sentence_of(error))
-            return False
-        self.saver.session, self.saver.files = path, [path]
-        self.document.note_save()
-        self.say(f"The session is saved: vtk-mls view {path} opens it again.")
-        self.document.draw()
-        return True
-
-    def save(self):
-        """Save handles, deformed data, displacement field, picture and script; or the session.
-
-        Returns
-        -------
-        bool
-            Whether all are saved.
-        """
-        if self.saver.takes_session:
-            return self.save_session()
-        self.finish()
-        self.document.show_deformed()
-        self.say("Saving ...")
-        self.document.draw(is_moving=True)
-        self.view.draw_for_file(self.state)
-        try:
-            sentence = self.saver.save(self.state, self.scene.window)
-            sentence += self._save_other_landmarks()
-        except Aborted:
-            sentence, is_saved = "Saving was stopped; the folder has a part of the files.", False
-        except (OSError, *FAILURES) as error:
-            sentence, is_saved = sentence_of(error), False
-        else:
-            is_saved = True
-            self.document.note_save()
-        self.say(sentence)
-        self.document.draw()
-        return is_saved
-
-    def _save_other_landmarks(self):
-        """Save a session where landmarks are left out or pending, which the other files lack.
-
-        Returns
-        -------
-        str
-            A sentence, or "".
-        """
-        if self.state.enabled.all() and self.state.pending is None:
-            return ""
-        if not self.saver.paths:
-            return " The landmarks that are left out are not saved, because the data have no file."
-        path = sessions.write(self)
-        self.saver.files = [*self.saver.files, path]
-        return f" {path.name} has the landmarks that are left out or without a partner, too."
 
     def accept(self):
         """End the curve that is drawn; without one, restore the unsaved edits that are offered."""

@@ -9,6 +9,7 @@ import numpy as np
 from vtk_mls import BallMask, CurveHandle, RegionHandle
 
 POINT, MASK = -1, -2  # owners that are not among the handles
+NO_ROWS = np.zeros(0, int)
 PLACE, RADIUS, FALLOFF = range(3)  # grips of the mask: its lowest and highest points
 _UP = np.array((0.0, 0.0, 1.0))
 _MIN_LENGTH = 1e-3  # of the radius and the fall-off, relative to their sum
@@ -24,7 +25,7 @@ class Grips:
         Of a region, the center of its bounds; of the mask, the same twice.
     owner : (g,) int
         Index of the region or curve among the handles; POINT or MASK.
-    number : (g,) int
+    part : (g,) int
         Row of a point handle, node of a curve, PLACE, RADIUS or FALLOFF of the mask.
     anchored : (g,) bool
     """
@@ -32,7 +33,7 @@ class Grips:
     rest: np.ndarray
     deformed: np.ndarray
     owner: np.ndarray
-    number: np.ndarray
+    part: np.ndarray
     anchored: np.ndarray
 
     @classmethod
@@ -90,84 +91,8 @@ def only_region(state, selected):
     return owner if is_region else None
 
 
-def moved(state, rows, positions):
-    """A `State` with grips `rows` at other positions (m, 3); anchored ones stay."""
-    grips, rows = state.grips, np.asarray(rows, int)
-    rows, positions = _free(grips, rows, np.asarray(positions, float))
-    target = grips.deformed.copy()
-    target[rows] = positions
-    changes = {"deformed": target[: len(state)]}
-    owners = {owner for owner in grips.owner[rows].tolist() if owner >= 0}
-    if owners:
-        changes["handles"] = [
-            _moved_handle(handle, target[grips.rows_of(index)]) if index in owners else handle
-            for index, handle in enumerate(state.handles)
-        ]
-    parts = [(grips.number[row], target[row]) for row in rows if grips.owner[row] == MASK]
-    if parts:
-        changes["mask"] = _moved_mask(state.mask, *min(parts, key=lambda part: part[0]))
-    return state.changed(**changes)
-
-
-def with_rest(state, row, position):
-    """A `State` with the rest position (3,) of a grip changed.
-
-    Raises
-    ------
-    ValueError
-        For regions and the mask.
-    """
-    grips = state.grips
-    owner, rest = grips.owner[row], np.array(grips.rest)
-    rest[row] = position
-    if owner == POINT:
-        return state.changed(rest=rest[: len(state)])
-    handle = state.handles[owner] if owner >= 0 else None
-    if not isinstance(handle, CurveHandle):
-        raise ValueError("only points and nodes of curves have a rest position that can be changed")
-    return with_handle(state, owner, CurveHandle(rest[grips.rows_of(owner)], handle.deformed))
-
-
-def with_handle(state, index, handle):
-    """A `State` with another region or curve at an index; the last one for None as index."""
-    handles = list(state.handles)
-    if index is None:
-        handles.append(handle)
-    else:
-        handles[index] = handle
-    return state.changed(handles=handles)
-
-
-def without(state, rows):
-    """A `State` without grips `rows`: points, regions, nodes of curves, the mask."""
-    grips, rows = state.grips, np.asarray(rows, int)
-    owners = grips.owner[rows]
-    remaining = np.setdiff1d(np.arange(len(state)), rows)
-    handles = []
-    for index, handle in enumerate(state.handles):
-        nodes = np.setdiff1d(grips.rows_of(index), rows)
-        if index not in owners:
-            handles.append(handle)
-        elif len(nodes) > 1:
-            handles.append(CurveHandle(grips.rest[nodes], grips.deformed[nodes]))
-    return state.changed(
-        rest=state.rest[remaining],
-        deformed=state.deformed[remaining],
-        weights=None if state.weights is None else state.weights[remaining],
-        labels=tuple(state.labels[i] for i in remaining),
-        anchored=state.anchored[remaining],
-        enabled=state.enabled[remaining],
-        handles=handles,
-        mask=None if MASK in owners else state.mask,
-    )
-
-
-def _free(grips, rows, positions):
-    free = ~grips.anchored[rows]
-    return rows[free], positions[free]
-
-
-def _moved_handle(handle, positions):
+def moved_handle(handle, positions):
+    """A region with its center, or a curve with its nodes, at other positions (m, 3)."""
     if isinstance(handle, CurveHandle):
         return CurveHandle(handle.rest, positions)
     motion = handle.motion.copy()
@@ -176,15 +101,15 @@ def _moved_handle(handle, positions):
 
 
 def _heights(mask):
-    """Of the grips of a BallMask over its center: (3,)."""
+    """Heights (3,) of the grips of a BallMask above its center."""
     return np.array([-mask.radius, mask.radius, mask.radius + mask.falloff])
 
 
-def _moved_mask(mask, number, position):
-    """The mask with one of its grips at a position (3,)."""
-    if number == PLACE:
+def moved_mask(mask, part, position):
+    """The mask with one of its grips, by its `part`, at a position (3,)."""
+    if part == PLACE:
         return BallMask(position - _heights(mask)[PLACE] * _UP, mask.radius, mask.falloff)
-    length, least = np.linalg.norm(position - mask.center), _MIN_LENGTH
-    if number == RADIUS:
-        return BallMask(mask.center, max(length, least * mask.falloff), mask.falloff)
-    return BallMask(mask.center, mask.radius, max(length - mask.radius, least * mask.radius))
+    length = np.linalg.norm(position - mask.center)
+    if part == RADIUS:
+        return BallMask(mask.center, max(length, _MIN_LENGTH * mask.falloff), mask.falloff)
+    return BallMask(mask.center, mask.radius, max(length - mask.radius, _MIN_LENGTH * mask.radius))

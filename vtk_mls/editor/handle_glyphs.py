@@ -55,12 +55,11 @@ class HandleGlyphs:
         for actor in self._actors:
             actor.SetVisibility(is_visible)
 
-    def show(self, state, colors, hovered):
-        """Draw the grips of a `State`, and the grip `hovered`, if any, larger."""
-        self.draw(state.grips.rest, state.grips.deformed, colors, hovered)
+    def show(self, rest, deformed, colors, hovered):
+        """Draw balls at `deformed` (g, 3), with lines from other positions `rest`.
 
-    def draw(self, rest, deformed, colors, hovered):
-        """Draw balls at `deformed` (g, 3), with lines from other positions `rest`."""
+        The ball `hovered`, if any, is larger.
+        """
         resting = (rest == deformed).all(axis=1)
         self._pixels = np.where(resting, _RESTING_RADIUS, _RADIUS)
         if hovered is not None:

@@ -12,7 +12,6 @@ from vtk_mls.vtk import arrays
 from vtk_mls.vtk.control_point_polydata import (
     DISPLACEMENT,
     LABEL,
-    PATH,
     WEIGHT,
     fill_polydata,
     path_of,
@@ -24,7 +23,7 @@ from vtk_mls.vtk.shape_surfaces import surface_of
 def handle_polydata(state):
     """A vtkPolyData of a `State`: vertices are points, lines curves, closed surfaces regions.
 
-    Balls, capsules and segments become surfaces. Weights and labels are those of points.
+    Balls, capsules and segments become surfaces. Weights, labels and paths are those of points.
     """
     handles = [_as_surface(handle) for handle in state.handles]
     rest, deformed, cells = cells_of_handles(state.rest, state.deformed, handles)
@@ -32,7 +31,10 @@ def handle_polydata(state):
     if weights is not None:
         weights = np.append(weights, np.ones(count))
     polydata = vtkPolyData()
-    fill_polydata(polydata, rest, deformed, weights, [*state.labels, *[""] * count], cells)
+    labels, path = [*state.labels, *[""] * count], state.path
+    if len(path):
+        path = [np.vstack([places, deformed[len(state) :]]) for places in path]
+    fill_polydata(polydata, rest, deformed, weights, labels, cells, path)
     metadata.store(polydata, metadata.SPACE, ["LPS"])
     return polydata
 
@@ -50,13 +52,13 @@ def handle_values(polydata, shapes):
     Raises
     ------
     ValueError
-        If a cell is no handle, or points have a path.
+        If a cell is no handle, or the path of points is not valid.
     """
-    check_no_path(polydata)
-    labels = arrays.texts(polydata.GetPointData(), LABEL)
+    labels, path = arrays.texts(polydata.GetPointData(), LABEL), path_of(polydata)
     if shapes == "cells":
         *points, handles = io.handles_of(polydata)
-        labels = [labels[row] for row in cells_of(polydata).point_rows] if labels else []
+        rows = cells_of(polydata).point_rows
+        labels, path = [labels[row] for row in rows] if labels else [], path[:, rows]
     else:
         weight = WEIGHT if polydata.GetPointData().HasArray(WEIGHT) else None
         points, handles = arrays.control_points(polydata, DISPLACEMENT, weight), []
@@ -67,16 +69,8 @@ def handle_values(polydata, shapes):
         "weights": weights,
         "labels": labels,
         "handles": handles,
+        "path": path,
     }
-
-
-def check_no_path(polydata):
-    """Raise if control points have intermediate places, which a `State` cannot hold."""
-    if len(path_of(polydata)):
-        raise ValueError(
-            f"`ControlPoints` must have no array `{PATH}` in the editor, where handles go "
-            "straight; remove the array to edit them"
-        )
 
 
 def _as_surface(handle):

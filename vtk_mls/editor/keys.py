@@ -19,7 +19,7 @@ KEYS = (
     ("Z   Y", "undo, redo (also with Ctrl)", ("z", "Ctrl+z"), "undo", None),
     ("", "", ("y", "Ctrl+y", "Ctrl+Z"), "redo", None),
     ("G", "make rigid: the mesh or label under the mouse", ("g",), "make_rigid", None),
-    ("U", "let the selected handle turn, by a box", ("u",), "turn_handle", None),
+    ("U", "let the selected handles turn, by a box", ("u",), "turn_handle", None),
     ("D", "draw a curve handle: click its nodes, Return", ("d",), "draw_curve", None),
     ("W", "where it acts: a ball, or everywhere", ("w",), "change_mask", None),
     ("E", "type the name or the position of a handle", ("e",), "enter_values", None),

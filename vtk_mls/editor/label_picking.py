@@ -7,6 +7,7 @@ from vtkmodules.vtkCommonCore import vtkPoints
 
 from vtk_mls import Labels
 from vtk_mls.base.interpolation import sample
+from vtk_mls.rendering.material import material_at
 from vtk_mls.vtk import arrays
 
 _STEP = 0.5  # between samples along a ray, in voxels
@@ -38,13 +39,10 @@ def label_on_ray(grid, values, deformation, near, far):
     length = np.linalg.norm(far - near) / (_STEP * np.abs(grid.spacing).min())
     fractions = np.linspace(0, 1, int(np.clip(length, 2, _MAX_SAMPLES)))
     points = near + fractions[:, None] * (far - near)
-    origins, is_void = points, False
-    if deformation is not None:
-        origins = deformation.backward(points)
-        is_void = deformation.void(points) if deformation.cuts else False
+    origins, has_material = material_at(deformation, points)
     index = grid.index_of(origins)
     labels = sample(values, index, "nearest", 0, grid)
-    rows = np.flatnonzero(grid.covers(index) & (labels != 0) & ~np.asarray(is_void))
+    rows = np.flatnonzero(grid.covers(index) & (labels != 0) & has_material)
     if len(rows) == 0:
         return None
     voxel = np.clip(np.rint(index[rows[0]]), 0, np.array(grid.dimensions) - 1)

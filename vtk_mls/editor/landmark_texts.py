@@ -5,10 +5,11 @@ from __future__ import annotations
 import vtkmodules.vtkRenderingFreeType  # noqa: F401  renders texts
 from vtkmodules.vtkCommonCore import vtkStringArray
 from vtkmodules.vtkCommonDataModel import vtkPolyData
-from vtkmodules.vtkRenderingCore import vtkActor2D, vtkTextActor
+from vtkmodules.vtkRenderingCore import vtkActor2D
 from vtkmodules.vtkRenderingLabel import vtkLabeledDataMapper
 
 from vtk_mls.editor import polydata
+from vtk_mls.editor.overlay import text_actor
 
 _COLOR, _TITLE_COLOR, _PANEL = (0.95, 0.95, 0.8), (1, 0.78, 0.35), (0.04, 0.05, 0.08)
 _MARGIN, _SIZE = 14, 13
@@ -19,21 +20,15 @@ class LandmarkNames:
     """Names beside the landmarks of a renderer."""
 
     def __init__(self, renderer):
-        self._points, self._mapper, self._actor = (
-            vtkPolyData(),
-            vtkLabeledDataMapper(),
-            vtkActor2D(),
-        )
-        self._mapper.SetInputData(self._points)
-        self._mapper.SetLabelModeToLabelFieldData()
-        self._mapper.SetFieldDataName("name")
-        font = self._mapper.GetLabelTextProperty()
-        font.SetFontFamilyToArial()
+        self._points, mapper, self._actor = vtkPolyData(), vtkLabeledDataMapper(), vtkActor2D()
+        mapper.SetInputData(self._points)
+        mapper.SetLabelModeToLabelFieldData()
+        mapper.SetFieldDataName("name")
+        font = mapper.GetLabelTextProperty()
         font.SetFontSize(_SIZE)
         font.SetColor(_COLOR)
         font.ItalicOff()
-        font.ShadowOn()
-        self._actor.SetMapper(self._mapper)
+        self._actor.SetMapper(mapper)
         self._actor.PickableOff()
         renderer.AddViewProp(self._actor)
 
@@ -53,15 +48,10 @@ class PairText:
     """A title and the table of pairs, drawn in the renderer of all texts."""
 
     def __init__(self, renderer, title):
-        self._title, self._table = vtkTextActor(), vtkTextActor()
+        self._title, self._table = text_actor(_TITLE_COLOR, _SIZE), text_actor(_COLOR, _SIZE)
         self._title.SetInput(title)
-        for actor, color in ((self._title, _TITLE_COLOR), (self._table, _COLOR)):
-            actor.SetTextScaleModeToNone()
-            actor.PickableOff()
-            font = actor.GetTextProperty()
-            font.SetFontSize(_SIZE)
-            font.SetColor(color)
-            font.SetVerticalJustificationToTop()
+        for actor in (self._title, self._table):
+            actor.GetTextProperty().SetVerticalJustificationToTop()
             renderer.AddViewProp(actor)
         font = self._table.GetTextProperty()
         font.SetFontFamilyToCourier()

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from vtkmodules.vtkCommonMath import vtkMatrix4x4
 from vtkmodules.vtkCommonTransforms import vtkTransform
 from vtkmodules.vtkInteractionWidgets import vtkBoxRepresentation, vtkBoxWidget2
 
-from vtk_mls.editor.held_widget import HeldWidget
+from vtk_mls.editor.drag_widget import DragWidget
+from vtk_mls.vtk.transforms import matrix_of
 
 _COLOR, _GRABBED_COLOR = (1.0, 0.78, 0.35), (1.0, 0.35, 0.45)
 _WIDTH, _GRABBED_OPACITY = 2.5, 0.12  # of edges, and of the face that the mouse drags
@@ -15,14 +15,8 @@ _MARGIN = 0.08  # of the box around the region, relative to its longest side
 _MIN_SIZE = 0.12  # of the box, relative to the data
 
 
-class MotionWidget(HeldWidget):
-    """Lets the mouse turn a region about its center by the faces of a box; Shift moves it.
-
-    Parameters
-    ----------
-    interactor : vtkRenderWindowInteractor
-    scene : Scene
-    """
+class MotionWidget(DragWidget):
+    """Lets the mouse turn a shape about its center by the faces of a box; Shift moves it."""
 
     def __init__(self, interactor, scene):
         self._min_size = _MIN_SIZE * np.ptp(scene.bounds, axis=0).max()
@@ -32,20 +26,18 @@ class MotionWidget(HeldWidget):
         super().__init__(interactor, scene.overlay, widget, self._box)
 
     @property
-    def _is_shown(self):
+    def _has_value(self):
         return self._shape is not None
 
-    def show(self, region):
-        """Show the box around a RegionHandle, or nothing for None."""
-        shape = None if region is None else region.shape
+    def show(self, shape, motion):
+        """Show the box around the `bounds` of a shape after a motion (4, 4); nothing for None."""
         if shape is not self._shape and shape is not None:
             self._box.PlaceWidget(self._bounds_of(shape))
         self._shape = shape
         self._update()
-        if region is not None and not self._is_held:
-            matrix, transform = vtkMatrix4x4(), vtkTransform()
-            matrix.DeepCopy(region.motion.ravel())
-            transform.SetMatrix(matrix)
+        if shape is not None and not self._is_dragged:
+            transform = vtkTransform()
+            transform.SetMatrix(motion.ravel())
             self._box.SetTransform(transform)
 
     def _bounds_of(self, shape):
@@ -59,8 +51,7 @@ class MotionWidget(HeldWidget):
         """The motion (4, 4) of the box, exactly a rotation and a translation."""
         transform = vtkTransform()
         self._box.GetTransform(transform)
-        matrix = transform.GetMatrix()
-        motion = np.array([[matrix.GetElement(i, j) for j in range(4)] for i in range(4)])
+        motion = matrix_of(transform.GetMatrix())
         left, _, right = np.linalg.svd(motion[:3, :3])
         center = self._shape.bounds.mean(axis=0)
         moved = motion[:3, :3] @ center + motion[:3, 3]

@@ -78,7 +78,7 @@ class Mouse(Observer):
         self._drag = self._picker = self._normal = self._pane = self._band_corner = None
         self._is_placing, self._adjusted_pixel = False, None
         if is_dragging:
-            self._document.let_go()
+            self._document.end_drag()
         if has_band:
             self._show_band(None)
 
@@ -107,11 +107,11 @@ class Mouse(Observer):
         self._abort(event)
 
     def _press_in_slice(self, pane, row):
-        self._document.view.cut_widget.finish()
+        self._view.cut_widget.finish()
         self._document.commit()
         self._pane = pane
         if row is None:
-            self._document.look_at(pane.point_at(self.pixel), is_moving=True)
+            self._document.move_slices(pane.point_at(self.pixel), is_moving=True)
         else:
             self._grab(row, False)
             self._pressed_pixel = np.full(2, np.inf)  # a click has no effect in slices
@@ -125,17 +125,17 @@ class Mouse(Observer):
         self._drag = Drag(projection, positions[rows], positions[row], self.pixel)
         scene = self._view.scene_at(self.pixel)
         self._picker = scene.picker() if self._pane is None else None
-        document.take(rows, row)
+        document.start_drag(rows, row)
 
     def _move(self, interactor, event):
         document = self._document
         if self._drag is not None:
-            if np.linalg.norm(self.pixel - self._pressed_pixel) > _CLICK_DISTANCE:
+            if not self._is_click:
                 self._pressed_pixel = np.full(2, np.inf)  # no longer a click
                 with document.reporting_errors():
                     document.drag_to(self._dragged_positions())
         elif self._pane is not None:
-            document.look_at(self._pane.point_at(self.pixel), is_moving=True)
+            document.move_slices(self._pane.point_at(self.pixel), is_moving=True)
         elif self._band_corner is not None:
             self._show_band((self._band_corner, self.pixel))
         elif self._adjusted_pixel is not None:
@@ -171,7 +171,7 @@ class Mouse(Observer):
             if is_click and self._view.target is not None:
                 self._place_landmark()
             else:
-                document.look_at(self._slices.point)
+                document.move_slices(self._slices.point)
         elif corner is not None:
             positions = document.state.grips.deformed
             document.select(self._view.scene.projection.between(positions, corner, self.pixel))
@@ -193,7 +193,7 @@ class Mouse(Observer):
         pane = self._view.pane_at(self.pixel)
         if pane is not None:
             step = 1 if "Forward" in event else -1
-            self._document.look_at(self._slices.point_after(pane, step))
+            self._document.move_slices(self._slices.point_after(pane, step))
             self._abort(event)
 
     def _press_other_button(self, interactor, event):
@@ -206,7 +206,7 @@ class Mouse(Observer):
     def _release_other_button(self, interactor, event):
         if self._adjusted_pixel is not None:
             self._adjusted_pixel = None
-            self._document.look_at(self._slices.point)
+            self._document.move_slices(self._slices.point)
             self._abort(event)
 
     def _adjust(self):
@@ -228,7 +228,7 @@ class Mouse(Observer):
         self._document.draw(is_moving=True)
 
     def _show_band(self, corners):
-        self._document.view.overlay.set_band(corners)
+        self._view.overlay.set_band(corners)
         self._document.draw(is_moving=True)
 
     def _projection_of(self, pane):

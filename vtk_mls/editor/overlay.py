@@ -37,7 +37,7 @@ class Overlay:
         self.renderer, self._has_texts, self.message, self.status = renderer, True, "", ""
         self._lift, self._home = 0, renderer
         self.set_hint(hint)
-        self._keys = _text(_AMBER), _text(_SOFT)
+        self._keys = text_actor(_AMBER), text_actor(_SOFT)
         self._keys[0].SetInput("\n".join(names))
         self._keys[1].SetInput("\n".join(texts))
         for actor in self._keys:
@@ -49,8 +49,8 @@ class Overlay:
         self._panel.GetProperty().SetOpacity(0.62)
         self._band.GetMapper().GetInput().SetLines(polydata.cells(np.c_[rectangle, 0]))
         self._band.GetProperty().SetLineWidth(1.5)
-        self._hint, self._status = _text(_SOFT), _text(_SOFT)
-        self._message = _text(_AMBER, _SIZE + 3)
+        self._hint, self._status = text_actor(_SOFT), text_actor(_SOFT)
+        self._message = text_actor(_AMBER, _SIZE + 3)
         self._hint.GetTextProperty().SetVerticalJustificationToTop()
         self._message.GetTextProperty().SetBackgroundColor(_PANEL)
         self._message.GetTextProperty().SetBackgroundOpacity(0.75)
@@ -134,12 +134,11 @@ class Overlay:
         self._message.SetPosition(width // 2, 3 * _MARGIN + _SIZE + self._lift)
 
 
-def _text(color, size=_SIZE):
+def text_actor(color, size=_SIZE):
+    """A vtkTextActor of a color, 0 to 1, and a font size in pixels."""
     actor = vtkTextActor()
-    actor.SetTextScaleModeToNone()
     actor.PickableOff()
     font = actor.GetTextProperty()
-    font.SetFontFamilyToArial()
     font.SetFontSize(size)
     font.SetColor(color)
     return actor

@@ -44,10 +44,7 @@ class PairEdits:
 
     def place_at(self, pixel):
         """Place a landmark where the data are at a pixel, on its side."""
-        pane = self.view.pane_at(pixel)
-        point = (
-            self.view.scene_at(pixel).picker().hit(pixel) if pane is None else pane.point_at(pixel)
-        )
+        point = self.view.point_at(pixel)
         if point is None:
             self.say("There is no surface under the mouse.")
             return
@@ -110,7 +107,7 @@ class PairEdits:
         point = self.state.deformed[row]
         self.document.select([row])
         self.view.center_on(point)
-        self.document.look_at(point)
+        self.document.move_slices(point)
 
     def jump_by(self, step):
         """Jump to the next pair (1) or the previous one (-1)."""

@@ -104,8 +104,8 @@ class PairTable:
             position = tuple(pending.position.tolist())
             places = (position, None) if pending.side == MOVING else (None, position)
             rows.append(PairRow(None, pending.label, *places))
-        known = errors[np.isfinite(errors)]
-        return cls(tuple(rows), float(np.median(known)) if len(known) else None)
+        errors = errors[np.isfinite(errors)]
+        return cls(tuple(rows), float(np.median(errors)) if len(errors) else None)
 
     @property
     def has_errors(self):
@@ -134,21 +134,7 @@ def left_out_errors(state):
     return errors
 
 
-def with_landmark(state, side, position):
-    """A `State` with a landmark at a position (3,) on a side.
-
-    The landmark is pending until its partner is placed; another one on the same side moves it.
-    """
-    pending = state.pending
-    if pending is None or pending.side == side:
-        label = _free_name(state) if pending is None else pending.label
-        return state.changed(pending=Pending(side, position, label))
-    places = {side: position, pending.side: pending.position}
-    state = state.changed(pending=None).with_handle(places[MOVING], places[TARGET])
-    return state.with_name(len(state) - 1, pending.label)
-
-
-def _free_name(state):
+def free_name(state):
     """The first number that names no other pair."""
     names, number = set(grips.names_of(state)), len(state) + 1
     while str(number) in names:

@@ -4,25 +4,24 @@ from __future__ import annotations
 
 import numpy as np
 from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_UNSIGNED_CHAR, vtkPoints
-from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
+from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
 from vtk_mls.vtk import arrays
+from vtk_mls.vtk.cells import cell_array
 
 
 def points(positions):
     """vtkPoints of positions (n, 3)."""
-    made = vtkPoints()
-    made.SetData(arrays.from_numpy(np.asarray(positions, float), VTK_DOUBLE))
-    return made
+    result = vtkPoints()
+    result.SetData(arrays.from_numpy(np.asarray(positions, float), VTK_DOUBLE))
+    return result
 
 
 def cells(connectivity):
     """A vtkCellArray of point ids (n, k): n cells with k points each."""
     count, size = connectivity.shape
-    made = vtkCellArray()
-    made.SetData(arrays.ids(size * np.arange(count + 1)), arrays.ids(connectivity.ravel()))
-    return made
+    return cell_array(connectivity.ravel(), size * np.arange(count + 1))
 
 
 def colors(values):

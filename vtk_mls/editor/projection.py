@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from vtk_mls.vtk.transforms import matrix_of
+
 _MIN_PIXELS = 0.15  # length of a projected pixel step, below which a direction points at the eye
 
 
@@ -13,7 +15,7 @@ class Projection:
     def __init__(self, renderer):
         camera, aspect = renderer.GetActiveCamera(), renderer.GetTiledAspectRatio()
         matrix = camera.GetCompositeProjectionTransformMatrix(aspect, -1, 1)
-        self._matrix = np.array([[matrix.GetElement(i, j) for j in range(4)] for i in range(4)])
+        self._matrix = matrix_of(matrix)
         self._inverse = np.linalg.inv(self._matrix)
         self._size = np.array(renderer.GetSize(), float)
         self._origin = np.array(renderer.GetOrigin(), float)

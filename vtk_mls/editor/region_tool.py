@@ -5,19 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from vtk_mls import Ball, Labels, RegionHandle
+from vtk_mls.editor.turning import in_enough_steps
 
 _RADIUS = 0.05  # of a handle that can be turned, relative to the data
 _HINT = "Drag the box to turn it, its middle to move it; X removes it."
-_NOTHING = "There is no mesh and no segment of a label image here; load one with `--with`."
+_GROUP_HINT = "Drag the box to turn the handles, its middle to move them; turns add up."
+_NO_SHAPE = "There is no mesh and no segment of a label image here; load one with `--with`."
 
 
 class RegionTool:
-    """Makes rigid regions, and moves the one that is selected.
-
-    Parameters
-    ----------
-    document : Document
-    """
+    """Makes rigid regions in a `Document`, and moves the selected one."""
 
     def __init__(self, document):
         self._document, self.is_waiting = document, False
@@ -25,16 +22,16 @@ class RegionTool:
         self._widget.set_callbacks(self._preview, self._commit)
 
     def wait(self):
-        """Make what the next click is on rigid."""
+        """Make the mesh or the segment at the next click rigid."""
         self.is_waiting = True
         self._document.say("Click on a mesh, or on a segment of a label image, to make it rigid.")
 
     def cancel(self):
-        """Wait no longer."""
+        """Do not wait for a click."""
         self.is_waiting = False
 
     def click(self, pixel, pane):
-        """Make rigid what is at a pixel of the 3-D view, if that is waited for."""
+        """Make the mesh or the segment at a pixel of the 3-D view rigid, if `wait` was called."""
         if not self.is_waiting or pane is not None:
             return False
         self.cancel()
@@ -47,14 +44,14 @@ class RegionTool:
         with document.reporting_errors():
             shape = self._scene.rigid_shape_at(pixel)
             if shape is None:
-                document.say(_NOTHING)
+                document.say(_NO_SHAPE)
                 return
             state = document.state
             index = _index_of(shape, state.handles)
             if index is not None:
                 self._select(index, "It is rigid already. " + _HINT)
                 return
-            # handles in it would keep their places, whatever its motion
+            # handles inside would hold their positions against its motion
             inside = np.flatnonzero(shape.distance(state.rest)[0] == 0)
             document.clear_selection()
             region = RegionHandle(shape, np.eye(4))
@@ -76,9 +73,15 @@ class RegionTool:
         if document.change(state.without([row]).with_shape(region)):
             self._select(len(document.state.handles) - 1, "The handle can be turned. " + _HINT)
 
-    def detach(self):
-        """Remove everything from the view."""
-        self.cancel()
+    def turn_handles(self, rows):
+        """Let the box turn several point handles together."""
+        document = self._document
+        if (rows >= len(document.state)).any():
+            document.say("Only point handles turn together.")
+            return
+        document.select(rows)
+        document.turn_selected()
+        document.say(_GROUP_HINT)
 
     def _select(self, index, message):
         self._document.say(message)
@@ -86,18 +89,24 @@ class RegionTool:
 
     def _preview(self, motion):
         document = self._document
-        state, index = document.committed, document.selected_region
-        if index is not None:
+        state, index, group = document.committed, document.selected_region, document.group
+        if group is not None:
+            group.turn_to(motion)
+            document.preview(group.turned(state))
+        elif index is not None:
             region = RegionHandle(state.handles[index].shape, motion)
             document.preview(state.with_shape(region, index))
 
-    def _commit(self, motion):
-        self._preview(motion)
-        self._document.commit()
+    def _commit(self):
+        document = self._document
+        with document.reporting_errors():
+            if document.group is not None:
+                document.state = in_enough_steps(document.state)
+        document.commit()
 
 
 def _index_of(shape, handles):
-    """The index of the region with a shape; None without."""
+    """The index of the region with a shape; None without one."""
     for index, handle in enumerate(handles):
         if isinstance(handle, RegionHandle) and _are_same(shape, handle.shape):
             return index

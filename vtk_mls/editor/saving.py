@@ -7,13 +7,12 @@ import os
 import shutil
 from pathlib import Path
 
-from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkIOImage import vtkPNGWriter
 from vtkmodules.vtkRenderingCore import vtkWindowToImageFilter
 
 from vtk_mls import Aborted, Surface, io
 from vtk_mls.base.messages import message_handlers
-from vtk_mls.editor import polydata, script
+from vtk_mls.editor import script
 from vtk_mls.editor.handle_polydata import handle_polydata
 from vtk_mls.files import control_point_files, session_files
 from vtk_mls.files.ome_zarr import is_ome_zarr
@@ -21,10 +20,11 @@ from vtk_mls.files.paths import replacing
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
 from vtk_mls.filters.updating import update
 from vtk_mls.ome_zarr import job
+from vtk_mls.vtk.shape_surfaces import polydata_of
 
 SESSION = "session.mls.json"
 HANDLES, AT_REST, MOVED = "handles.csv", "handles-at-rest.mrk.json", "handles-moved.mrk.json"
-SHAPES = "handles.vtp"  # instead, if there are regions or curves
+SHAPES = "handles.vtp"  # instead, if there are regions, curves or paths
 FIELD, PICTURE, SCRIPT = "displacement-field.nrrd", "picture.png", "deform.py"
 _FALLBACK_ENDINGS = ".vti", ".vtp", ".vtu", ".vts"  # for data that the format cannot hold
 
@@ -66,7 +66,7 @@ class Saver:
     def save(self, state, window):
         """Save a `State`, and the picture in a vtkRenderWindow.
 
-        All files come from the saved handles, as those of `vtk-mls deform`.
+        All files are computed from the saved handles, as by `vtk-mls deform`.
 
         Returns
         -------
@@ -89,19 +89,19 @@ class Saver:
         for algorithm in (deform, field):
             _configure(algorithm, state, folder, surfaces)
         targets = []
-        for number in range(len(self.datasets)):
-            targets.append(self._write_deformed(deform, number, folder, targets))
+        for index in range(len(self.datasets)):
+            targets.append(self._write_deformed(deform, index, folder, targets))
         field.SetInputData(0, self.datasets[0])
         self._update(field)
         io.write_field(field.GetOutput(), folder / FIELD)
-        sources = [self._source(number, folder) for number in range(len(self.datasets))]
+        sources = [self._source(index, folder) for index in range(len(self.datasets))]
         text = script.script(state, _handles_file(state), surfaces, list(zip(sources, targets)))
         with replacing(folder / SCRIPT) as new:
             new.write_text(text, encoding="utf-8")
         self.files = sorted(path for path, _ in _versions(folder) - before)
-        said = f"Saved in {folder}: handles, deformed data, displacement field, picture, script."
+        saved = f"Saved in {folder}: handles, deformed data, displacement field, picture, script."
         warnings = [f"{text[0].upper()}{text[1:]}." for text in dict.fromkeys(self._warnings)]
-        return " ".join([said, *warnings])
+        return " ".join([saved, *warnings])
 
     @property
     def takes_session(self):
@@ -123,13 +123,13 @@ class Saver:
         if not self.copies_data:
             return path, self.paths
         folder = path.parent
-        return path, [folder / self._source(number, folder) for number in range(len(self.paths))]
+        return path, [folder / self._source(index, folder) for index in range(len(self.paths))]
 
     def _update(self, algorithm):
         with message_handlers(None, self._warnings.append):
             update(algorithm, self._note_progress)
         self._done += 1
-        if self._note_progress(0):  # data that take less time report nothing
+        if self._note_progress(0):  # fast filters report no progress
             raise Aborted("stopped as `progress` asked")
 
     def _note_progress(self, fraction):
@@ -144,12 +144,12 @@ class Saver:
         self.folder.mkdir(parents=True, exist_ok=True)
         return self.folder
 
-    def _name(self, number):
+    def _name(self, index):
         """Stem and ending of the file of a dataset."""
-        if number >= len(self.paths):
-            return f"data-{number + 1}", ".vti"
-        name = self.paths[number].name
-        if self._is_ome_zarr(number):
+        if index >= len(self.paths):
+            return f"data-{index + 1}", ".vti"
+        name = self.paths[index].name
+        if self._is_ome_zarr(index):
             stem = name.partition(".")[0]
             return stem, name.removeprefix(stem)
         if "." not in name:  # a folder of DICOM
@@ -157,37 +157,37 @@ class Saver:
         stem, dot, ending = name.partition(".") if name.endswith(".gz") else name.rpartition(".")
         return stem, dot + ending
 
-    def _is_ome_zarr(self, number):
+    def _is_ome_zarr(self, index):
         """Whether a dataset is a coarse level of an OME-Zarr, whose finest one is deformed."""
-        return number < len(self.paths) and is_ome_zarr(self.paths[number])
+        return index < len(self.paths) and is_ome_zarr(self.paths[index])
 
-    def _source(self, number, folder):
+    def _source(self, index, folder):
         """Path of a dataset for the script."""
-        if number >= len(self.paths):
-            return _write_dataset(self.datasets[number], folder, f"data-{number + 1}", ".vti")
-        path = self.paths[number]
+        if index >= len(self.paths):
+            return _write_dataset(self.datasets[index], folder, f"data-{index + 1}", ".vti")
+        path = self.paths[index]
         if not self.copies_data:
             return os.fspath(path)
         with replacing(folder / path.name) as new:
             shutil.copyfile(path, new)
         return path.name
 
-    def _write_deformed(self, deform, number, folder, other_names):
+    def _write_deformed(self, deform, index, folder, other_names):
         """Write a deformed dataset; the name of its file, which is not among the others."""
-        stem, ending = self._name(number)
+        stem, ending = self._name(index)
         endings = ending, *_FALLBACK_ENDINGS
         stem = next(
             stem
             for stem in _numbered(f"{stem}-deformed")
             if not {stem + ending for ending in endings} & set(other_names)
         )
-        if self._is_ome_zarr(number):
-            return self._write_ome_zarr(deform, number, folder / f"{stem}{ending}")
-        deform.SetInputData(0, self.datasets[number])
+        if self._is_ome_zarr(index):
+            return self._write_ome_zarr(deform, index, folder / f"{stem}{ending}")
+        deform.SetInputData(0, self.datasets[index])
         self._update(deform)
         return _write_dataset(deform.GetOutput(), folder, stem, ending)
 
-    def _write_ome_zarr(self, deform, number, target):
+    def _write_ome_zarr(self, deform, index, target):
         """Deform all resolutions of an OME-Zarr, block by block; the name of its folder."""
         settings = {
             "interpolation": deform.GetInterpolation(),
@@ -195,7 +195,7 @@ class Saver:
             "void_values": deform.GetVoidValues(),
         }
         transform = deform.updated_deformation()
-        source, progress = self.paths[number], self._note_progress
+        source, progress = self.paths[index], self._note_progress
         job.deform(source, target, transform, settings, progress=progress)
         self._done += 1
         return target.name
@@ -221,13 +221,18 @@ def _configure(algorithm, state, folder, surfaces):
             algorithm.AddCut(cut)
 
 
+def _needs_polydata(state):
+    """Whether tables cannot hold the handles."""
+    return bool(state.handles) or len(state.path) > 0
+
+
 def _handles_file(state):
     """The name of the file with all handles."""
-    return SHAPES if state.handles else HANDLES
+    return SHAPES if _needs_polydata(state) else HANDLES
 
 
 def _write_handles(state, folder):
-    if state.handles:
+    if _needs_polydata(state):
         io.write_dataset(handle_polydata(state), folder / SHAPES)
         return
     values = state.rest, state.deformed, state.weights, state.labels
@@ -242,11 +247,8 @@ def _write_surfaces(state, folder):
     names = []
     for cut in state.cuts:
         if isinstance(cut, Surface):
-            surface = vtkPolyData()
-            surface.SetPoints(polydata.points(cut.points))
-            surface.SetPolys(polydata.cells(cut.triangles))
             names.append(f"cut-{len(names) + 1}.vtp")
-            io.write_dataset(surface, folder / names[-1])
+            io.write_dataset(polydata_of(cut.points, cut.triangles), folder / names[-1])
     return names
 
 

@@ -60,15 +60,15 @@ class Scene:
         for item in self.items:
             item.show(deformation, nodes, distortion, is_final)
 
-    def set_preset(self, number):
+    def set_preset(self, index):
         """Draw each dataset with one of its presets; their names."""
-        return ", ".join(item.set_preset(number) for item in self.items)
+        return ", ".join(item.set_preset(index) for item in self.items)
 
     def set_coarseness(self, pixels):
         """Set the pixels between rays along both axes."""
-        is_beside = any(self.renderer.GetOrigin())
+        has_offset = any(self.renderer.GetOrigin())
         for item in self.items:
-            item.set_coarseness(pixels, is_beside)
+            item.set_coarseness(pixels, has_offset)
 
     def picker(self):
         """A `Picker` of the data as they are drawn now."""
@@ -78,7 +78,7 @@ class Scene:
     def rigid_shape_at(self, pixel):
         """The Shape of the mesh, or of the segment of a label image, at a pixel; None without.
 
-        The first dataset is what is deformed: others count first.
+        Other datasets take precedence over the first one, which is deformed.
         """
         ray = self.projection.ray(pixel)
         first, *others = (item.rigid_hit(*ray) for item in self.items)

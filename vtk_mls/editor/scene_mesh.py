@@ -59,16 +59,16 @@ class SceneMesh:
         """Corners (2, 3) of a box around the undeformed mesh."""
         return np.reshape(self._mesh.GetBounds(), (3, 2)).T
 
-    def set_preset(self, number):
+    def set_preset(self, index):
         """Color the mesh; the name of the preset."""
-        self._preset = number % len(self.preset_names)
+        self._preset = index % len(self.preset_names)
         self._color()
         return self.preset_names[self._preset]
 
     def adjust(self, brightness, contrast):
         """Nothing changes: slices show outlines."""
 
-    def set_coarseness(self, pixels, is_beside=False):
+    def set_coarseness(self, pixels, has_offset=False):
         """Nothing changes: no rays are cast for meshes."""
 
     def show(self, deformation, nodes, distortion, is_final):
@@ -86,7 +86,7 @@ class SceneMesh:
 
     def nearest(self, points):
         """The points of the undeformed mesh nearest to `points` (n, 3): (n, 3)."""
-        return MeshSurface(self._mesh).nearest(points)
+        return SurfaceLocator(self._mesh).nearest(points)
 
     def colors_at(self, points):
         """None: slices show meshes as lines."""
@@ -103,11 +103,11 @@ class SceneMesh:
         return mapper
 
     def surface(self):
-        """The `MeshSurface` of the deformed mesh."""
-        return MeshSurface(self.mesh())
+        """The `SurfaceLocator` of the deformed mesh."""
+        return SurfaceLocator(self.mesh())
 
     def rigid_hit(self, near, far):
-        """Where a ray meets the deformed mesh, and a function that makes it a Shape; or None."""
+        """Fraction of a ray at the mesh, and a function that returns its Shape; or None."""
         hit = self.surface().hit(near, far)
         return hit and (hit[0], lambda: self._solid)
 
@@ -157,11 +157,11 @@ class SceneMesh:
         self._deformed.detach()
 
 
-class MeshSurface:
-    """The surface of a vtkDataSet; later changes of the dataset do not affect it."""
+class SurfaceLocator:
+    """Finds points on the surface of a vtkDataSet; later changes of it have no effect."""
 
     def __init__(self, mesh):
-        self._surface, self._cached_locator = vtkPolyData(), None
+        self._surface = vtkPolyData()
         if not isinstance(mesh, vtkPolyData):
             extract = vtkGeometryFilter()
             extract.SetInputData(mesh)
@@ -169,13 +169,12 @@ class MeshSurface:
             mesh = extract.GetOutput()
         self._surface.ShallowCopy(mesh)
 
-    @property
+    @cached_property
     def _locator(self):
-        if self._cached_locator is None:
-            self._cached_locator = vtkStaticCellLocator()
-            self._cached_locator.SetDataSet(self._surface)
-            self._cached_locator.BuildLocator()
-        return self._cached_locator
+        locator = vtkStaticCellLocator()
+        locator.SetDataSet(self._surface)
+        locator.BuildLocator()
+        return locator
 
     def hit(self, near, far):
         """Where the ray from `near` to `far` (3,) meets the surface: (fraction, point), or None."""

@@ -17,6 +17,7 @@ from vtk_mls.base.linear_algebra import unit
 from vtk_mls.editor import label_picking, transfer_functions
 from vtk_mls.files import metadata
 from vtk_mls.rendering import DeformedVolume
+from vtk_mls.rendering.material import material_at
 from vtk_mls.rendering.volume_ray import light_along
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
@@ -70,9 +71,9 @@ class SceneVolume:
         """Corners (2, 3) of a box around the visible voxels of the undeformed image."""
         return self._surface_of(None).bounds
 
-    def set_preset(self, number):
+    def set_preset(self, index):
         """Set colors and opacities; the name of the preset."""
-        self._preset = preset = self.presets[number % len(self.presets)]
+        self._preset = preset = self.presets[index % len(self.presets)]
         self._limits = transfer_functions.gray_range(preset)
         colors, opacities = vtkColorTransferFunction(), vtkPiecewiseFunction()
         for node in preset.colors:
@@ -102,14 +103,14 @@ class SceneVolume:
         middle, half = (low + high) / 2 - brightness * (high - low), (high - low) / (2 * contrast)
         self._limits = middle - half, middle + half
 
-    def set_coarseness(self, pixels, is_beside=False):
+    def set_coarseness(self, pixels, has_offset=False):
         """Set the pixels between rays along both axes; above 1, steps along rays are longer.
 
-        `is_beside`: the renderer does not begin in the corner of the window. VTK 9.6 draws nothing
+        `has_offset`: the renderer does not begin in the corner of the window. VTK 9.6 draws nothing
         there with fewer rays, so only the steps are longer.
         """
         step = _STEP if pixels <= 1 else _COARSE_STEP
-        if is_beside:
+        if has_offset:
             step, pixels = step * min(max(pixels, 1), _MAX_STEP_FACTOR), 1
         self._mapper.SetSampleDistance(step * float(np.abs(self._grid.spacing).min()))
         self._mapper.SetImageSampleDistance(pixels)
@@ -121,9 +122,8 @@ class SceneVolume:
         self._deformed.paint(lines, distortion.has_colors)
         if deformation is not None:
             self._deformed.update(deformation, nodes)
-        elif (
-            self._deformed.uploads > 0 or lines is not None
-        ):  # keeps the shader: to build another takes a second
+        elif self._deformed.uploads > 0 or lines is not None:
+            # keeps the shader: to build another takes a second
             corner = self._grid.corners()[:1]
             self._deformed.update(Deformation(corner, corner), 2)
 
@@ -144,9 +144,9 @@ class SceneVolume:
         return self._surface_of(self._deformation)
 
     def rigid_hit(self, near, far):
-        """Where a ray meets a segment, and a function that makes it a Shape; or None.
+        """Fraction of a ray at a segment, and a function that returns its Shape; or None.
 
-        None also for images that are no labels.
+        None also for images without labels.
         """
         if not self._are_labels:
             return None
@@ -235,14 +235,11 @@ class VolumeSurface:
 
     def values_at(self, points):
         """Which points (n, 3) of the deformed space have material, and their values (n,)."""
-        origins, is_void = points, False
-        if self._deformation is not None:
-            origins = self._deformation.backward(points)
-            is_void = self._deformation.void(points) if self._deformation.cuts else False
+        origins, has_material = material_at(self._deformation, points)
         index = self._grid.index_of(origins)
         method = "nearest" if self._preset.is_nearest else "linear"
         values = sample(self._values, index, method, 0, self._grid)
-        return self._grid.covers(index) & ~np.asarray(is_void), values
+        return self._grid.covers(index) & has_material, values
 
     def _opacity_at(self, points):
         has_material, values = self.values_at(points)

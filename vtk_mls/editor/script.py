@@ -108,8 +108,8 @@ def commands(state, handles, surfaces, files):
         vectors = vectors_of(cut)
         if vectors:
             kind = "plane" if len(vectors) == 2 else "half-plane"
-            numbers = ",".join(repr(number) for vector in vectors for number in vector)
-            options.append(f"--cut-{kind}={numbers}")
+            components = ",".join(repr(component) for vector in vectors for component in vector)
+            options.append(f"--cut-{kind}={components}")
     options += [f"--cut-surface={name}" for name in surfaces]
     for source, target in files:
         yield shlex.join(["vtk-mls", "deform", source, handles, target, *options])

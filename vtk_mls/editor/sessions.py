@@ -1,4 +1,4 @@
-"""Sessions: everything that an editor shows, in one file that opens again."""
+"""Saving of edits, and sessions: everything that an editor shows, in one file."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
+from vtk_mls.base.progress import Aborted
 from vtk_mls.editor import state_values
+from vtk_mls.editor.document import FAILURES, sentence_of
 from vtk_mls.files import session_files
 from vtk_mls.files.session_files import SessionFile
 
@@ -27,58 +29,114 @@ def state_of(session, path):
         return state_values.decoded(session.edit)
     except _INVALID as error:
         reason = " ".join(str(error).split())
-        raise ValueError(f"`{path}` is no session: its edit is not valid ({reason})") from error
+        raise ValueError(f"`{path}` is not a session: its edit is not valid ({reason})") from error
 
 
-def write(editor):
-    """Write the session of an `Editor`, and return the path.
+class Saving:
+    """Base of `Editor` with the methods that save edits, and show sessions."""
 
-    Raises
-    ------
-    OSError, ValueError, TypeError
-        For data without files, and shapes without a format.
-    """
-    target = editor.target
-    if target is not None and target.path is None:
-        raise ValueError("a session names the files of its data, and the target has none")
-    edit = state_values.encoded(editor.document.committed)
-    path, data = editor.saver.session_place()
-    target = None if target is None else Path(target.path)
-    session_files.write(path, SessionFile(tuple(data), target, edit, _views_of(editor)))
-    return path
+    def save_session(self):
+        """Save a session file, which opens again; whether it is saved."""
+        self.finish()
+        try:
+            path = self._write_session()
+        except (OSError, *FAILURES) as error:
+            self.say(sentence_of(error))
+            return False
+        self.saver.session, self.saver.files = path, [path]
+        self.document.note_save()
+        self.say(f"The session is saved: vtk-mls view {path} opens it again.")
+        self.document.draw()
+        return True
 
+    def save(self):
+        """Save handles, deformed data, displacement field, picture and script; or the session.
 
-def resume(editor, path, views):
-    """Show the views of the session at a path, which the next `save_session` replaces."""
-    editor.saver.session = path
-    show_views(editor, views)
+        Returns
+        -------
+        bool
+            Whether all are saved.
+        """
+        if self.saver.takes_session:
+            return self.save_session()
+        self.finish()
+        self.document.show_deformed()
+        self.say("Saving ...")
+        self.document.draw(is_moving=True)
+        self.view.draw_for_file(self.state)
+        is_saved = False
+        try:
+            sentence = self.saver.save(self.state, self.scene.window) + self._save_left_out()
+            is_saved = True
+            self.document.note_save()
+        except Aborted:
+            sentence = "Saving was stopped; the folder has a part of the files."
+        except (OSError, *FAILURES) as error:
+            sentence = sentence_of(error)
+        self.say(sentence)
+        self.document.draw()
+        return is_saved
 
+    def _save_left_out(self):
+        """Save a session where landmarks are left out or pending, which the other files lack.
 
-def show_views(editor, views):
-    """Show the camera, slices and comparison of a session; those that are not valid are left."""
-    with suppress(*_INVALID):
-        camera = editor.scene.renderer.GetActiveCamera()
-        vectors = {name: [float(x) for x in views["camera"][name]] for name in _CAMERA}
-        if all(len(v) == 3 and np.isfinite(v).all() for v in vectors.values()):
-            for name, vector in vectors.items():
-                getattr(camera, f"Set{name}")(vector)
-    with suppress(*_INVALID):
-        if editor.target is not None:
-            editor.set_comparison(mode=views["comparison"][0], share=float(views["comparison"][1]))
-    with suppress(*_INVALID):
-        if bool(views["slices"]) != editor.slices.is_visible:
-            editor.toggle_slices()
-        point = np.array(views["slice_point"], float)
-        if point.shape == (3,) and np.isfinite(point).all():
-            editor.look_at(point)
-    editor.document.show()
+        Returns
+        -------
+        str
+            A sentence, or "".
+        """
+        if self.state.enabled.all() and self.state.pending is None:
+            return ""
+        if not self.saver.paths:
+            return " The landmarks that are left out are not saved, because the data have no file."
+        path = self._write_session()
+        self.saver.files = [*self.saver.files, path]
+        return f" {path.name} has the landmarks that are left out or without a partner, too."
 
+    def resume_session(self, path, views):
+        """Show the views of the session at a path, which the next `save_session` replaces."""
+        self.saver.session = path
+        self.show_views(views)
 
-def _views_of(editor):
-    camera = editor.scene.renderer.GetActiveCamera()
-    return {
-        "camera": {name: list(getattr(camera, f"Get{name}")()) for name in _CAMERA},
-        "slices": editor.slices.is_visible,
-        "slice_point": editor.slices.point.tolist(),
-        "comparison": [editor.comparison.mode, editor.comparison.share],
-    }
+    def show_views(self, views):
+        """Show the camera, slices and comparison of a session; ignore values that are not valid."""
+        with suppress(*_INVALID):
+            camera = self.scene.renderer.GetActiveCamera()
+            vectors = {name: [float(x) for x in views["camera"][name]] for name in _CAMERA}
+            if all(len(v) == 3 and np.isfinite(v).all() for v in vectors.values()):
+                for name, vector in vectors.items():
+                    getattr(camera, f"Set{name}")(vector)
+        with suppress(*_INVALID):
+            if self.target is not None:
+                mode, share = views["comparison"]
+                self.set_comparison(mode=mode, share=float(share))
+        with suppress(*_INVALID):
+            if bool(views["slices"]) != self.slices.is_visible:
+                self.toggle_slices()
+            point = np.array(views["slice_point"], float)
+            if point.shape == (3,) and np.isfinite(point).all():
+                self.move_slices(point)
+        self.document.show()
+
+    def _write_session(self):
+        """Write the session file, and return its path.
+
+        Raises
+        ------
+        OSError, ValueError, TypeError
+            For data without files, and shapes without a format.
+        """
+        target, camera = self.target, self.scene.renderer.GetActiveCamera()
+        if target is not None and target.path is None:
+            raise ValueError("a session names the files of its data, and the target has none")
+        edit = state_values.encoded(self.document.committed)
+        path, data = self.saver.session_place()
+        target = None if target is None else Path(target.path)
+        views = {
+            "camera": {name: list(getattr(camera, f"Get{name}")()) for name in _CAMERA},
+            "slices": self.slices.is_visible,
+            "slice_point": self.slices.point.tolist(),
+            "comparison": [self.comparison.mode, self.comparison.share],
+        }
+        session_files.write(path, SessionFile(tuple(data), target, edit, views))
+        return path

@@ -13,7 +13,8 @@ from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 from vtk_mls import CurveHandle
 from vtk_mls.editor import polydata
 from vtk_mls.editor.handle_glyphs import MASKING, MOVED, RESTING, SELECTED
-from vtk_mls.vtk.shape_surfaces import polydata_of, surface_of
+from vtk_mls.vtk.cells import triangle_polydata
+from vtk_mls.vtk.shape_surfaces import surface_of
 
 _REGION_OPACITY = 0.3
 _CURVE_OPACITY, _REST_OPACITY, _CURVE_WIDTH = 1.0, 0.45, 3.0
@@ -35,12 +36,12 @@ class ShapeActors:
         self._renderer, self._regions, self._is_visible = renderer, {}, True
         self._lines = [vtkPolyData() for _ in range(4)]
         soft, amber, violet = (tuple(np.divide(c, 255)) for c in (RESTING, MOVED, MASKING))
-        looks = (
+        styles = (
             *((soft, 2.0, _REST_OPACITY), (amber, _CURVE_WIDTH, _CURVE_OPACITY)),
             *((violet, 2.0, opacity) for opacity in _MASK_OPACITIES),
         )
         self._actors = [
-            polydata.unlit_actor(lines, *look) for lines, look in zip(self._lines, looks)
+            polydata.unlit_actor(lines, *style) for lines, style in zip(self._lines, styles)
         ]
         self._centers = vtkPolyData()
         self._actors.append(polydata.unlit_actor(self._centers))
@@ -91,12 +92,12 @@ class ShapeActors:
 def moved_surface(region):
     """A vtkPolyData of the surface of a RegionHandle after its motion."""
     points, triangles = surface_of(region.shape)
-    return polydata_of(region.moved(points), triangles)
+    return triangle_polydata(region.moved(points), triangles)
 
 
 def _region_actor(shape):
     mapper, actor = vtkPolyDataMapper(), vtkActor()
-    mapper.SetInputData(polydata_of(*surface_of(shape)))
+    mapper.SetInputData(triangle_polydata(*surface_of(shape)))
     mapper.ScalarVisibilityOff()
     actor.SetMapper(mapper)
     actor.PickableOff()

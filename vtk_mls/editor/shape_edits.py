@@ -1,4 +1,4 @@
-"""The edits of an editor that concern regions, curves and the mask."""
+"""The edits of an editor that concern cuts, regions, curves and the mask."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import numpy as np
 
 from vtk_mls import BallMask
 from vtk_mls.editor.curve_tool import CurveTool
+from vtk_mls.editor.cut_tool import CutTool
 from vtk_mls.editor.region_tool import RegionTool
 from vtk_mls.editor.text_entry import TextEntry
 
@@ -17,18 +18,30 @@ _MASK_HINT = (
 
 
 class ShapeEdits:
-    """Base of `Editor` with the methods for handles that have a shape."""
+    """Base of `Editor` with the methods for cuts and for handles that have a shape."""
 
-    def _add_tools(self, *others):
-        """Make the tools beside others."""
-        self._curve_tool, self._region_tool = CurveTool(self.document), RegionTool(self.document)
-        self._tools = *others, self._curve_tool, self._region_tool
+    def _add_tools(self):
+        tools = [tool(self.document) for tool in (CutTool, CurveTool, RegionTool)]
+        self._tools = self._cut_tool, self._curve_tool, self._region_tool = tools
         self.text_entry = TextEntry(self.document)
 
     def _cancel_tools(self, but=None):
         for tool in self._tools:
             if tool is not but:
                 tool.cancel()
+
+    def change_cut(self):
+        """Cut by a plane, by a half-plane, or not at all, in this order."""
+        self._cut_tool.change_shape()
+
+    def change_half(self):
+        """Turn the half-plane of the cut by an eighth of a turn."""
+        self._cut_tool.turn_half_plane()
+
+    def incise(self):
+        """Start a line on the surface, or cut along it."""
+        self._cancel_tools(self._cut_tool)
+        self._cut_tool.incise()
 
     def make_rigid(self):
         """Make the mesh or the segment under the mouse a rigid region."""
@@ -40,9 +53,11 @@ class ShapeEdits:
         self._region_tool.wait()
 
     def turn_handle(self):
-        """Make the selected handle, or the one under the mouse, a ball that can be turned."""
+        """Let a box turn the selected handles, or the one under the mouse, which becomes a ball."""
         rows = self.document.target_rows()
-        if len(rows):
+        if len(rows) > 1:
+            self._region_tool.turn_handles(rows)
+        elif len(rows):
             self._region_tool.turn_handle(rows[0])
 
     def draw_curve(self):
@@ -100,16 +115,16 @@ class ShapeEdits:
         self.change(self.state.with_rest(row, position))
 
     def _set_text(self, row, text):
-        """Name a grip, or put it at the 3 or 6 numbers in a text."""
+        """Name a grip, or move it to the 3 or 6 coordinates in a text."""
         try:
-            numbers = [float(part) for part in text.replace(",", " ").split()]
+            coordinates = [float(part) for part in text.replace(",", " ").split()]
         except ValueError:
-            numbers = []
+            coordinates = []
         if row >= len(self.state.grips) or not text:
             return
-        if len(numbers) not in (3, 6) or not np.isfinite(numbers).all():
+        if len(coordinates) not in (3, 6) or not np.isfinite(coordinates).all():
             self.set_name(row, text)
             return
-        if len(numbers) == 6:
-            self.set_rest(row, numbers[:3])
-        self.set_position(row, numbers[-3:])
+        if len(coordinates) == 6:
+            self.set_rest(row, coordinates[:3])
+        self.set_position(row, coordinates[-3:])

@@ -6,15 +6,12 @@ import numpy as np
 import vtkmodules.vtkRenderingImage  # noqa: F401  renders slices
 from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPlane, vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkAppendPolyData, vtkCutter
-from vtkmodules.vtkRenderingCore import (
-    vtkImageSlice,
-    vtkImageSliceMapper,
-    vtkRenderer,
-    vtkTextActor,
-)
+from vtkmodules.vtkRenderingCore import vtkImageSlice, vtkImageSliceMapper, vtkRenderer
 
 from vtk_mls import Grid
 from vtk_mls.editor import polydata
+from vtk_mls.editor.comparing import colors_of
+from vtk_mls.editor.overlay import text_actor
 from vtk_mls.editor.projection import Projection
 from vtk_mls.editor.scene_mesh import OUTLINE_COLOR
 from vtk_mls.vtk import arrays
@@ -56,11 +53,8 @@ class SlicePane:
         cross = polydata.unlit_actor(self._cross)
         self._lines = vtkPolyData()
         lines = polydata.unlit_actor(self._lines, _GRID_COLOR, 1.2, _GRID_OPACITY)
-        self._handles, self._label = _ball_actor(self._balls), vtkTextActor()
+        self._handles, self._label = _ball_actor(self._balls), text_actor(_AXIS_COLORS[axis], 13)
         self._label.SetPosition(8, 8)
-        self._label.PickableOff()
-        self._label.GetTextProperty().SetFontSize(13)
-        self._label.GetTextProperty().SetColor(_AXIS_COLORS[axis])
         for prop in (image, lines, outlines, cross, self._handles, self._label):
             self.renderer.AddViewProp(prop)
         middle, camera = bounds.mean(axis=0), self.renderer.GetActiveCamera()
@@ -84,18 +78,14 @@ class SlicePane:
     def show(self, items, surfaces, point, count, distortion):
         """Draw the slice through a point, with `count` samples along its longer side.
 
-        `surfaces` are vtkPolyData whose outlines are drawn, as those of meshes; `distortion` is a
+        The outlines of `surfaces`, vtkPolyData, are drawn as for meshes. `distortion` is a
         `Distortion`.
         """
         self._fit()
         self._position = point[self.axis]
         grid = self._grid(count)
-        colors, points = np.zeros((grid.size, 3), np.uint8), grid.points()
-        for item in items:
-            sampled = item.colors_at(points)
-            if sampled is not None:
-                has_material, item_colors = sampled
-                colors[has_material] = item_colors[has_material]
+        points = grid.points()
+        _, colors = colors_of(items, points) or (None, np.zeros((grid.size, 3), np.uint8))
         colors = distortion.tinted(points, colors)
         image = vtkImageData()
         ImageGeometry.of_grid(grid).apply_to(image)

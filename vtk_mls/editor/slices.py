@@ -24,7 +24,7 @@ class Slices:
     regions : list of RegionHandle
         Slices show their outlines.
     compared : list
-        Shown instead of the data of the scene, unless it is empty: see `ComparedItem`.
+        Items that replace those of the scene, unless it is empty; see `ComparedItem`.
     """
 
     def __init__(self, scene, distortion):
@@ -61,7 +61,7 @@ class Slices:
         ----------
         viewport : (left, low, right, high), 0 to 1
         layout : callable
-            Of the viewport; returns that of the 3-D view and those of three slices.
+            Takes the viewport; returns the viewports of the 3-D view and of three slices.
         is_visible : bool
             Whether slices are shown.
         """
@@ -130,5 +130,5 @@ def _column(viewport):
     """Three slices at the right side of the 3-D view."""
     left, low, right, high = viewport
     split, third = left + _VIEW_WIDTH * (right - left), (high - low) / 3
-    tops = [high - number * third for number in range(3)]
+    tops = [high - index * third for index in range(3)]
     return (left, low, split, high), *((split, top - third, right, top) for top in tops)

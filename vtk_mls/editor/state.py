@@ -7,8 +7,9 @@ from dataclasses import dataclass, field, make_dataclass, replace
 
 import numpy as np
 
-from vtk_mls import BallMask, Deformation, HalfPlane, Plane, RegionHandle, kinds
+from vtk_mls import BallMask, CurveHandle, Deformation, HalfPlane, Plane, RegionHandle, kinds
 from vtk_mls.editor import grips, pairs
+from vtk_mls.handles.paths import blended_path
 from vtk_mls.handles.rigid_motion import blended
 from vtk_mls.model import options
 
@@ -39,7 +40,9 @@ class State(_Options):
     anchored : (n,) bool
         Whether the mouse cannot move a handle.
     enabled : (n,) bool
-        Whether a point handle belongs to the map; the others are kept for later.
+        Whether a point handle belongs to the map.
+    path : (k, n, 3) float64, world coordinates
+        Intermediate places of the point handles, at equal times; k is 0 if they go straight.
     pending : Pending or None
         A landmark without its partner on the other side.
     cuts : tuple of Cut
@@ -59,11 +62,13 @@ class State(_Options):
     mask: BallMask | None = None
     enabled: np.ndarray | None = None
     pending: pairs.Pending | None = None
+    path: np.ndarray | None = None
 
     def __post_init__(self):
         if not isinstance(self.mask, (BallMask, type(None))):
             raise TypeError(f"`mask` must be a BallMask in the editor, got {self.mask!r}")
         count = len(self.rest)
+        has_path = count > 0 and self.path is not None and len(self.path) > 0
         anchored = np.zeros(count, bool) if self.anchored is None else self.anchored
         enabled = np.ones(count, bool) if self.enabled is None else self.enabled
         for name, value in {
@@ -72,6 +77,7 @@ class State(_Options):
             "labels": tuple(self.labels) or ("",) * count,
             "anchored": np.array(anchored, bool),
             "enabled": np.array(enabled, bool),
+            "path": np.array(self.path, float) if has_path else np.zeros((0, count, 3)),
             "cuts": tuple(self.cuts),
             "handles": tuple(self.handles),
         }.items():
@@ -84,22 +90,25 @@ class State(_Options):
         Raises
         ------
         TypeError, ValueError
-            For constraints, paths, and masks that are no balls: the editor does not have them.
+            For constraints, and masks that are no balls: the editor does not have them.
         """
         if deformation.constraints:
             raise ValueError("`constraints` must be empty in the editor, which has none")
-        if len(deformation.path):
-            raise ValueError("`path` must be empty in the editor, where handles go straight")
         settings = options.values_of(deformation, options.DEFORMATION_OPTIONS)
         weights = deformation.weights
         if weights is not None and (weights == 1).all():
             weights = None
-        for name in ("cuts", "handles", "mask"):
+        for name in ("cuts", "handles", "mask", "path"):
             settings[name] = getattr(deformation, name)
         return cls(deformation.rest, deformation.deformed, weights, labels, **settings)
 
     def __len__(self):
         return len(self.rest)
+
+    @property
+    def _times(self):
+        """The times (k, 1, 1) of the intermediate places, from 0 to 1."""
+        return np.linspace(0, 1, len(self.path) + 2)[1:-1, None, None]
 
     @property
     def is_resting(self):
@@ -126,6 +135,7 @@ class State(_Options):
         """Whether nothing moves."""
         return self.blend == 0 or bool(
             self.is_resting[self.enabled].all()
+            and not len(self.path)
             and all(_is_resting(handle) for handle in self.handles)
         )
 
@@ -135,8 +145,9 @@ class State(_Options):
             return None
         settings = options.values_of(self, options.DEFORMATION_OPTIONS)
         rest, deformed = self.rest[self.enabled], self.deformed[self.enabled]
+        path = self.path[:, self.enabled]
         if self.blend != 1:
-            deformed = rest + self.blend * (deformed - rest)
+            deformed, path = blended_path(rest, deformed, path, self.blend)
         return Deformation(
             rest,
             deformed,
@@ -144,6 +155,7 @@ class State(_Options):
             cuts=self.cuts,
             handles=[blended(handle, self.blend) for handle in self.handles],
             mask=self.mask,
+            path=path,
             **settings,
         )
 
@@ -160,11 +172,11 @@ class State(_Options):
         """A copy whose alpha is multiplied, within the range of its slider."""
         return replace(self, alpha=options.ALPHA.limited(self.alpha * factor, self.alpha))
 
-    def with_smoothing_times(self, factor, smallest):
-        """A copy whose smoothing is multiplied: from 0 up to `smallest`, from there down to 0."""
+    def with_smoothing_times(self, factor, minimum):
+        """A copy whose smoothing is multiplied: from 0 up to `minimum`, from there down to 0."""
         value = self.smoothing * factor
-        if value < 0.99 * smallest:
-            value = smallest if factor > 1 else 0.0
+        if value < 0.99 * minimum:
+            value = minimum if factor > 1 else 0.0
         return replace(self, smoothing=float(f"{value:.3g}"))
 
     def with_nu_times(self, factor):
@@ -173,18 +185,32 @@ class State(_Options):
 
     def moved(self, rows, positions):
         """A copy with grips `rows` at other positions (m, 3); anchored ones stay."""
-        return grips.moved(self, rows, positions)
+        table, rows = self.grips, np.asarray(rows, int)
+        is_free = ~table.anchored[rows]
+        rows, deformed = rows[is_free], table.deformed.copy()
+        deformed[rows] = np.asarray(positions, float)[is_free]
+        owners, handles, mask = table.owner[rows], list(self.handles), self.mask
+        for index in np.unique(owners[owners >= 0]).tolist():
+            handles[index] = grips.moved_handle(handles[index], deformed[table.rows_of(index)])
+        if grips.MASK in owners:
+            row = rows[owners == grips.MASK].min()  # its place before its radius and fall-off
+            mask = grips.moved_mask(mask, table.part[row], deformed[row])
+        deformed = deformed[: len(self)]
+        path = self.path + self._times * (deformed - self.deformed)
+        return replace(self, deformed=deformed, handles=handles, mask=mask, path=path)
 
     def at_rest(self):
         """A copy with all handles at rest."""
         handles = [blended(handle, 0.0) for handle in self.handles]
-        return replace(self, deformed=self.rest, handles=handles)
+        return replace(self, deformed=self.rest, handles=handles, path=None)
 
     def with_handle(self, rest, deformed):
         """A copy with one more handle, the last."""
         weights = None if self.weights is None else np.append(self.weights, 1.0)
+        straight = rest + self._times * np.subtract(deformed, rest)
         return replace(
             self,
+            path=np.concatenate([self.path, straight], axis=1),
             rest=np.vstack([self.rest, rest]),
             deformed=np.vstack([self.deformed, deformed]),
             weights=weights,
@@ -195,11 +221,36 @@ class State(_Options):
 
     def with_shape(self, handle, index=None):
         """A copy with another region or curve at an index, or with one more."""
-        return grips.with_handle(self, index, handle)
+        handles = list(self.handles)
+        if index is None:
+            handles.append(handle)
+        else:
+            handles[index] = handle
+        return replace(self, handles=handles)
 
     def without(self, rows):
-        """A copy without grips `rows`; a curve loses nodes, or goes with its last but one."""
-        return grips.without(self, rows)
+        """A copy without grips `rows`; curves with fewer than two nodes left are removed."""
+        table, rows = self.grips, np.asarray(rows, int)
+        owners, remaining = table.owner[rows], np.setdiff1d(np.arange(len(self)), rows)
+        handles = []
+        for index, handle in enumerate(self.handles):
+            nodes = np.setdiff1d(table.rows_of(index), rows)
+            if index not in owners:
+                handles.append(handle)
+            elif len(nodes) > 1:
+                handles.append(CurveHandle(table.rest[nodes], table.deformed[nodes]))
+        return replace(
+            self,
+            rest=self.rest[remaining],
+            deformed=self.deformed[remaining],
+            weights=None if self.weights is None else self.weights[remaining],
+            labels=tuple(self.labels[i] for i in remaining),
+            anchored=self.anchored[remaining],
+            enabled=self.enabled[remaining],
+            path=self.path[:, remaining],
+            handles=handles,
+            mask=None if grips.MASK in owners else self.mask,
+        )
 
     def with_name(self, row, name):
         """A copy with another name of the point handle `row`."""
@@ -208,8 +259,26 @@ class State(_Options):
         return replace(self, labels=tuple(labels))
 
     def with_rest(self, row, position):
-        """A copy with the rest position (3,) of the grip `row` changed."""
-        return grips.with_rest(self, row, position)
+        """A copy with the rest position (3,) of the grip `row` changed.
+
+        Raises
+        ------
+        ValueError
+            For regions and the mask.
+        """
+        owner, rest = self.grips.owner[row], self.grips.rest.copy()
+        rest[row] = position
+        if owner == grips.POINT:
+            rest = rest[: len(self)]
+            path = self.path + (1 - self._times) * (rest - self.rest)
+            return replace(self, rest=rest, path=path)
+        handle = self.handles[owner] if owner >= 0 else None
+        if not isinstance(handle, CurveHandle):
+            raise ValueError(
+                "only points and nodes of curves have a rest position that can be changed"
+            )
+        nodes = rest[self.grips.rows_of(owner)]
+        return self.with_shape(CurveHandle(nodes, handle.deformed), owner)
 
     def with_anchors(self, rows):
         """A copy with point handles `rows` anchored; free if all of them were anchored."""
@@ -218,8 +287,17 @@ class State(_Options):
         return replace(self, anchored=anchored)
 
     def with_landmark(self, side, position):
-        """A copy with a landmark on a side: pending, or with the pending one a pair."""
-        return pairs.with_landmark(self, side, position)
+        """A copy with a landmark at a position (3,) on a side.
+
+        The landmark is pending until its partner is placed; another one on the same side moves it.
+        """
+        pending = self.pending
+        if pending is None or pending.side == side:
+            label = pairs.free_name(self) if pending is None else pending.label
+            return replace(self, pending=pairs.Pending(side, position, label))
+        places = {side: position, pending.side: pending.position}
+        pair = self.with_handle(places[pairs.MOVING], places[pairs.TARGET])
+        return replace(pair.with_name(len(self), pending.label), pending=None)
 
     def with_enabled(self, rows, are_enabled):
         """A copy with point handles `rows` in the map, or left out of it."""
@@ -233,7 +311,7 @@ class State(_Options):
 
     def with_handles_at(self, rest):
         """A copy with other point handles (n, 3), all at rest."""
-        others = {"weights": None, "labels": (), "anchored": None, "enabled": None}
+        others = {"weights": None, "labels": (), "anchored": None, "enabled": None, "path": None}
         return replace(self, rest=rest, deformed=rest, **others)
 
     @property
@@ -243,7 +321,7 @@ class State(_Options):
         return flat[-1] if flat else None
 
     def with_flat_cut(self, flat_cut):
-        """A copy with another such cut, or without it for None."""
+        """A copy with another flat cut, or without one for None."""
         cuts = [cut for cut in self.cuts if cut is not self.flat_cut]
         return replace(self, cuts=cuts if flat_cut is None else [*cuts, flat_cut])
 

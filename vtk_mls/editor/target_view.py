@@ -20,7 +20,7 @@ from vtk_mls.editor.target import BESIDE, FADE, Comparison
 
 _OUTLINE_COLOR = (0.45, 0.75, 1.0)  # of a mesh as target
 _LIFT = 18  # pixels of the status line above the names of slices
-_FAR = 0.5  # between the middles of both sides, relative to their size: they hardly overlap
+_FAR = 0.5  # distance of the centers of sides that hardly overlap, relative to their size
 
 
 class TargetView:
@@ -36,9 +36,8 @@ class TargetView:
     ----------
     scene : Scene
     slices : Slices
-    start : (p, q) or None
-        The middles of sides that hardly overlap: the data are drawn moved by q - p as long as
-        nothing deforms them.
+    far_centers : (p, q) or None
+        The centers of both sides if they hardly overlap: undeformed data are drawn moved by q - p.
     """
 
     def __init__(self, view, target):
@@ -50,7 +49,7 @@ class TargetView:
         self._own_camera = self.scene.renderer.GetActiveCamera()
         self.scene.renderer.SetActiveCamera(camera)
         self._comparison, self._ghosts, self._has_table = Comparison(), [], True
-        self.start = self._start()
+        self.far_centers = self._far_centers()
         bounds = self._bounds()
         for slices in (self._moving_slices, self.slices):
             slices.set_bounds(bounds)
@@ -110,13 +109,13 @@ class TargetView:
 
     def initial_map(self, device):
         """The translation that shows undeformed data near the target; None if they are near."""
-        if self.start is None:
+        if self.far_centers is None:
             return None
-        p, q = self.start
+        p, q = self.far_centers
         return Deformation(p[None], q[None], device=device)
 
     def show_slices(self, is_final=True):
-        """Draw the slices at the place of those of the moving data."""
+        """Draw the slices through the same point as those of the moving data."""
         self.slices.point = self._moving_slices.point
         self.slices.show(is_final)
 
@@ -138,7 +137,7 @@ class TargetView:
         views = (MOVING, self._moving, self._moving_slices), (TARGET, self.scene, self.slices)
         for side, scene, slices in views:
             places, place_colors, place_names = sides[side]
-            scene.glyphs.draw(places, places, place_colors, hovered)
+            scene.glyphs.show(places, places, place_colors, hovered)
             slices.show_handles(places, place_colors, are_visible)
             self._names[side].show(places, place_names, are_visible)
         self._text.set_table(state.pairs if self._has_table else None, selected)
@@ -159,7 +158,7 @@ class TargetView:
         return height > width
 
     def reset_camera(self):
-        """Fit the shared camera to the target, and to what is drawn near it."""
+        """Fit the shared camera to the target, and to the data if they are near."""
         self.scene.renderer.ResetCamera(self._bounds().T.ravel())
 
     def detach(self):
@@ -182,11 +181,11 @@ class TargetView:
 
     def _bounds(self):
         """Corners (2, 3) of a box around the target, and the data unless they are far."""
-        boxes = [self.scene.bounds] + [self._moving.bounds] * (self.start is None)
+        boxes = [self.scene.bounds] + [self._moving.bounds] * (self.far_centers is None)
         corners = np.array(boxes)
         return np.array([corners[:, 0].min(axis=0), corners[:, 1].max(axis=0)])
 
-    def _start(self):
+    def _far_centers(self):
         boxes = self._moving.bounds, self.scene.bounds
         p, q = (box.mean(axis=0) for box in boxes)
         size = max(np.ptp(box, axis=0).max() for box in boxes)

@@ -6,12 +6,7 @@ _PROMPT = "Type a name, a position x y z, or positions at rest and moved; Return
 
 
 class TextEntry:
-    """Takes characters until Return or Escape.
-
-    Parameters
-    ----------
-    document : Document
-    """
+    """Takes characters until Return or Escape, and shows them in a `Document`."""
 
     def __init__(self, document):
         self._document, self._text, self._apply = document, "", None

@@ -1,4 +1,4 @@
-"""What the window shows of a state: data, cut, handles and texts, as finely as time allows."""
+"""Draws a state in the window: data, cut, handles and texts, as finely as time allows."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from vtk_mls.editor import keys
 from vtk_mls.editor.cut_widget import CutWidget
 from vtk_mls.editor.distortion import MODES, Distortion
-from vtk_mls.editor.grips import only_region
+from vtk_mls.editor.grips import NO_ROWS
 from vtk_mls.editor.handle_glyphs import handle_colors
 from vtk_mls.editor.motion_widget import MotionWidget
 from vtk_mls.editor.overlay import Overlay
@@ -23,10 +23,8 @@ from vtk_mls.rendering.pace import MapPace, pixels_per_ray
 
 _REFINEMENT_DELAY = 0.25  # seconds without movement before a fine picture
 _MAX_NODES = 96  # along the longest side
-# Seconds that a picture may take during movement, at rest, and for a file.
-_MOVING_SECONDS, _RESTING_SECONDS, _FILE_SECONDS = 0.06, 2.0, 20.0
-_MAX_MOVING_SPACING, _MAX_RESTING_SPACING = 8.0, 3.0  # pixels between rays along both axes
-_NO_ROWS = np.zeros(0, int)
+# Limits of a picture: its seconds, and the pixels between rays along both axes.
+_MOVING, _RESTING, _FILE = (0.06, 8.0), (2.0, 3.0), (20.0, 3.0)
 
 
 class Pace(MapPace):
@@ -46,17 +44,9 @@ class Pace(MapPace):
         """Record the time of a picture with one ray for `pixels` pixels along both axes."""
         self.picture_seconds, self._full_seconds = seconds, seconds * pixels**2
 
-    def pixels_while_moving(self):
-        """Pixels between rays along both axes during movement."""
-        return pixels_per_ray(self._full_seconds, _MOVING_SECONDS, _MAX_MOVING_SPACING)
-
-    def pixels_at_rest(self):
-        """Pixels between rays of a picture that stays: above 1 for slow graphics only."""
-        return pixels_per_ray(self._full_seconds, _RESTING_SECONDS, _MAX_RESTING_SPACING)
-
-    def pixels_for_file(self):
-        """Pixels between rays of a picture that is saved."""
-        return pixels_per_ray(self._full_seconds, _FILE_SECONDS, _MAX_RESTING_SPACING)
+    def pixels(self, limits):
+        """Pixels between rays along both axes; at rest, above 1 for slow graphics only."""
+        return pixels_per_ray(self._full_seconds, *limits)
 
 
 class View:
@@ -81,6 +71,8 @@ class View:
     hides_handles : bool
     shows_undeformed : bool
         Whether the data are drawn undeformed, whatever the state.
+    shows_times : bool
+        Whether the status line has computing times.
     drawn_message : str
         The message in the last picture.
     """
@@ -93,11 +85,11 @@ class View:
         self.cut_widget = CutWidget(interactor, self.scene)
         self.motion_widget = MotionWidget(interactor, self.scene)
         self._shapes = ShapeActors(self.scene.overlay)
-        self.has_timer = self.hides_handles = self.shows_undeformed = False
+        self.has_timer = self.hides_handles = self.shows_undeformed = self.shows_times = False
         self.drawn_message = ""
         self._legend = VolumeLegend(self.scene.overlay)
         self.overlay, self._pace = Overlay(self.scene.overlay, keys.legend(), keys.HINT), Pace()
-        self._preset, self._shows_times, self._moved_at = 0, False, None
+        self._preset, self._moved_at = 0, None
         self._tags = [
             (observed, observed.AddObserver(event, handler))
             for observed, event, handler in (
@@ -173,6 +165,11 @@ class View:
             pane = self.target.slices.pane_at(pixel)
         return pane
 
+    def point_at(self, pixel):
+        """The visible point (3,) at a pixel, on a surface or in a slice; None beside the data."""
+        pane = self.pane_at(pixel)
+        return self.scene_at(pixel).picker().hit(pixel) if pane is None else pane.point_at(pixel)
+
     def shows_both_at(self, pixel):
         """Whether both sides are drawn over each other at a pixel."""
         return bool(self.slices.compared) and self.slices.pane_at(pixel) is not None
@@ -194,26 +191,22 @@ class View:
         camera.SetFocalPoint(point)
 
     def set_distortion(self, mode):
-        """Show what a mode of `distortion.MODES` says, from the next `show` on."""
+        """Set the index of the mode in `distortion.MODES`, for the next `show`."""
         self.distortion.mode = mode % len(MODES)
         self._legend.set_visible(self.distortion.has_colors)
 
     def change_preset(self):
         """Draw the data with their next presets; the names of these."""
         self._preset += 1
-        names = self.scene.set_preset(self._preset)
-        if self.target is not None:
-            self.target.scene.set_preset(self._preset)
+        names, *_ = [scene.set_preset(self._preset) for scene in self._scenes]
         self.show_slices()
         return names
 
     def draw(self, state, selected, hovered, dragged, is_moving=False):
         """Render; coarsely while something moves, if a timer refines the picture later."""
         is_moving, pace = is_moving and self.has_timer, self._pace
-        pixels = pace.pixels_while_moving() if is_moving else pace.pixels_at_rest()
+        pixels = pace.pixels(_MOVING if is_moving else _RESTING)
         self.cut_widget.show(state.flat_cut)
-        region = only_region(state, selected)
-        self.motion_widget.show(None if region is None else state.handles[region])
         self._set_coarseness(pixels)
         self._draw_handles(state, selected, hovered, dragged)
         self.overlay.set_status(self._status_of(state, selected))
@@ -231,8 +224,8 @@ class View:
         self.overlay.set_message_visible(False)
         for widget in self._widgets:
             widget.set_visible(False)
-        self._set_coarseness(self._pace.pixels_for_file())
-        self._draw_handles(state, _NO_ROWS, None, _NO_ROWS)
+        self._set_coarseness(self._pace.pixels(_FILE))
+        self._draw_handles(state, NO_ROWS, None, NO_ROWS)
         if self.target is not None:
             self.target.hide_texts()
         self.scene.window.Render()
@@ -243,14 +236,12 @@ class View:
             widget.set_visible(not self.hides_handles)
 
     def draw_slices(self, state, selected, hovered, dragged):
-        """Render the slices, which have moved, and keep the picture of 3-D views with a target."""
+        """Render the moved slices; with a target, do not render the 3-D views again."""
         if self.target is None or not self.slices.is_visible:
             self.draw(state, selected, hovered, dragged, is_moving=True)
             return
         layers = [
-            renderer
-            for scene in (self.scene, self.target.scene)
-            for renderer in (scene.renderer, scene.overlay)
+            renderer for scene in self._scenes for renderer in (scene.renderer, scene.overlay)
         ]
         self._draw_handles(state, selected, hovered, dragged)
         for renderer in layers:
@@ -261,24 +252,16 @@ class View:
 
     @property
     def is_refinement_due(self):
-        """Whether a coarse picture is to be replaced now."""
+        """Whether it is time to replace a coarse picture."""
         return self._moved_at is not None and time.monotonic() - self._moved_at > _REFINEMENT_DELAY
 
     def hide_handles(self):
         """Hide or show handles, widgets, legend, hint and status, but not the message."""
         self.hides_handles = not self.hides_handles
-        scenes = [self.scene] if self.target is None else [self.scene, self.target.scene]
-        for part in (*(scene.glyphs for scene in scenes), self._shapes, *self._widgets):
+        glyphs = [scene.glyphs for scene in self._scenes]
+        for part in (*glyphs, self._shapes, *self._widgets):
             part.set_visible(not self.hides_handles)
         self.overlay.set_texts_visible(not self.hides_handles)
-
-    def toggle_legend(self):
-        """Show or hide the legend of keys."""
-        self.overlay.set_keys_visible(not self.overlay.shows_keys)
-
-    def toggle_times(self):
-        """Show or hide computing times in the status line."""
-        self._shows_times = not self._shows_times
 
     def detach(self):
         """Remove everything from the window."""
@@ -291,6 +274,10 @@ class View:
         self.scene.detach()
 
     @property
+    def _scenes(self):
+        return [self.scene] if self.target is None else [self.scene, self.target.scene]
+
+    @property
     def _widgets(self):
         return self.cut_widget, self.motion_widget
 
@@ -298,8 +285,9 @@ class View:
         colors, are_visible = handle_colors(state, selected, dragged), not self.hides_handles
         self._shapes.show(state, selected)
         if self.target is None:
-            self.scene.glyphs.show(state, colors, hovered)
-            self.slices.show_handles(state.grips.deformed, colors, are_visible)
+            rest, deformed = state.grips.rest, state.grips.deformed
+            self.scene.glyphs.show(rest, deformed, colors, hovered)
+            self.slices.show_handles(deformed, colors, are_visible)
         else:
             shown = self.distortion.deformation
             self.target.draw(state, colors, hovered, selected, shown, are_visible)
@@ -311,19 +299,18 @@ class View:
             self.target.lay_out()
 
     def _set_coarseness(self, pixels):
-        for part in (self, self.target):
-            if part is not None:
-                part.scene.set_coarseness(pixels)
+        for scene in self._scenes:
+            scene.set_coarseness(pixels)
 
     def _start_camera(self, style, event):
-        self._set_coarseness(self._pace.pixels_while_moving())
+        self._set_coarseness(self._pace.pixels(_MOVING))
         self._moved_at = None
 
     def _stop_camera(self, style, event):
         """Refine the picture; later if there is a timer."""
         self._moved_at = time.monotonic()
         if not self.has_timer:
-            self._set_coarseness(self._pace.pixels_at_rest())
+            self._set_coarseness(self._pace.pixels(_RESTING))
             self.scene.window.Render()
             self._moved_at = None
 
@@ -344,14 +331,14 @@ class View:
             parts.append(f"blend {state.blend:g}")
         if self.shows_undeformed:
             parts.append("shown undeformed; B")
-        if self._shows_times:
+        if self.shows_times:
             parts.append(f"map {1e3 * pace.map_seconds:.0f} ms, {pace.nodes} nodes")
             parts.append(f"picture {1e3 * pace.picture_seconds:.0f} ms")
         return "   ".join(parts)
 
 
 def _shapes_of(state):
-    """What the status line says about regions, curves and the mask."""
+    """Texts of the status line about regions, curves and the mask."""
     regions = len(state.regions)
     curves = len(state.handles) - regions
     texts = [f"{regions} rigid"] if regions else []

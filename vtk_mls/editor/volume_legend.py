@@ -21,12 +21,7 @@ _TEXT_COLOR = (0.74, 0.80, 0.87)
 
 
 class VolumeLegend:
-    """A bar of the colors with numbers, at the right side of a renderer; hidden at first.
-
-    Parameters
-    ----------
-    renderer : vtkRenderer
-    """
+    """A bar of the colors with numbers, at the right side of a vtkRenderer; hidden at first."""
 
     def __init__(self, renderer):
         self._renderer, self._bar, mapper = renderer, vtkPolyData(), vtkPolyDataMapper2D()
@@ -65,7 +60,7 @@ class VolumeLegend:
         self._bar.SetPoints(polydata.points(corners))
         middle = low + _HEIGHT / 2
         rise = _HEIGHT / (2 * MAX_DOUBLINGS)
-        levels = [middle + rise * number for number, _ in _LABELS]
+        levels = [middle + rise * doublings for doublings, _ in _LABELS]
         levels += [low - _GAP - _WIDTH / 2, low + _HEIGHT + _GAP + _FONT_SIZE / 2]
         for text, level in zip(self._texts, levels):
             text.SetPosition(left - _GAP / 2, level)
@@ -76,7 +71,6 @@ def _text(text):
     mapper, actor = vtkTextMapper(), vtkActor2D()
     mapper.SetInput(text)
     font = mapper.GetTextProperty()
-    font.SetFontFamilyToArial()
     font.SetFontSize(_FONT_SIZE)
     font.SetColor(_TEXT_COLOR)
     font.SetJustificationToRight()

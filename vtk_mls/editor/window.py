@@ -12,7 +12,6 @@ from vtkmodules.vtkInteractionStyle import vtkInteractorStyleTrackballCamera
 from vtkmodules.vtkRenderingCore import vtkRenderWindow, vtkRenderWindowInteractor
 
 from vtk_mls.base import display
-from vtk_mls.editor import sessions
 from vtk_mls.editor.autosave import Autosave
 from vtk_mls.editor.editor import Editor
 
@@ -51,7 +50,7 @@ def show(datasets, state, paths, folder=None, target=None, session=None):
     editor = Editor(interactor, datasets, state, paths, Autosave(paths[0]), target)
     editor.saver.folder = None if folder is None else Path(folder)
     if session is not None:
-        sessions.resume(editor, *session)
+        editor.resume_session(*session)
     interactor.Start()
     editor.detach()
     window.Finalize()

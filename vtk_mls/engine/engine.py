@@ -19,7 +19,7 @@ from vtk_mls.engine.map.inverse import InverseSearch
 from vtk_mls.engine.sample import differences, void_corners
 from vtk_mls.engine.sample.sampler import samplers
 from vtk_mls.queries import vector_fields
-from vtk_mls.queries.known_inverses import known_inverses
+from vtk_mls.queries.direct_inverses import direct_inverses
 
 
 @functools.cache
@@ -116,12 +116,12 @@ class Engine:
         if deformation.steps_used == 1:
             return np.linalg.det(self.jacobian(deformation, points, progress))
         result = np.empty(len(points))
-        maps, only = self._maps(deformation), np.int32(-1 if step is None else step)
+        maps, index = self._maps(deformation), np.int32(-1 if step is None else step)
         for part in progress.over(self.launcher.slabs(len(points), deformation, 60)):
             for map_ in maps:
                 rows = _rows_in(map_.region, deformation.moved_planes, points, part)
                 local, found = map_.local_points(points[rows]), np.empty(len(points[rows]), "f4")
-                map_.launch_at("step_determinant", local, [only], outputs=[found])
+                map_.launch_at("step_determinant", [local], [index], outputs=[found])
                 result[rows] = found
         return result
 
@@ -136,10 +136,10 @@ class Engine:
             for search in searches:
                 rows = _rows_in(search.map.region, deformation.planes, points, part)
                 displacement[rows], found[rows] = search.forward(points[rows])
-            rows, known = known_inverses(
+            rows, direct = direct_inverses(
                 functools.partial(self.backward, deformation), deformation, points[part]
             )
-            displacement[part.start + rows], found[part.start + rows] = known, True
+            displacement[part.start + rows], found[part.start + rows] = direct, True
         return displacement, found
 
     @_exclusive

@@ -49,8 +49,8 @@ def joined(datasets):
     if len(datasets) == 1:
         return datasets[0]
     data = vtkMultiBlockDataSet()
-    for number, dataset in enumerate(datasets):
-        data.SetBlock(number, dataset)
+    for index, dataset in enumerate(datasets):
+        data.SetBlock(index, dataset)
     return data
 
 
@@ -74,17 +74,17 @@ def write_partitions(data, path):
         data = _converted(vtkConvertToPartitionedDataSetCollection(), data)
     path.with_suffix("").mkdir(exist_ok=True)
     lines = []
-    for number in range(data.GetNumberOfPartitionedDataSets()):
-        named = data.HasMetaData(number) and data.GetMetaData(number).Has(_NAME)
-        name = data.GetMetaData(number).Get(_NAME) if named else ""
-        lines.append(f'<Partitions index="{number}" name={quoteattr(name)}>')
-        for part in range(data.GetNumberOfPartitions(number)):
-            dataset = data.GetPartition(number, part)
+    for index in range(data.GetNumberOfPartitionedDataSets()):
+        named = data.HasMetaData(index) and data.GetMetaData(index).Has(_NAME)
+        name = data.GetMetaData(index).Get(_NAME) if named else ""
+        lines.append(f'<Partitions index="{index}" name={quoteattr(name)}>')
+        for part in range(data.GetNumberOfPartitions(index)):
+            dataset = data.GetPartition(index, part)
             if dataset is not None:
                 suffix = PIECES.get(dataset.GetClassName())
                 if suffix is None:
                     raise ValueError(f"`{path}` cannot hold a {dataset.GetClassName()}")
-                file = f"{path.stem}/{path.stem}_{number}_{part}{suffix}"
+                file = f"{path.stem}/{path.stem}_{index}_{part}{suffix}"
                 vtk_io.write(vtkXMLDataSetWriter(), dataset, path.parent / file)
                 lines.append(f'  <DataSet index="{part}" file={quoteattr(file)}/>')
         lines.append("</Partitions>")

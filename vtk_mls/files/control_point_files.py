@@ -1,10 +1,11 @@
 """Control points and landmarks in text files.
 
 Markups of 3D Slicer (.mrk.json, .fcsv) are described in `markups`, tag points of MINC (.tag) in
-`minc_tags`. The first line of other files (.csv, .txt, .pts) that is not blank tells what they are:
-`point`, `index` or `Point`, a number and a semicolon begin files of elastix (`elastix_points`), and
-`Version 1.0` those of IDAV Landmark (`idav_points`). All others are tables (`point_tables`) of
-control points, or of landmarks as in plain text, ITK, ANTs, BigWarp or 3D Slicer.
+`minc_tags`. The first line that is not blank tells what other files (.csv, .txt, .pts) are: files
+of elastix (`elastix_points`) begin with `point`, `index`, or `Point`, a number and a semicolon;
+files of IDAV Landmark (`idav_points`) begin with `Version 1.0`. All others are tables
+(`point_tables`) of control points, or of landmarks as in plain text, ITK, ANTs, BigWarp or 3D
+Slicer.
 
 A file of positions alone gives control points at rest (q = p); a second file of positions gives q.
 All coordinates are returned in LPS (see `frames`). The caller can name the frame of files that do
@@ -20,14 +21,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vtk_mls.files import (
-    elastix_points,
-    formats,
-    idav_points,
-    markups,
-    minc_tags,
-    point_tables,
-)
+from vtk_mls.files import elastix_points, formats, idav_points, markups, minc_tags, point_tables
 from vtk_mls.files.frames import signs
 from vtk_mls.files.landmarks import Landmarks, Pairs, paired
 from vtk_mls.files.paths import check_replaceable, existing_file, replacing
@@ -156,7 +150,7 @@ def write(path, rest, deformed, weights=None, labels=()):
     as_pairs = formats.find(path, writes=(formats.PAIRS,))
     rest, deformed = np.asarray(rest, float), np.asarray(deformed, float)
     points = Landmarks(path, deformed, "LPS", labels)
-    with _written(path) as file:
+    with _new_text_file(path) as file:
         if as_pairs:
             as_pairs.write(file, Pairs(rest, deformed, weights, points.labels))
         else:
@@ -201,7 +195,7 @@ def write_landmarks(path, points, source=None, space="LPS"):
     path = check_writable(path)
     line = formats.choose(path, "write points to", **_WRITE)
     rewrite = source and _rewriter(Path(source), line.ending(path))
-    with _written(path) as file:
+    with _new_text_file(path) as file:
         if rewrite:
             return rewrite(Path(source), file, points.positions, space)
         if line.frame == formats.CALLER:
@@ -225,7 +219,11 @@ def _reader(path):
 
 
 def _rewriter(source, ending):
-    """The function that copies `source` with other positions to this ending, or None."""
+    """The function that copies `source` with other positions to this ending, or None.
+
+    It takes the path, an open text file, positions (n, 3) in LPS, NaN for points that are not
+    placed, and the frame of files that do not say theirs. It returns the number of points left out.
+    """
     if not source.name.lower().endswith(ending):
         return None
     rewriters = {
@@ -239,6 +237,6 @@ def _rewriter(source, ending):
 
 
 @contextmanager
-def _written(path):
+def _new_text_file(path):
     with replacing(path) as new, new.open("w", newline="", encoding="utf-8") as file:
         yield file

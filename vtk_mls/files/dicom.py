@@ -1,8 +1,7 @@
 """DICOM: the slices of a series, from a folder or by one of its files, by SimpleITK.
 
-Places are those of ITK, in LPS, and values are rescaled as the slices say. Slices are sorted by
-where they are. A slice that is missing, broken or of another size is an error: nothing is
-interpolated over it.
+Places are those of ITK, in LPS. Values are rescaled as the slices say. Slices are sorted by place.
+A slice that is missing, broken or of another size is an error: nothing is interpolated over it.
 """
 
 from __future__ import annotations
@@ -11,19 +10,12 @@ from pathlib import Path
 
 import numpy as np
 
-from vtk_mls.files import image_files
+from vtk_mls.files import formats, image_files
 from vtk_mls.files.volumes import Volume
 
-_MAGIC = slice(128, 132), b"DICM"
 _MAX_LISTED = 6
 _TOLERANCE = 0.02  # of the distance of slices
 _SERIES, _DESCRIPTION, _FRAMES = "0020|000e", "0008|103e", "0028|0008"
-
-
-def _has_magic(path):
-    """Whether a file begins as DICOM does."""
-    with path.open("rb") as file:
-        return file.read(_MAGIC[0].stop)[_MAGIC[0]] == _MAGIC[1]
 
 
 def read(path):
@@ -53,27 +45,27 @@ def read(path):
 
 
 def _series(path):
-    """The files of the only series of a folder, or of that of a file."""
+    """The files of the only series of a folder, or of the series of a file."""
     folder = path if path.is_dir() else path.parent
-    found = _all_series(folder)
+    series = _all_series(folder)
     if path.is_dir():
-        if not found:
+        if not series:
             raise IsADirectoryError(
                 f"`{path}` is a folder; expected a file, or a folder of DICOM images, and it has "
                 "none"
             )
-        _check_complete(folder, found)
-        if len(found) > 1:
+        _check_complete(folder, series)
+        if len(series) > 1:
             raise ValueError(
-                f"`{path}` has {len(found)} series: {_listed(found)}; name a file of one of them "
+                f"`{path}` has {len(series)} series: {_listed(series)}; name a file of one of them "
                 "in place of the folder"
             )
-        return next(iter(found.values()))
+        return next(iter(series.values()))
     uid = _information(path).get(_SERIES, "")
-    names = found.get(uid, [])
+    names = series.get(uid, [])
     if str(path) not in names:
         return [str(path)]
-    _check_complete(folder, found)
+    _check_complete(folder, series)
     return names
 
 
@@ -92,31 +84,31 @@ def _all_series(folder):
     return series
 
 
-def _check_complete(folder, found):
+def _check_complete(folder, series):
     """Raise ValueError if a file of DICOM in a folder cannot be read."""
-    listed = {name for names in found.values() for name in names}
+    listed = {name for names in series.values() for name in names}
     for file in sorted(folder.iterdir()):
         if file.name == "DICOMDIR" or str(file) in listed or not file.is_file():
             continue
-        if _has_magic(file) and not _is_other(file):
+        if formats.is_dicom_file(file) and not _is_other(file):
             raise ValueError(f"its file `{file.name}` is broken, and may be a slice")
 
 
 def _is_other(file):
-    """Whether a file of DICOM, which has no image that can be read, says that it is none.
+    """Whether a DICOM file that is not readable as an image is not meant to be one.
 
     Reports, structures and presentations have no number of rows, (0028,0010).
     """
     return b"\x28\x00\x10\x00" not in file.read_bytes()
 
 
-def _listed(found):
+def _listed(series):
     """Description, number of slices and first file of series, for a sentence."""
     parts = []
-    for names in list(found.values())[:_MAX_LISTED]:
+    for names in list(series.values())[:_MAX_LISTED]:
         description = _information(names[0]).get(_DESCRIPTION, "").strip() or "no description"
         parts.append(f"{description} ({len(names)} slices, `{Path(names[0]).name}`)")
-    more = f", and {len(found) - _MAX_LISTED} more" * (len(found) > _MAX_LISTED)
+    more = f", and {len(series) - _MAX_LISTED} more" * (len(series) > _MAX_LISTED)
     return ", ".join(parts) + more
 
 
@@ -174,11 +166,11 @@ def _order(names, readers):
             ("direction", reader.GetDirection(), first.GetDirection()),
         ):
             if not np.allclose(own, expected, rtol=1e-4, atol=1e-4):
-                found = (
+                sides = (
                     f"{_numbers(values)} in `{Path(file).name}`"
                     for values, file in ((own, name), (expected, names[0]))
                 )
-                raise ValueError(f"the slices must have one {what}, got {' and '.join(found)}")
+                raise ValueError(f"the slices must have one {what}, got {' and '.join(sides)}")
     origins = np.array([reader.GetOrigin() for reader in readers])
     normal = np.reshape(first.GetDirection(), (3, 3))[:, 2]
     heights = (origins - origins[0]) @ normal
@@ -192,8 +184,8 @@ def _order(names, readers):
         before, after = (f"`{Path(names[order[i + n]]).name}`" for n in (0, 1))
         if gap <= _TOLERANCE * step or step <= 0:
             raise ValueError(
-                f"{before} and {after} are slices of the same place: several times or echoes, of "
-                "which each must be in a folder of its own"
+                f"{before} and {after} are slices of the same place: several times or echoes; put "
+                "each into a folder of its own"
             )
         if abs(gap - step) > tolerance:
             count = round(gap / step) - 1

@@ -15,7 +15,7 @@ import re
 
 import numpy as np
 
-from vtk_mls.files.landmarks import Landmarks, shortened
+from vtk_mls.files.landmarks import Landmarks, counted_lines, numbered_lines, shortened
 
 _RESULT = re.compile(r"Point\s+(\d+)\s*;")
 _POSITION = re.compile(r"\bOutputPoint\s*=\s*\[([^\]]*)\]")
@@ -30,26 +30,19 @@ def reader(line):
 
 def read_points(path):
     """The points of an input of transformix."""
-    lines = _lines(path)
-    if next(lines)[1].strip().lower() == "index":
+    lines = numbered_lines(path)
+    if next(lines)[1].lower() == "index":
         raise ValueError(
             f"`{path}` holds indices of voxels; expected positions, after a first line `point`"
         )
-    number, line = next(lines, (1, ""))
-    if not re.fullmatch(r"\d{1,18}", line.strip()):
-        raise ValueError(
-            f"`{path}`, line {number}: expected the number of points, got {shortened(line)}"
-        )
-    positions = [_position(path, number, line) for number, line in lines]
-    if len(positions) != int(line):
-        raise ValueError(f"`{path}` must hold {int(line)} points, as it says, got {len(positions)}")
+    positions = [_position(path, *line) for line in counted_lines(path, lines)]
     return Landmarks(path, np.reshape(positions, (-1, 3)))
 
 
 def read_results(path):
     """The points of an output of transformix."""
     positions, labels = [], []
-    for number, line in _lines(path):
+    for number, line in numbered_lines(path):
         label, position = _RESULT.match(line), _POSITION.search(line)
         if label is None or position is None:
             raise ValueError(
@@ -62,29 +55,11 @@ def read_results(path):
 
 
 def write(file, landmarks):
-    """Write points as an input of transformix.
-
-    Parameters
-    ----------
-    file : text file
-    landmarks : Landmarks
-        Points that are not placed are left out.
-
-    Returns
-    -------
-    int
-        Number of points left out.
-    """
+    """Write points as an input of transformix, without those that are not placed."""
     positions = landmarks.positions[landmarks.is_placed].tolist()
     file.write(f"point\n{len(positions)}\n")
     file.writelines(f"{x!r} {y!r} {z!r}\n" for x, y, z in positions)
     return len(landmarks.positions) - len(positions)
-
-
-def _lines(path):
-    """(number, text) of each line that is not blank."""
-    with path.open(encoding="utf-8-sig") as file:
-        yield from ((n, line) for n, line in enumerate(file, 1) if line.strip())
 
 
 def _position(path, number, text):

@@ -103,7 +103,7 @@ def read_volume(name: str, path: Path) -> Field:
         Also for other images, and for fields that move points.
     """
     module, _ = _FORMATS[name]
-    volume = module.read(path)
+    volume = volumes.single(module.open_file(path), path)
     values = volume.values
     if values.shape[3:] != (3,) or values.dtype.kind != "f":
         raise ValueError(
@@ -137,4 +137,5 @@ def write_volume(name: str, content: FieldContent, path: Path) -> None:
         header = (_INTENTS[content.convention], *nifti.in_millimeters(content.nifti_header))
     values = np.asarray(content.displacement, np.float32)
     steps = grid.index_to_world
-    module.write(path, Volume(values, grid.origin, steps, is_vector=True, header=header))
+    with module.writing(path, ()) as add:
+        add(Volume(values, grid.origin, steps, is_vector=True, header=header))

@@ -31,7 +31,8 @@ SPACE = "`SPACE=` of 3D Slicer, else used as it is"
 CALLER = "`--handles-space`, unless its columns state it"
 
 
-_DICOM, _DICOM_START = ".dcm", 128  # files of DICOM often have no ending
+_DICOM = ".dcm"  # files of DICOM often have no ending
+_DICOM_MAGIC = slice(128, 132), b"DICM"
 
 
 @dataclass(frozen=True)
@@ -49,7 +50,9 @@ class Format:
         Contents to read it as, and to write to it.
     reader, writer : str
         `module.function` in this folder and its first arguments, separated by blanks. The last
-        argument of a reader is a path; those of a writer are the content and a path.
+        argument of a reader is a path; those of a writer are the content and a path. Writers of
+        points and pairs take an open text file, and `Landmarks` or `Pairs` in LPS; those of points
+        return the number of points left out.
     has_times : bool
         Whether the reader returns times, as `simulation_files.open_file` does.
     needs : str
@@ -292,8 +295,14 @@ def _is_dicom(path: Path, line: Format | None) -> bool:
     """Whether it is another folder, or a file without a known ending that begins as DICOM does."""
     if line is not None or not path.is_file():
         return path.is_dir() and not (line and line.is_folder)
+    return is_dicom_file(path)
+
+
+def is_dicom_file(path: Path) -> bool:
+    """Whether a file begins as DICOM does."""
+    place, magic = _DICOM_MAGIC
     with path.open("rb") as file:
-        return file.read(_DICOM_START + 4)[_DICOM_START:] == b"DICM"
+        return file.read(place.stop)[place] == magic
 
 
 def _lines(reads: tuple[str, ...] = (), writes: tuple[str, ...] = ()) -> list[Format]:

@@ -10,7 +10,7 @@ import re
 import numpy as np
 
 from vtk_mls.files.frames import signs
-from vtk_mls.files.landmarks import Landmarks, shortened
+from vtk_mls.files.landmarks import Landmarks, counted_lines, numbered_lines, shortened
 from vtk_mls.files.table_layouts import numbers
 
 _VERSION = re.compile(r"version\s+\d+(\.\d+)?", re.IGNORECASE)
@@ -25,47 +25,27 @@ def reader(line):
 def read(path):
     """The points of a file."""
     _, rows = _parsed(path)
-    places = [3 * [np.nan] if place == _MISSING else place for _, _, place in rows]
-    return Landmarks(path, np.reshape(places, (-1, 3)), labels=[label for _, label, _ in rows])
+    places = [3 * [np.nan] if place == _MISSING else place for _, place in rows]
+    return Landmarks(path, np.reshape(places, (-1, 3)), labels=[label for label, _ in rows])
 
 
 def rewrite(path, file, positions, space):
-    """Write a file again, with other positions; those at NaN are marked as missing.
-
-    Parameters
-    ----------
-    path : path
-    file : text file
-    positions : (n, 3) float64, LPS
-    space : str
-        The frame of the file.
-
-    Returns
-    -------
-    int
-        0, the number of points left out.
-    """
+    """Write a file again, with other positions; those at NaN are marked as missing."""
     version, rows = _parsed(path)
     positions = positions * signs(space)
     file.write(f"{version}\n{len(rows)}\n")
-    for (_, label, _), position in zip(rows, positions.tolist()):
+    for (label, _), position in zip(rows, positions.tolist()):
         place = position if np.isfinite(position).all() else [9999] * 3
         file.write(" ".join([label, *map(repr, place)]) + "\n")
     return 0
 
 
 def _parsed(path):
-    """The first line, and (line number, label, [x, y, z]) of each point."""
-    with path.open(encoding="utf-8-sig") as file:
-        lines = [(n, line.strip()) for n, line in enumerate(file, 1) if line.strip()]
-    (_, version), *lines = lines
-    number, count = lines[0] if lines else (2, "")
-    if not re.fullmatch(r"\d{1,18}", count):
-        raise ValueError(
-            f"`{path}`, line {number}: expected the number of points, got {shortened(count)}"
-        )
+    """The first line, and (label, [x, y, z]) of each point."""
+    lines = numbered_lines(path)
+    _, version = next(lines)
     rows = []
-    for number, line in lines[1:]:
+    for number, line in counted_lines(path, lines):
         label, *cells = line.rsplit(maxsplit=3)
         place = numbers(cells)
         if len(place) != 3 or not np.isfinite(place).all():
@@ -73,7 +53,5 @@ def _parsed(path):
                 f"`{path}`, line {number}: expected a label and three numbers, got "
                 + shortened(line)
             )
-        rows.append((number, label, place))
-    if len(rows) != int(count):
-        raise ValueError(f"`{path}` must hold {count} points, as it says, got {len(rows)}")
+        rows.append((label, place))
     return version, rows

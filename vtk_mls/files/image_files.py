@@ -97,8 +97,8 @@ def _write_all_digits(image, path):
     rounded = path.with_name(f"{path.name}.rounded")
     path.rename(rounded)
     geometry = "".join(
-        f"{name} {' '.join(map(repr, numbers))}\n"
-        for name, numbers in (("SPACING", image.GetSpacing()), ("ORIGIN", image.GetOrigin()))
+        f"{name} {' '.join(map(repr, lengths))}\n"
+        for name, lengths in (("SPACING", image.GetSpacing()), ("ORIGIN", image.GetOrigin()))
     )
     with rounded.open("rb") as source, path.open("wb") as target:
         for line in iter(source.readline, b""):
@@ -151,8 +151,8 @@ def image_of(volume, name, header=""):
 
 def write_volume(name, image, path):
     """Write the active scalars of an image, or its only array."""
-    module, header = _FORMATS[name]
-    module.write(path, _volume_of(image, path, header))
+    with writing_volumes(name, path, ()) as add:
+        add(image)
 
 
 @contextlib.contextmanager
@@ -165,7 +165,7 @@ def writing_volumes(name, path, times):
         Of the format.
     path : Path
     times : tuple of float
-        One for each image; their steps must be equal.
+        One for each image; their steps must be equal. Empty for one image without a time.
 
     Raises
     ------
@@ -180,10 +180,10 @@ def writing_volumes(name, path, times):
             nonlocal first
             volume = _volume_of(image, path, header)
             first = first or volume
-            if not _is_alike(volume, first):
+            if volume is not first and not _is_alike(volume, first):
                 raise ValueError(
                     f"`{path}` must get images of one grid and one type of values, got "
-                    f"{_described(volume)} after {_described(first)}; write .pvd, which takes any"
+                    f"{_summary(volume)} after {_summary(first)}; write .pvd, which takes any"
                 )
             add_volume(volume)
 
@@ -200,7 +200,7 @@ def _is_alike(volume, other):
     return shift.max() <= _MAX_SHIFT * np.linalg.norm(volume.steps, axis=0).min()
 
 
-def _described(volume):
+def _summary(volume):
     """Size, origin and type of values, for a sentence."""
     size = " x ".join(str(n) for n in volume.values.shape[2::-1])
     origin = ", ".join(f"{x:g}" for x in volume.origin)

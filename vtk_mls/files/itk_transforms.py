@@ -10,8 +10,8 @@ lists have the same order.
 Outside of its grid a displacement field is 0, in ITK and here. A map on a grid is written as its
 best affine transform and the rest of its displacements, so that it goes on affinely outside.
 
-Composites. In HDF5 a single transform is put into a composite, too: nitransforms skips what is not
-in one. In text it stands alone, for nitransforms knows no composites there.
+Composites. In HDF5 a single transform is written as a composite, because nitransforms skips all
+others. In text it is written alone, because nitransforms reads no composites there.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ def _parts(transform):
     if name == "CompositeTransform":
         count = transform.GetNumberOfTransforms()
         members = [transform.GetNthTransform(i).Downcast() for i in range(count)]
-        # SimpleITK packs what it does not know into a composite, again and again
+        # SimpleITK wraps a transform that it does not know in one composite after another
         if all(member.GetName() != name or member.IsLinear() for member in members):
             return [part for member in members for part in _parts(member)]
     raise ValueError(
@@ -203,7 +203,7 @@ def _check_complete(path):
 
 @contextlib.contextmanager
 def _warnings():
-    """The list of the warnings that ITK gives in the block, in place of printing them."""
+    """The list of ITK's warnings in the block, which are not printed."""
     import SimpleITK as sitk
 
     texts = []
@@ -226,7 +226,7 @@ def _warnings():
 def _reason(text):
     """The reason in an exception of SimpleITK."""
     if any(part in text for part in _NO_FILE):
-        return "it is no transform file of ITK"
-    found = re.search(r"ITK ERROR: \w+\(0x[0-9a-f]+\): (.*)", text)
-    reason = found[1] if found else text.splitlines()[-1]
+        return "it is not an ITK transform file"
+    match = re.search(r"ITK ERROR: \w+\(0x[0-9a-f]+\): (.*)", text)
+    reason = match[1] if match else text.splitlines()[-1]
     return f"ITK says: {' '.join(reason.split())}"

@@ -37,7 +37,7 @@ class Landmarks:
     partners : (n, 3) float64 or None
         Where the points go, if the file has pairs; NaN for a pair that does not count.
     places : (k, n, 3) float64
-        Where they are between; k may be 0.
+        Of the points between `positions` and `partners`; k may be 0.
     weights : (n,) float64 or None
     cells : HandleCells or None
         Curves and surfaces of the points, if there are any.
@@ -121,8 +121,8 @@ def paired(rest, deformed=None, between=(), pair_by=""):
         not count.
     pair_by : str, optional
         "order": by index, whatever the labels are; "labels": by labels, or by their numbers, which
-        must be those of both files; "common": the same, without points whose label only one file
-        has, which a warning lists.
+        must be equal in both files; "common": by labels, without the points whose label only one
+        file has, which a warning lists.
 
     Returns
     -------
@@ -150,6 +150,32 @@ def paired(rest, deformed=None, between=(), pair_by=""):
     if len(between) and (places[0] == p).all():
         places = places[1:]
     return Pairs(p, p if q is None else q[is_pair], weights, labels, cells, places)
+
+
+def numbered_lines(path):
+    """(number, stripped text) of each line that is not blank."""
+    with path.open(encoding="utf-8-sig") as file:
+        yield from ((number, line.strip()) for number, line in enumerate(file, 1) if line.strip())
+
+
+def counted_lines(path, lines):
+    """The `numbered_lines` of points, after a line with their number.
+
+    Raises
+    ------
+    ValueError
+        Naming the file, at the end also if the number is wrong.
+    """
+    number, text = next(lines, (2, ""))
+    if not re.fullmatch(r"\d{1,18}", text):
+        raise ValueError(
+            f"`{path}`, line {number}: expected the number of points, got {shortened(text)}"
+        )
+    count = 0
+    for count, line in enumerate(lines, 1):  # noqa: B007
+        yield line
+    if count != int(text):
+        raise ValueError(f"`{path}` must hold {int(text)} points, as it says, got {count}")
 
 
 def shortened(text):
@@ -189,7 +215,8 @@ def _order(rest, deformed, pair_by):
             is_complete = len(set(keys)) == len(own) and len(indices) == len(other)
             if is_complete and set(keys) == set(indices):
                 return np.array([indices[key] for key in keys])
-        raise _label_error(rest, deformed)
+        parts = "; ".join(_unmatched(rest, deformed))
+        raise ValueError(f"the labels of `{rest.path}` and `{deformed.path}` do not fit: {parts}")
     if len(own) != len(other):
         repeated = [
             f"; `{points.path}` has the label {listed([label])} {count} times"
@@ -255,8 +282,3 @@ def _unmatched(rest, deformed):
         if unmatched:
             parts.append(f"only `{points.path}` has {listed(unmatched)}")
     return parts
-
-
-def _label_error(rest, deformed):
-    parts = "; ".join(_unmatched(rest, deformed))
-    return ValueError(f"the labels of `{rest.path}` and `{deformed.path}` do not fit: {parts}")

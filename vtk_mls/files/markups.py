@@ -2,8 +2,8 @@
 
 Both say their frame, have positions with labels and descriptions, and points that are not placed.
 The control points of all markups of a .mrk.json are read, whatever their type (points, lines,
-curves, planes, boxes), but not their orientations; those of a curve are the nodes of a polyline,
-whatever its interpolation in Slicer. An .fcsv without a version is one of Slicer 3:
+curves, planes, boxes), but not their orientations. The points of a curve are the nodes of a
+polyline, whatever its interpolation in Slicer. An .fcsv without a version is one of Slicer 3:
 its label comes first, its frame is RAS.
 """
 
@@ -69,19 +69,7 @@ def read_json(path):
 
 
 def write_json(file, landmarks):
-    """Write points to a .mrk.json for Slicer 4.11 and later.
-
-    Parameters
-    ----------
-    file : text file
-    landmarks : Landmarks
-        In LPS. Points that are not placed are marked.
-
-    Returns
-    -------
-    int
-        Number of points left out: 0.
-    """
+    """Write points to a .mrk.json for Slicer 4.11 and later; those not placed are marked."""
     points = []
     rows = zip(landmarks.positions.tolist(), landmarks.labels, landmarks.descriptions)
     for number, (position, label, description) in enumerate(rows, 1):
@@ -104,22 +92,7 @@ def write_json(file, landmarks):
 
 
 def rewrite_json(path, file, positions, space):
-    """Write a .mrk.json again, with other positions.
-
-    Parameters
-    ----------
-    path : path
-    file : text file
-    positions : (n, 3) float64, LPS
-        NaN for points that are not placed. Planes and boxes become points.
-    space : str
-        Ignored: the file says its frame.
-
-    Returns
-    -------
-    int
-        Number of points left out: 0.
-    """
+    """Write a .mrk.json again, with other positions. Planes and boxes become points."""
     document, start = _document(path), 0
     for markups, factors, points in _lists(path, document):
         for i, point in enumerate(points):
@@ -151,19 +124,7 @@ def read_fcsv(path):
 
 
 def write_fcsv(file, landmarks):
-    """Write points to an .fcsv for Slicer 4.4 and later.
-
-    Parameters
-    ----------
-    file : text file
-    landmarks : Landmarks
-        In LPS. Points that are not placed are left out.
-
-    Returns
-    -------
-    int
-        Number of points left out.
-    """
+    """Write points to an .fcsv for Slicer 4.4 and later, without those that are not placed."""
     # Versions before 4.11 read the frame as a number, and the word LPS as RAS.
     file.write("# Markups fiducial file version = 4.11\n# CoordinateSystem = 1\n")
     file.write("# columns = id,x,y,z,ow,ox,oy,oz,vis,sel,lock,label,desc,associatedNodeID\n")
@@ -179,20 +140,8 @@ def write_fcsv(file, landmarks):
 def rewrite_fcsv(path, file, positions, space):
     """Write an .fcsv again, with other positions.
 
-    Parameters
-    ----------
-    path : path
-    file : text file
-    positions : (n, 3) float64, LPS
-        NaN for points that are not placed; they are left out of files without a status column, as
-        older versions of Slicer wrote them.
-    space : str
-        Ignored: the file says its frame.
-
-    Returns
-    -------
-    int
-        Number of points left out.
+    Points at NaN are left out of files without a status column, which older versions of Slicer
+    wrote.
     """
     positions, left_out = positions * signs(read_fcsv(path).frame), 0
     with path.open(newline="", encoding="utf-8-sig") as lines:

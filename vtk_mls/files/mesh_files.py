@@ -16,13 +16,13 @@ _COLORS = "_Colors"  # by which a PLY writer finds them
 
 
 def read(reader, path):
-    """Read a mesh in LPS with a reader named as in `vtk_io.made`."""
-    return mesh_frames.read(vtk_io.made(reader), path)
+    """Read a mesh in LPS with a reader named as in `vtk_io.create`."""
+    return mesh_frames.read(vtk_io.create(reader), path)
 
 
 def write(writer, dataset, path):
-    """Write a mesh with a writer named as in `vtk_io.made`."""
-    _write(vtk_io.made(writer), dataset, path)
+    """Write a mesh with a writer named as in `vtk_io.create`."""
+    _write(vtk_io.create(writer), dataset, path)
 
 
 def write_stl(polydata, path):
@@ -53,14 +53,14 @@ def left_out(polydata, path):
     suffix = path.suffix.lower()
     if suffix not in (".stl", ".ply"):
         return []
-    written = []
+    arrays_written = []
     if suffix == ".ply":
-        written = [points.GetNormals(), points.GetTCoords(), *map(_colors, (points, cells))]
+        arrays_written = [points.GetNormals(), points.GetTCoords(), *map(_colors, (points, cells))]
     names = [
         data.GetArrayName(i)
         for data in (points, cells)
         for i in range(data.GetNumberOfArrays())
-        if not any(data.GetAbstractArray(i) is array for array in written)
+        if not any(data.GetAbstractArray(i) is array for array in arrays_written)
     ]
     return list(dict.fromkeys(names))
 

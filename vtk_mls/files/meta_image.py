@@ -19,7 +19,7 @@ import re
 import numpy as np
 
 from vtk_mls.files import paths, volumes
-from vtk_mls.files.volumes import Series, Stored, Volume
+from vtk_mls.files.volumes import Series, Storage, Volume
 
 _TYPES = {
     **{"int8": "MET_CHAR", "uint8": "MET_UCHAR", "int16": "MET_SHORT", "uint16": "MET_USHORT"},
@@ -44,11 +44,6 @@ _OWN_KEYS = (  # of values and geometry; not copied
     *("ITK_original_direction", "ITK_original_spacing"),
 )
 _MAX_LINE = 1 << 16  # bytes
-
-
-def read(path):
-    """The `Volume` of a file without a time axis."""
-    return volumes.single(open_file(path), path)
 
 
 def open_file(path):
@@ -80,22 +75,18 @@ def open_file(path):
         if components < 1:
             raise ValueError(f"its ElementNumberOfChannels must be positive, got {components}")
         shape = [*[1] * (3 - count), *sizes[2::-1], *[components] * (components > 1)]
-        geometry = _geometry(header, count)
+        origin, spacing, direction = _geometry(header, count)
+        place = origin[:3], spacing[:3], direction
         if count < 4:
             values = _values(header, file, path, shape)
-            return Series((), lambda index: _volume(header, geometry, values))
+            return Series((), lambda index: _volume(header, *place, values))
         slabs = _slabs(header, file.tell(), path, shape, sizes[3])
-    spacing, start = (
-        _numbers(_first(header, names, default), 4, names[0])[3]
-        for names, default in ((_SPACINGS, "1 1 1 1"), (_ORIGINS, "0 0 0 0"))
-    )
-    times = tuple(float(start + spacing * number) for number in range(sizes[3]))
-    return Series(times, lambda index: _volume(header, geometry, slabs.read(index)))
+    times = tuple((origin[3] + spacing[3] * np.arange(sizes[3])).tolist())
+    return Series(times, lambda index: _volume(header, *place, slabs.read(index)))
 
 
-def _volume(header, geometry, values):
+def _volume(header, origin, spacing, direction, values):
     """The `Volume` of values."""
-    origin, spacing, direction = geometry
     is_label = header.get("intent_code") == _LABEL_INTENT and values.dtype.kind in "iu"
     copied = {key: text for key, text in header.items() if key not in _OWN_KEYS}
     if _ORIENTATION in header:
@@ -105,19 +96,6 @@ def _volume(header, geometry, values):
     return Volume(values, origin, direction * spacing, is_label=is_label, header=lines)
 
 
-def write(path, volume):
-    """Write a volume.
-
-    Parameters
-    ----------
-    path : Path
-        A .mha file; or a .mhd header, for which a .raw file is written to the same folder.
-    volume : Volume
-    """
-    with writing(path, ()) as add:
-        add(volume)
-
-
 @contextlib.contextmanager
 def writing(path, times):
     """A context with a function that adds a `Volume` to a file.
@@ -125,7 +103,7 @@ def writing(path, times):
     Parameters
     ----------
     path : Path
-        As of `write`.
+        A .mha file; or a .mhd header, for which a .raw file is written to the same folder.
     times : tuple of float
         Of the volumes; empty for one that has none.
     """
@@ -200,27 +178,23 @@ def _copied(lines, direction):
 
 
 def _geometry(header, count):
-    """Origin (3,), spacing (3,) and direction (3, 3)."""
-    origin, spacing, direction = np.zeros(3), np.ones(3), np.eye(3)
+    """Origin and spacing along all axes, at least 3, and direction (3, 3)."""
+    n = max(count, 3)
+    origin, spacing, direction = np.zeros(n), np.ones(n), np.eye(3)
     for target, names in ((origin, _ORIGINS), (spacing, _SPACINGS)):
         name = next((name for name in names if name in header), None)
         if name is not None:
             numbers = _numbers(header[name], count, name)
             if not np.isfinite(numbers).all():
                 raise ValueError(f"its {name} must be finite numbers")
-            target[:count] = numbers[:3]
-    text = _first(header, _DIRECTIONS, "")
+            target[:count] = numbers
+    text = next((header[name] for name in _DIRECTIONS if name in header), "")
     if text:
         matrix = _numbers(text, count * count, "direction").reshape(count, count).T
         if count == 4 and not np.array_equal([*matrix[3], *matrix[:3, 3]], [0, 0, 0, 1, 0, 0, 0]):
             raise ValueError("its fourth axis must be time, and not turned into space")
         direction[:count, :count] = matrix[:3, :3]
     return origin, spacing, direction
-
-
-def _first(header, names, default):
-    """The text of the first of some keys that the header has."""
-    return next((header[name] for name in names if name in header), default)
 
 
 def _numbers(text, count, name):
@@ -232,8 +206,8 @@ def _numbers(text, count, name):
 
 def _slabs(header, start, path, shape, count):
     """The `Slabs` of `count` volumes, behind the header or in one file."""
-    stored = _stored(header, shape)
-    if stored.encoding == "text":
+    storage = _storage(header, shape)
+    if storage.encoding == "text":
         raise ValueError("its values in four dimensions must be binary")
     name = header["ElementDataFile"]
     if _data_files(name, io.BytesIO()) not in (None, [name]):
@@ -243,17 +217,17 @@ def _slabs(header, start, path, shape, count):
         path, start = paths.named_file(path, name), 0
     size = path.stat().st_size
     if skip == -1:
-        skip = max(size - math.prod(shape) * count * stored.dtype.itemsize - start, 0)
+        skip = max(size - math.prod(shape) * count * storage.dtype.itemsize - start, 0)
 
     def open_values(stack):
         file = stack.enter_context(path.open("rb"))
         file.seek(start + skip)
-        return volumes.unpacked(file, stored.encoding)
+        return volumes.unpacked(file, storage.encoding)
 
-    return volumes.Slabs(open_values, stored, count, max(size - start - skip, 0))
+    return volumes.Slabs(open_values, storage, count, max(size - start - skip, 0))
 
 
-def _stored(header, shape):
+def _storage(header, shape):
     """How values of a shape are stored."""
     kind = header["ElementType"].removesuffix("_ARRAY")
     if kind not in _DTYPES:
@@ -265,15 +239,15 @@ def _stored(header, shape):
         if encoding != "raw":
             raise ValueError("its values cannot be both text and compressed")
         encoding = "text"
-    return Stored(dtype, tuple(shape), encoding)
+    return Storage(dtype, tuple(shape), encoding)
 
 
 def _values(header, file, path, shape):
-    dtype, _, encoding = _stored(header, shape)
+    dtype, _, encoding = _storage(header, shape)
     skip = int(header.get("HeaderSize", 0))
     names = _data_files(header["ElementDataFile"], file)
     if names is None:
-        return _read_values(file, path, Stored(dtype, shape, encoding), 0)
+        return _read_values(file, path, Storage(dtype, shape, encoding), 0)
     if len(names) > 1:
         if shape[0] % len(names):
             raise ValueError(f"its {shape[0]} slices are not in {len(names)} files of one size")
@@ -282,7 +256,7 @@ def _values(header, file, path, shape):
     for name in names:
         data_path = paths.named_file(path, name)
         with data_path.open("rb") as data:
-            slabs.append(_read_values(data, data_path, Stored(dtype, shape, encoding), skip))
+            slabs.append(_read_values(data, data_path, Storage(dtype, shape, encoding), skip))
     return slabs[0] if len(slabs) == 1 else np.concatenate(slabs)
 
 
@@ -304,8 +278,8 @@ def _data_files(text, file):
     return [text]
 
 
-def _read_values(file, path, stored, skip):
-    (dtype, shape, encoding), size = stored, path.stat().st_size
+def _read_values(file, path, storage, skip):
+    (dtype, shape, encoding), size = storage, path.stat().st_size
     if encoding == "text":
         count, words = math.prod(shape), file.read().split()
         if len(words) < count:

@@ -9,7 +9,7 @@
 
 Coordinates are in MINC's world, x to the right and y to the front of the patient: RAS. The programs
 of MINC transform the second volume onto the first (tagtoxfm), so p is the point of the second
-volume, and q that of the first. Weights, structures and patients do not count.
+volume, and q the point of the first. Weights, structures and patients do not count.
 """
 
 from __future__ import annotations
@@ -54,19 +54,7 @@ def read(path):
 
 
 def write(file, landmarks):
-    """Write points, in LPS, of one volume.
-
-    Parameters
-    ----------
-    file : text file
-    landmarks : Landmarks
-        Points that are not placed are left out.
-
-    Returns
-    -------
-    int
-        Number of points left out.
-    """
+    """Write points of one volume, without those that are not placed."""
     placed = np.flatnonzero(landmarks.is_placed)
     labels = [_quoted(landmarks.labels[i]) for i in placed]
     _write(file, f"{_TITLE}\nVolumes = 1;\n", landmarks.positions[placed] * signs("RAS"), labels)
@@ -74,34 +62,13 @@ def write(file, landmarks):
 
 
 def write_pairs(file, pairs):
-    """Write control points, in LPS: q in the first volume, p in the second. Weights are left out.
-
-    Parameters
-    ----------
-    file : text file
-    pairs : Pairs
-    """
+    """Write `Pairs`, in LPS: q in the first volume, p in the second. Weights are left out."""
     places = np.hstack([pairs.deformed * signs("RAS"), pairs.rest * signs("RAS")])
     _write(file, f"{_TITLE}\nVolumes = 2;\n", places, [_quoted(label) for label in pairs.labels])
 
 
 def rewrite(path, file, positions, space):
-    """Write a file again, with other positions: of pairs those of the second volume.
-
-    Parameters
-    ----------
-    path : path
-    file : text file
-    positions : (n, 3) float64, LPS
-        Points at NaN are left out.
-    space : str
-        Unused: the frame is RAS.
-
-    Returns
-    -------
-    int
-        Number of points left out.
-    """
+    """Write a file again, with other positions, of pairs in the second volume; NaN is left out."""
     head, _, tags = _parsed(path)
     positions = positions * signs("RAS")
     placed = np.flatnonzero(np.isfinite(positions).all(axis=1))
@@ -131,7 +98,7 @@ def _parsed(path):
         raise ValueError(f"`{path}` does not begin with `{_TITLE}`")
     start = next((i for i, (_, line) in enumerate(lines) if _POINTS.match(line.strip())), None)
     head = lines[: len(lines) if start is None else start]
-    counts = [found[1] for _, line in head if (found := _VOLUMES.match(line.strip()))]
+    counts = [match[1] for _, line in head if (match := _VOLUMES.match(line.strip()))]
     if start is None or counts not in (["1"], ["2"]):
         raise ValueError(f"`{path}` must have a line `Volumes = 1;` or 2, and then `Points =`")
     number, first = lines[start]

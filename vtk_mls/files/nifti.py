@@ -56,11 +56,6 @@ _MAX_SHIFT = 0.01  # voxels between two placements of a vertex without a warning
 _QUATERNION_ERROR = 1e-6  # rounding of its squared length
 
 
-def read(path):
-    """The `Volume` of a file without a time axis."""
-    return volumes.single(open_file(path), path)
-
-
 def open_file(path):
     """Open a file.
 
@@ -92,12 +87,12 @@ def open_file(path):
         volumes.skip(file, start)
         return file
 
-    # times of one component are in between those of the other
+    # the file has all times of one component, then those of the next
     is_whole = components > 1
     slab = (components, count, *shape) if is_whole else shape
-    stored = volumes.Stored(_dtype(header), tuple(slab), encoding)
+    storage = volumes.Storage(_dtype(header), tuple(slab), encoding)
     size = max(data.stat().st_size - (start if encoding == "raw" else 0), 0)
-    slabs = volumes.Slabs(open_values, stored, 1 if is_whole else count, size)
+    slabs = volumes.Slabs(open_values, storage, 1 if is_whole else count, size)
     affine = _affine(header)
     _warn_if_itk_differs(path, header, affine)
     whole = functools.cache(lambda: slabs.read(0))
@@ -129,27 +124,22 @@ def _volume(header, affine, values):
     )
 
 
-def write(path, volume):
-    """Write a volume.
+@contextlib.contextmanager
+def writing(path, times):
+    """A context with a function that adds a `Volume` to a file.
+
+    Volumes are written at once, those with components when the context ends.
 
     Parameters
     ----------
     path : Path
         A .nii or .nii.gz file.
-    volume : Volume
+    times : tuple of float
+        Of the volumes; empty for one that has none.
     """
-    with writing(path, (0.0,)) as add:
-        add(volume)
-
-
-@contextlib.contextmanager
-def writing(path, times):
-    """A context with a function that adds a `Volume` to a file, one for each of `times`.
-
-    Volumes are written at once, those with components when the context ends.
-    """
+    times = times or (0.0,)
     volumes.steps_of(times)
-    kept = []
+    components_in_time = []
     with contextlib.ExitStack() as stack:
         file = stack.enter_context(path.open("wb"))
         if path.suffix.lower() == ".gz":
@@ -159,7 +149,7 @@ def writing(path, times):
         def add(volume):
             nonlocal header
             if header is None:
-                header = _header_of(volume, tuple(times))
+                header = _header_of(volume, times)
                 file.write(header.binaryblock + bytes(4))  # no extensions
             if header["dim"][0] < 5:
                 volumes.write_values(file, volume.values)
@@ -167,12 +157,12 @@ def writing(path, times):
             signs = _TO_RAS.astype(volume.values.dtype)
             is_displacement = header["intent_code"] == _DISPLACEMENT
             values = volume.values * signs if is_displacement else volume.values
-            kept.append(np.moveaxis(values, -1, 0))
+            components_in_time.append(np.moveaxis(values, -1, 0))
 
         yield add
-        for component in range(len(kept[0]) if kept else 0):
-            for values in kept:
-                volumes.write_values(file, values[component])
+        for component in zip(*components_in_time):
+            for values in component:
+                volumes.write_values(file, values)
 
 
 def _header_of(volume, times):
@@ -189,7 +179,7 @@ def _header_of(volume, times):
     affine = np.column_stack([volume.steps, volume.origin]) * _FOREIGN_UNITS.get(volume.unit, 1.0)
     _place(header, source, _TO_RAS[:, None] * affine)
     header["toffset"] = source["toffset"]
-    if count > 1 and times != _times(source):  # those of another file
+    if count > 1 and times != _times(source):  # times of another file
         header["toffset"], header["pixdim"][4] = volumes.steps_of(times)
     return header
 
@@ -198,7 +188,7 @@ def _times(header):
     """The times of the volumes of a file; without a step they are counted."""
     count, step = int(header["dim"][4]), float(header["pixdim"][4])
     step = step if np.isfinite(step) and step > 0 else 1.0
-    return tuple(float(header["toffset"]) + step * number for number in range(max(count, 1)))
+    return tuple(float(header["toffset"]) + step * index for index in range(max(count, 1)))
 
 
 def geometry_lines(lines):
@@ -438,7 +428,7 @@ def _to_lines(header):
 
 
 def _from_lines(lines):
-    """The header of `_to_lines`; its dim[0] is 0 if no line says it."""
+    """The header of `_to_lines`; dim[0] is 0 without a line `dim`."""
     header = _new_header(2)
     header["xyzt_units"] = _MILLIMETERS
     for name, text in (line.split(": ", 1) for line in lines if ": " in line):

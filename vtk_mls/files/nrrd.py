@@ -46,11 +46,6 @@ _MAX_LINE = 1 << 20  # bytes
 _LPS = "left-posterior-superior"
 
 
-def read(path):
-    """The `Volume` of a file without a time axis."""
-    return volumes.single(open_file(path), path)
-
-
 def open_file(path):
     """Open a file.
 
@@ -158,34 +153,17 @@ def _volume(values, details):
     )
 
 
-def write(path, volume):
-    """Write a volume, compressed.
+@contextlib.contextmanager
+def writing(path, times):
+    """A context with a function that adds a `Volume` to a compressed file.
 
     Parameters
     ----------
     path : Path
         A .nrrd file; or a .nhdr header, for which a .raw.gz file is written to the same folder.
-    volume : Volume
-        The file gets its space, or LPS if NRRD has no such space.
-
-    Raises
-    ------
-    OSError, ValueError
-    """
-    with writing(path, ()) as add:
-        add(volume)
-
-
-@contextlib.contextmanager
-def writing(path, times):
-    """A context with a function that adds a `Volume` to a file.
-
-    Parameters
-    ----------
-    path : Path
-        As of `write`.
     times : tuple of float
-        Of the volumes, which are in LPS then; empty for one that has none.
+        Of the volumes, which are written in LPS. Empty for one volume without a time, which keeps
+        its space if NRRD has it, and is written in LPS otherwise.
 
     Raises
     ------
@@ -210,7 +188,11 @@ def writing(path, times):
 
 
 def _text(path, volume, time_axis):
-    """The header of a file; `time_axis` is as of `nrrd_times.fields_of`, or None."""
+    """The header of a file; `time_axis` is the first time, the step and the count, or None.
+
+    A time axis is written as by ITK: with `space dimension: 4`, which has no names of frames, in
+    LPS.
+    """
     if _is_segmentation(path) and volume.values.dtype.kind not in "iu":
         raise ValueError(
             f"`{path}` is for labels, which are integers, got {volume.values.dtype}; write .nrrd"
@@ -218,35 +200,49 @@ def _text(path, volume, time_axis):
     space, signs = _space_for(volume)
     copied = dict(line.split(": ", 1) for line in volume.header if _is_field(line))
     values, kinds = volume.values, ["domain"] * 3
-    steps = [_format(step) for step in (volume.steps * signs[:, None]).T]
-    if values.ndim == 4:
-        kinds, steps = [_kind(volume, copied.get("kinds", "")), *kinds], ["none", *steps]
-    if volume.is_vector:
-        copied["measurement frame"] = "(1,0,0) (0,1,0) (0,0,1)"
+    sizes = [*values.shape[3:], *values.shape[2::-1]]
     if volume.unit:
         copied["space units"] = " ".join([f'"{volume.unit}"'] * 3)
-    if time_axis is None and copied.get("space units", "").count('"') > 6:
-        del copied["space units"]  # of a file with times
+    units = re.findall(r'"[^"]*"', copied.get("space units", ""))
+    if time_axis is None:
+        frame = {"space": space}
+        steps, origin = (volume.steps * signs[:, None]).T, volume.origin * signs
+        if volume.is_vector:
+            copied["measurement frame"] = "(1,0,0) (0,1,0) (0,0,1)"
+        if len(units) > 3:
+            del copied["space units"]  # of a file with times
+    else:
+        start, step, count = time_axis
+        frame = {"space dimension": 4}
+        steps, origin = np.zeros((4, 4)), [*volume.origin, start]
+        steps[:3, :3], steps[3, 3] = volume.steps.T, step
+        kinds, sizes = [*kinds, "time"], [*sizes, count]
+        copied.pop("measurement frame", None)
+        if len(units) == 3:  # of a file without times
+            copied["space units"] = " ".join([*units, '""'])
+    directions = list(map(_format, steps))
+    if values.ndim == 4:
+        kinds = [_kind(volume, copied.get("kinds", "")), *kinds]
+        directions = ["none", *directions]
     fields = {
         "type": nrrd_values.TYPES[values.dtype.str[1:]][0],
-        "dimension": values.ndim,
-        "space": space,
-        "sizes": " ".join(map(str, [*values.shape[3:], *values.shape[2::-1]])),
-        "space directions": " ".join(steps),
+        "dimension": len(sizes),
+        **frame,
+        "sizes": " ".join(map(str, sizes)),
+        "space directions": " ".join(directions),
         **{name: copied[name] for name in _COPIED if name in copied},
         "kinds": " ".join(kinds),
         "endian": "little",
         "encoding": "gzip",
-        "space origin": _format(volume.origin * signs),
+        "space origin": _format(origin),
     }
-    if time_axis is not None:
-        fields = nrrd_times.fields_of(volume, fields, time_axis)
     if path.suffix.lower() == ".nhdr":
         fields["data file"] = f"{path.stem}.raw.gz"
     pairs = [line for line in volume.header if ":=" in line and not _is_field(line)]
     pairs = _label_pairs(pairs, values) if volume.is_label else _other_pairs(pairs)
     lines = [f"{name}: {value}" for name, value in fields.items()] + pairs
-    return "\n".join(["NRRD0005", *map(_one_line, lines), "", ""]).encode()
+    lines = [line.replace("\n", "\\n").replace("\r", "") for line in lines]
+    return "\n".join(["NRRD0005", *lines, "", ""]).encode()
 
 
 def _is_segmentation(path):
@@ -276,10 +272,6 @@ def _header(file):
 def _is_field(line):
     """Whether a line is `field: value`; otherwise it is `key:=value`."""
     return ": " in line.partition(":=")[0]
-
-
-def _one_line(text):
-    return text.replace("\n", "\\n").replace("\r", "")
 
 
 def _signs(space):

@@ -2,8 +2,7 @@
 
 An axis is time if its kind says so; or if it is the last of four that have a spacing each, or are
 directions in a space of four dimensions, and no kind says another thing (ITK and pynrrd write
-these). Files are written as ITK writes them, with `space dimension: 4`, which has no names of
-frames, so in LPS.
+these).
 """
 
 from __future__ import annotations
@@ -44,7 +43,7 @@ def without_time(fields, sizes):
     -------
     TimeAxis or None
     dict, list of int
-        Those given if there is no time axis.
+        Unchanged without a time axis.
 
     Raises
     ------
@@ -103,49 +102,15 @@ def _times(start, step, count):
     """Equal steps; a start that is not said is 0, a step that is not said 1."""
     start = start if np.isfinite(start) else 0.0
     step = step if np.isfinite(step) else 1.0
-    return tuple(float(start + step * number) for number in range(count))
+    return tuple(float(start + step * index) for index in range(count))
 
 
 def _move_units(rest, fields, count):
-    """Keep the units of four axes as those of a space of four dimensions."""
+    """Keep the units of four axes as units of a space of four dimensions."""
     units = re.findall(r'"[^"]*"', fields.get("space units", fields.get("units", "")))
     rest.pop("units", None)
     if count == len(units) == 4:
         rest["space units"] = " ".join(units)
-
-
-def fields_of(volume, fields, time_axis):
-    """The fields of a file of volumes in time, given those of one volume in LPS.
-
-    Parameters
-    ----------
-    volume : Volume
-    fields : dict
-    time_axis : (start, step, count)
-    """
-    start, step, count = time_axis
-    rows = [f"({','.join(repr(float(n)) for n in vector)},0.0)" for vector in volume.steps.T]
-    rows.append(f"(0.0,0.0,0.0,{step!r})")
-    if volume.values.ndim == 4:
-        rows.insert(0, "none")
-    origin = ",".join(repr(float(n)) for n in (*volume.origin, start))
-    changed = {
-        "dimension": int(fields["dimension"]) + 1,
-        "sizes": f"{fields['sizes']} {count}",
-        "space directions": " ".join(rows),
-        "kinds": f"{fields['kinds']} time",
-        "space origin": f"({origin})",
-    }
-    units = re.findall(r'"[^"]*"', fields.get("space units", ""))
-    if len(units) == 3:  # of a file without times
-        changed["space units"] = " ".join([*units, '""'])
-    result = {}
-    for name, value in fields.items():
-        if name == "space":
-            result["space dimension"] = 4
-        elif name not in ("measurement frame",):
-            result[name] = changed.get(name, value)
-    return result
 
 
 def _numbers(text):

@@ -9,7 +9,7 @@ import re
 import numpy as np
 
 from vtk_mls.files import paths, volumes
-from vtk_mls.files.volumes import Stored
+from vtk_mls.files.volumes import Storage
 
 TYPES = {
     "i1": ("signed char", "int8", "int8_t"),
@@ -33,7 +33,7 @@ _ENCODINGS = {
 }
 
 
-def _stored(fields, sizes):
+def _storage(fields, sizes):
     """How the values are stored."""
     kind = " ".join(fields["type"].lower().split())
     if kind not in _DTYPES:
@@ -47,7 +47,7 @@ def _stored(fields, sizes):
     order = fields.get("endian", "little").lower()
     if order not in _ORDERS:
         raise ValueError(f"`endian` must be little or big, got `{order}`")
-    return Stored(dtype.newbyteorder(_ORDERS[order]), tuple(shape), encoding)
+    return Storage(dtype.newbyteorder(_ORDERS[order]), tuple(shape), encoding)
 
 
 def _data_file(fields, path):
@@ -62,19 +62,19 @@ def _data_file(fields, path):
 
 def read(fields, file, path, sizes):
     """The values, slowest axis first, from the file of the header or from the one that it names."""
-    stored, data = _stored(fields, sizes), _data_file(fields, path)
+    storage, data = _storage(fields, sizes), _data_file(fields, path)
     with contextlib.ExitStack() as stack:
         if data is not None:
             path, file = data, stack.enter_context(data.open("rb"))
-        count, size = math.prod(stored.shape), path.stat().st_size
-        if stored.encoding in ("text", "hex"):
+        count, size = math.prod(storage.shape), path.stat().st_size
+        if storage.encoding in ("text", "hex"):
             _skip_lines(file, fields)
-            values = _decoded(file.read(), stored.dtype, stored.encoding)
+            values = _decoded(file.read(), storage.dtype, storage.encoding)
             if len(values) < count:
                 raise ValueError(f"expected {count} values, got {len(values)}")
-            return values[:count].reshape(stored.shape)
-        file, size = _at_values(file, fields, stored, count, size)
-        return volumes.read_values(file, stored.dtype, stored.shape, size, stored.encoding)
+            return values[:count].reshape(storage.shape)
+        file, size = _at_values(file, fields, storage, count, size)
+        return volumes.read_values(file, storage.dtype, storage.shape, size, storage.encoding)
 
 
 class ValuesInTime:
@@ -82,22 +82,22 @@ class ValuesInTime:
 
     def __init__(self, fields, path, start, sizes, axis):
         self._whole, self._axis = None, len(sizes) - 1 - axis
-        stored, data = _stored(fields, sizes), _data_file(fields, path)
-        if self._axis > 0 or stored.encoding in ("text", "hex"):
+        storage, data = _storage(fields, sizes), _data_file(fields, path)
+        if self._axis > 0 or storage.encoding in ("text", "hex"):
             with path.open("rb") as file:
                 file.seek(start)
                 self._whole = read(fields, file, path, sizes)
             return
         path, start = (path, start) if data is None else (data, 0)
-        count, size = math.prod(stored.shape), path.stat().st_size
+        count, size = math.prod(storage.shape), path.stat().st_size
 
         def open_values(stack):
             file = stack.enter_context(path.open("rb"))
             file.seek(start)
-            return _at_values(file, fields, stored, count, size)[0]
+            return _at_values(file, fields, storage, count, size)[0]
 
-        one = stored._replace(shape=stored.shape[1:])
-        self._slabs = volumes.Slabs(open_values, one, stored.shape[0], size - start)
+        one = storage._replace(shape=storage.shape[1:])
+        self._slabs = volumes.Slabs(open_values, one, storage.shape[0], size - start)
 
     def read(self, index):
         if self._whole is None:
@@ -111,14 +111,14 @@ def _skip_lines(file, fields):
             break
 
 
-def _at_values(file, fields, stored, count, size):
+def _at_values(file, fields, storage, count, size):
     """The unpacked file at its first value, and the number of bytes there, packed."""
     _skip_lines(file, fields)
-    skip, encoding = int(fields.get("byte skip", 0)), stored.encoding
+    skip, encoding = int(fields.get("byte skip", 0)), storage.encoding
     if skip < 0:
         if skip < -1 or encoding != "raw":
             raise ValueError(f"byte skip {skip} must not be negative here")
-        file.seek(max(size - count * stored.dtype.itemsize, 0))
+        file.seek(max(size - count * storage.dtype.itemsize, 0))
     size -= file.tell()
     file = volumes.unpacked(file, encoding)
     volumes.skip(file, skip)

@@ -76,7 +76,7 @@ class Image:
         Raises
         ------
         ValueError
-            If that is no whole number.
+            If it is not a whole number.
         """
         finer, coarser = self.levels[index - 1].grid, self.levels[index].grid
         ratio = coarser.spacing[::-1] / finer.spacing[::-1]
@@ -113,15 +113,15 @@ class Image:
             )
         count = int(np.prod(lead, dtype=int))
         names = self.names if len(set(self.names)) == count else []
-        for number, place in enumerate(np.ndindex(*lead)):
+        for index, place in enumerate(np.ndindex(*lead)):
             try:
-                every = map(slice, (0,) * 3, level.array.shape[len(lead) :])
-                rows = (*(slice(n, n + 1) for n in place), *every)
+                spatial = map(slice, (0,) * 3, level.array.shape[len(lead) :])
+                rows = (*(slice(n, n + 1) for n in place), *spatial)
                 values = read(level.array, rows).reshape(level.grid.shape)
             except (OSError, RuntimeError, ValueError) as error:
                 raise ValueError(f"its level `{level.path}` is broken: {_text(error)}") from error
-            default = "OME-Zarr" if count == 1 else f"channel {number + 1}"
-            yield (names[number] if names else default), validation.native_array(values)
+            default = "OME-Zarr" if count == 1 else f"channel {index + 1}"
+            yield (names[index] if names else default), validation.native_array(values)
 
 
 def is_ome_zarr(path):
@@ -138,8 +138,8 @@ def has_metadata(path):
 def read(array, place):
     """The values of a zarr.Array in slices.
 
-    Chunk by chunk: zarr reads those of one call concurrently, and a broken one would leave tasks
-    whose errors it prints.
+    They are read chunk by chunk: zarr reads the chunks of one call concurrently, and after a broken
+    one it prints the errors of the remaining tasks.
     """
     values = np.empty([rows.stop - rows.start for rows in place], array.dtype)
     for part, where in _chunks_in(array, place):
@@ -152,8 +152,8 @@ def _check_chunk(array, place):
     """Raise ValueError if a chunk of Blosc is truncated: it would be read from foreign memory."""
     if array.shards or not any("Blosc" in type(codec).__name__ for codec in array.compressors):
         return
-    number = [rows.start // n for rows, n in zip(place, array.chunks)]
-    key = array.metadata.encode_chunk_key(tuple(number))
+    index = [rows.start // n for rows, n in zip(place, array.chunks)]
+    key = array.metadata.encode_chunk_key(tuple(index))
     file = Path(array.store.root, array.path, key)
     if not file.is_file():  # all values are the fill value
         return
@@ -181,8 +181,8 @@ def _chunks_in(array, place):
                 for a, b in itertools.pairwise(bounds)
             ]
         )
-    for chosen in itertools.product(*pairs):
-        yield tuple(zip(*chosen))
+    for chunk in itertools.product(*pairs):
+        yield tuple(zip(*chunk))
 
 
 def open_image(path, mode="r"):
@@ -201,11 +201,11 @@ def open_image(path, mode="r"):
     try:
         group = zarr.open_group(path, mode=mode, use_consolidated=False)
     except _ERRORS as error:
-        raise ValueError(f"`{path}` is no OME-Zarr: {_text(error)}") from error
+        raise ValueError(f"`{path}` is not an OME-Zarr: {_text(error)}") from error
     try:
         return _image(path, group)
     except _ERRORS as error:
-        raise ValueError(f"`{path}` is no OME-Zarr that can be read: {_text(error)}") from error
+        raise ValueError(f"`{path}` is not a readable OME-Zarr: {_text(error)}") from error
 
 
 def _zarr(path):
@@ -268,12 +268,9 @@ def _axes(entries):
         )
     units = {entry.get("unit") for entry in entries if entry["name"] in "zyx"}
     if len(units) > 1:
-        raise ValueError(f"its axes in space must have one unit, got {_listed(units)}")
+        listed = ", ".join(sorted(map(str, units)))
+        raise ValueError(f"its axes in space must have one unit, got {listed}")
     return "".join(names)
-
-
-def _listed(units):
-    return ", ".join(sorted(str(unit) for unit in units))
 
 
 def _level(group, axes, entry, dataset):
@@ -288,21 +285,17 @@ def _level(group, axes, entry, dataset):
     if 0 in array.shape:
         raise ValueError(f"array `{path}` is empty, got {array.shape}")
     scale, shift = np.ones(len(axes)), np.zeros(len(axes))
-    for transform in (*dataset["coordinateTransformations"], *_transforms(entry)):
+    common = entry.get("coordinateTransformations") or ()
+    for transform in (*dataset["coordinateTransformations"], *common):
         scale, shift = _after(transform, scale, shift)
     if not (np.isfinite(scale) & (scale > 0)).all() or not np.isfinite(shift).all():
         raise ValueError(f"scales of `{path}` must be positive, got {scale.tolist()}")
-    space = axes.lstrip("tc")
-    missing = 3 - len(space)
-    count = len(space)
+    count = len(axes.lstrip("tc"))
+    missing = 3 - count
     shape = [1] * missing + list(array.shape[-count:])
     spacing = [1.0] * missing + scale[-count:].tolist()
     origin = [0.0] * missing + shift[-count:].tolist()
     return Level(path, array, Grid(shape[::-1], origin[::-1], spacing[::-1]))
-
-
-def _transforms(entry):
-    return entry.get("coordinateTransformations") or ()
 
 
 def _after(transform, scale, shift):

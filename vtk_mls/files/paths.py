@@ -32,7 +32,7 @@ def existing_file(path: str | os.PathLike[str]) -> Path:
     if not path.exists():
         raise FileNotFoundError(f"there is no file `{path}`")
     if not path.is_file():
-        raise OSError(f"`{path}` is no ordinary file, such as one on a disk")
+        raise OSError(f"`{path}` is not a regular file")
     return path
 
 
@@ -58,7 +58,7 @@ def named_file(path, name):
     Raises
     ------
     ValueError
-        If the name leads out of that folder, or there is no such file.
+        If the name leads out of that folder, or the file does not exist.
     """
     check_within(name)
     file = path.parent / name
@@ -124,7 +124,7 @@ def check_replaceable(path):
     if not target.parent.is_dir():
         raise FileNotFoundError(f"there is no folder `{folder}` to write `{target.name}` in")
     if target.exists() and not target.is_file():
-        raise FileExistsError(f"`{path}` cannot be written: it is no ordinary file")
+        raise FileExistsError(f"`{path}` cannot be written: it is not a regular file")
     if not os.access(target.parent, os.W_OK | os.X_OK):
         raise PermissionError(f"`{path}` cannot be written: no file can be made in its folder")
     return target

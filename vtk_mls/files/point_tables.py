@@ -17,7 +17,7 @@ or lower case (see `column_names`):
 Other columns are `weight`, `label` or `name`, `description` or `comment`, `defined` (0: not
 placed), and `use` or `active` (false: the line does not count). All others are ignored, except
 columns that may be a second position (x,y,z,u,v,w), which are an error in files of control points.
-With a column `time` control points move in time: lines of one time are those of that time.
+With a column `time` control points move in time: each line is of one time.
 Without such names all lines must be alike and one of
 
     px,py,pz,qx,qy,qz           control points; a seventh number is the weight
@@ -112,13 +112,7 @@ def read(path, is_alone=False, time=None):
 
 
 def write_pairs(file, pairs):
-    """Write control points.
-
-    Parameters
-    ----------
-    file : text file
-    pairs : Pairs
-    """
+    """Write `Pairs`."""
     write_row = _row_writer(file)
     has_labels, has_weights = any(pairs.labels), pairs.weights is not None
     names = ["px", "py", "pz", "qx", "qy", "qz"]
@@ -129,19 +123,7 @@ def write_pairs(file, pairs):
 
 
 def write(file, landmarks):
-    """Write points as antsApplyTransformsToPoints reads them.
-
-    Parameters
-    ----------
-    file : text file
-    landmarks : Landmarks
-        Points that are not placed are left out.
-
-    Returns
-    -------
-    int
-        Number of points left out.
-    """
+    """Write points as antsApplyTransformsToPoints reads them, without those not placed."""
     write_row = _row_writer(file)
     write_row(["x", "y", "z", "t", "label", "comment"])
     for i in np.flatnonzero(landmarks.is_placed).tolist():
@@ -151,22 +133,10 @@ def write(file, landmarks):
 
 
 def rewrite(path, file, positions, space):
-    """Write a table again, with other positions.
+    """Write a table again, with other positions, of pairs the first ones.
 
-    Parameters
-    ----------
-    path : path
-    file : text file
-    positions : (n, 3) float64, LPS
-        The first positions of pairs. Points at NaN are marked as not placed in tables of BigWarp
-        and 3D Slicer, and left out of others.
-    space : str
-        The frame of a table that does not say its own.
-
-    Returns
-    -------
-    int
-        Number of points left out.
+    Points at NaN are marked as not placed in tables of BigWarp and 3D Slicer, and left out of
+    others.
     """
     table, left_out = _open(path), 0
     write_row = _row_writer(file, table.mark)
@@ -221,20 +191,20 @@ def _points(path, table):
 def _rows_at(path, table, time, is_alone):
     """(line number, cells) of the points of the last time that is not after `time`.
 
-    Of all points, if there is no column of times; or if none is asked for and the points may be
-    at several times, as landmarks may.
+    All points without a column of times, or without `time` if the points are landmarks, which may
+    have several times.
     """
     rows = list(_points(path, table))
     if table.layout.time is None or (time is None and not is_alone):
         return rows
-    known = [_time(path, table.layout, number, row) for number, row in rows]
-    if time is None and len({*known}) > 1:
+    row_times = [_time(path, table.layout, number, row) for number, row in rows]
+    if time is None and len({*row_times}) > 1:
         raise ValueError(
-            f"`{path}` has control points at {len({*known})} times; `vtk-mls deform` and "
+            f"`{path}` has control points at {len({*row_times})} times; `vtk-mls deform` and "
             "MLSControlPoints take them, here give those of one time"
         )
-    chosen = step_at(sorted({*known}), time)
-    return [row for row, own in zip(rows, known) if own == chosen]
+    step = step_at(sorted({*row_times}), time)
+    return [row for row, row_time in zip(rows, row_times) if row_time == step]
 
 
 def step_at(steps, time):

@@ -57,9 +57,9 @@ def read(path):
     try:
         values = json.loads(path.read_text(encoding="utf-8"))
     except (ValueError, RecursionError) as error:
-        raise ValueError(f"`{path}` is no session: its JSON is broken ({error})") from error
+        raise ValueError(f"`{path}` is not a session: its JSON is broken ({error})") from error
     if not isinstance(values, dict) or values.get("format") != _FORMAT:
-        raise ValueError(f"`{path}` is JSON, and no session of `vtk-mls view`")
+        raise ValueError(f"`{path}` is JSON, but not a session of `vtk-mls view`")
     version = values.get("version")
     if not isinstance(version, int) or version > _VERSION:
         raise ValueError(
@@ -71,7 +71,7 @@ def read(path):
     names = [*data] if isinstance(data, list) else []
     is_valid = names and all(isinstance(name, str) for name in [*names, target or ""])
     if not (is_valid and isinstance(edit, dict) and isinstance(views, dict)):
-        raise ValueError(f"`{path}` is no session: it lacks valid `data`, `edit` or `views`")
+        raise ValueError(f"`{path}` is not a session: it lacks valid `data`, `edit` or `views`")
     folder = path.absolute().parent
     files = tuple(Path(os.path.normpath(folder / name)) for name in data)
     target = None if target is None else Path(os.path.normpath(folder / target))

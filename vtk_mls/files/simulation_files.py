@@ -51,7 +51,7 @@ def open_file(reader, syntax, path):
     """
     if syntax in _NAMES:
         _check_names(path, syntax)
-    reader = vtk_io.made(reader)
+    reader = vtk_io.create(reader)
     if hasattr(reader, "SetScanForRelatedFiles"):
         reader.SetScanForRelatedFiles(False)
     if hasattr(reader, "SetCaseFileName"):
@@ -89,7 +89,7 @@ def _check_names(path, syntax):
 
 
 def read_by_meshio(path):
-    """Read a mesh with meshio, by way of a .vtu file."""
+    """Read a mesh with meshio, through a .vtu file."""
     import meshio
 
     printed = io.StringIO()

@@ -25,7 +25,7 @@ from vtk_mls.files.landmarks import shortened
 PAIRS = "numbers px,py,pz,qx,qy,qz[,weight], as many in each line"
 POSITIONS = "numbers x,y,z, as many in each line"
 _BIGWARP = "name,active,x,y,z,u,v,w with `true` or `false` and numbers"
-_MAX_NAMED = 100  # columns of which one can ask which is what
+_MAX_NAMED = 100  # columns of a row whose error asks for a header
 _INDEX_NAMES = ("", "index", "id", "label", "name", "unnamed: 0")
 
 

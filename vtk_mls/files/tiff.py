@@ -17,7 +17,7 @@ import numpy as np
 from vtk_mls.files import image_files
 from vtk_mls.files.volumes import Volume
 
-_LAYERS = "ZIQR"  # axes of pages; I, Q and R are not named further
+_NAMES = str.maketrans("IQRS", "ZZZC")  # other axes of pages and of components
 # names of units in files: the unit, and nanometers in it
 _UNITS = {
     **dict.fromkeys(("nm", "nanometer"), ("nm", 1.0)),
@@ -26,6 +26,7 @@ _UNITS = {
     **dict.fromkeys(("cm", "centimeter"), ("cm", 1e7)),
     **dict.fromkeys(("m", "meter"), ("m", 1e9)),
 }
+_ORDER = "TZYXC"
 _ERRORS = AttributeError, LookupError, OverflowError, RuntimeError, TypeError, ValueError
 
 
@@ -49,14 +50,15 @@ def open_file(path):
     """
     try:
         with _opened(path) as file:
-            number, axes, shape = len(file.series), file.series[0].axes, file.series[0].shape
+            series_count, series = len(file.series), file.series[0]
+            axes, shape = series.axes, series.shape
             (*spacing, interval), unit = _metadata(file)
     except ElementTree.ParseError as error:  # a SyntaxError
         raise ValueError(f"its OME metadata are not XML: {error}") from None
-    if number != 1:
-        raise ValueError(f"it must be one stack, got {number} images of different sizes")
-    order, count = _order(axes, shape)
-    whole = functools.cache(lambda: _values(path, order))
+    if series_count != 1:
+        raise ValueError(f"it must be one stack, got {series_count} images of different sizes")
+    count = _time_count(axes, shape)
+    whole = functools.cache(lambda: _values(path))
 
     def read(index):
         return image_files.image_of(_volume(whole()[index], spacing, unit), "TIFF")
@@ -66,7 +68,7 @@ def open_file(path):
 
 @contextmanager
 def _opened(path):
-    """tifffile's file. What it only logs is an error here: it leaves pages out."""
+    """tifffile's file. Errors that it only logs are raised, because it leaves out pages then."""
     import tifffile
 
     problems = []
@@ -80,53 +82,47 @@ def _opened(path):
             yield file
     except (*_ERRORS, tifffile.TiffFileError) as error:
         text = str(error) or type(error).__name__
-        raise ValueError(f"it is no readable TIFF file: {text}") from None
+        raise ValueError(f"it is not a readable TIFF file: {text}") from None
     finally:
         logger.removeHandler(handler)
         logger.propagate = propagates
     if problems:
-        raise ValueError(f"it is no readable TIFF file: {problems[0]}")
+        raise ValueError(f"it is not a readable TIFF file: {problems[0]}")
 
 
-def _order(axes, shape):
-    """The axes of values in the order of time, layers, rows, columns and components."""
+def _time_count(axes, shape):
+    """The number of times, of axes that make a volume."""
     sizes = dict(zip(axes, shape))
-    layers = [axis for axis in axes if axis in _LAYERS and sizes[axis] > 1]
-    components = [axis for axis in axes if axis in "CS" and sizes[axis] > 1]
-    unknown = [axis for axis in axes if axis not in f"TYXCS{_LAYERS}" and sizes[axis] > 1]
+    names = _long_axes(axes, shape)
     has_page = "Y" in sizes and "X" in sizes and len(sizes) == len(axes)
-    if not has_page or unknown or len(layers) > 1 or len(components) > 1:
+    if not has_page or not {*names} <= {*_ORDER} or len({*names}) < len(names):
         raise ValueError(
             "its axes must be rows, columns and at most one of layers, of times and of channels, "
             f"got {axes} of {' x '.join(map(str, shape))}"
         )
-    kept = [*layers, "Y", "X", *components]
-    if sizes.get("T", 1) > 1:
-        kept.insert(0, "T")
-    positions = [axes.index(axis) for axis in kept]
-    return positions, sizes.get("T", 1)
+    return sizes.get("T", 1)
 
 
-def _values(path, order):
+def _long_axes(axes, shape):
+    """Names in `_ORDER` of the axes of more than one point."""
+    return "".join(axis for axis, n in zip(axes, shape) if n > 1).translate(_NAMES)
+
+
+def _values(path):
     """Values (times, nz, ny, nx) or with components behind."""
+    import tifffile
+
     with _opened(path) as file:
         series = file.series[0]
-        values, axes = series.asarray(), series.axes
-    kept = [axes[position] for position in order]
-    dropped = tuple(i for i, axis in enumerate(axes) if i not in order)
-    remaining = [axis for i, axis in enumerate(axes) if i not in dropped]
-    values = np.squeeze(values, dropped).transpose([remaining.index(axis) for axis in kept])
+        values, axes = series.asarray(), _long_axes(series.axes, series.shape)
+    values = tifffile.transpose_axes(np.squeeze(values), axes, _ORDER)
     if values.dtype == np.float16:
         values = values.astype(np.float32)
     if values.dtype == bool:
         values = values.astype(np.uint8)
     if values.dtype.kind not in "iuf":
         raise ValueError(f"values of type {values.dtype} are not supported")
-    if "T" not in kept:
-        values = values[None]
-    if not {*kept} & {*_LAYERS}:
-        values = values[:, None]
-    return values
+    return values if "C" in axes else values[..., 0]
 
 
 def _volume(values, spacing, unit):
@@ -146,30 +142,33 @@ def _metadata(file):
 def _of_ome(text):
     root = ElementTree.fromstring(text)
     pixels = next((item for item in root.iter() if item.tag.endswith("}Pixels")), None)
-    said = {} if pixels is None else pixels.attrib
-    unit, nanometers = _UNITS.get(said.get("PhysicalSizeXUnit", "um"), ("", 1.0))
+    attributes = {} if pixels is None else pixels.attrib
+    unit, nanometers = _UNITS.get(attributes.get("PhysicalSizeXUnit", "um"), ("", 1.0))
     spacing = []
     for axis in "XYZ":
-        own = _UNITS.get(said.get(f"PhysicalSize{axis}Unit", "um"), (unit, nanometers))[1]
-        spacing.append(_positive(said.get(f"PhysicalSize{axis}")) * own / nanometers)
-    if "PhysicalSizeX" not in said:
+        name = attributes.get(f"PhysicalSize{axis}Unit", "um")
+        own_nanometers = _UNITS.get(name, (unit, nanometers))[1]
+        size = _positive(attributes.get(f"PhysicalSize{axis}"))
+        spacing.append(size * own_nanometers / nanometers)
+    if "PhysicalSizeX" not in attributes:
         unit = ""
-    return (*spacing, _positive(said.get("TimeIncrement"))), unit
+    return (*spacing, _positive(attributes.get("TimeIncrement"))), unit
 
 
 def _of_imagej(file):
-    said, tags = file.imagej_metadata, file.pages[0].tags
-    name = str(said.get("unit", "")).strip().lower().replace("\\u00b5", "\u00b5")
+    metadata, tags = file.imagej_metadata, file.pages[0].tags
+    name = str(metadata.get("unit", "")).strip().lower().replace("\\u00b5", "\u00b5")
     unit, _ = _UNITS.get(name, ("", 1.0))
     spacing = []
     for name in ("XResolution", "YResolution"):
         number, divisor = tags[name].value if name in tags else (1, 1)
         spacing.append(_positive(divisor / number if number else 1))
-    return (*spacing, _positive(said.get("spacing")), _positive(said.get("finterval"))), unit
+    z, interval = _positive(metadata.get("spacing")), _positive(metadata.get("finterval"))
+    return (*spacing, z, interval), unit
 
 
 def _positive(value):
-    """A number; 1 for what is none, or not above 0."""
+    """A positive number; 1 for any other value."""
     try:
         number = float(value)
     except (TypeError, ValueError):

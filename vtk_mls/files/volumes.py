@@ -40,7 +40,7 @@ class Volume:
     header : tuple of str
         Lines of the header that a file of the same format gets again.
     unit : str
-        Of lengths, if it is not that of the format: "nm", "um", "mm", "cm" or "m".
+        Of lengths, if it is not the unit of the format: "nm", "um", "mm", "cm" or "m".
     """
 
     values: np.ndarray
@@ -119,7 +119,7 @@ def steps_of(times):
     return float(times[0]), step
 
 
-class Stored(NamedTuple):
+class Storage(NamedTuple):
     """Storage of values; `encoding` is "text", "hex" or as in `unpacked`."""
 
     dtype: np.dtype
@@ -152,7 +152,7 @@ def check_size(count, dtype, size, encoding):
 def read_values(file, dtype, shape, size, encoding="raw", is_end=True):
     """Values from a binary file, in this machine's byte order.
 
-    Memory is allocated only if the file can hold so many values. Nothing behind them is unpacked.
+    Memory is allocated only if the file can hold so many values. Nothing after them is unpacked.
 
     Parameters
     ----------
@@ -190,13 +190,13 @@ def read_values(file, dtype, shape, size, encoding="raw", is_end=True):
 
 
 class Slabs:
-    """Slabs of values, one behind the other in a file. In their order the file is unpacked once.
+    """Slabs of values, one after another in a file. Reading them in order unpacks the file once.
 
     Parameters
     ----------
     open_file : callable
         Called with an ExitStack; returns an unpacked file, at the first value.
-    stored : Stored
+    storage : Storage
         Of one slab.
     count : int
         Number of slabs.
@@ -209,16 +209,16 @@ class Slabs:
         If the file is too small.
     """
 
-    def __init__(self, open_file, stored, count, size):
-        check_size(math.prod(stored.shape) * count, stored.dtype, size, stored.encoding)
-        self._open_file, self._stored, self._count, self._size = open_file, stored, count, size
+    def __init__(self, open_file, storage, count, size):
+        check_size(math.prod(storage.shape) * count, storage.dtype, size, storage.encoding)
+        self._open_file, self._storage, self._count, self._size = open_file, storage, count, size
         self._file, self._next = None, 0
         self._stack = contextlib.ExitStack()
         weakref.finalize(self, self._stack.close)
 
     def read(self, index):
         """The values of a slab."""
-        dtype, shape, encoding = self._stored
+        dtype, shape, encoding = self._storage
         if self._file is None or index < self._next:
             self._stack.close()
             self._file, self._next = self._open_file(self._stack), 0

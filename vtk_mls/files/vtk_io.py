@@ -14,7 +14,7 @@ from vtkmodules.vtkCommonMisc import vtkErrorCode
 _MAX_TEXT = 200  # characters of a quoted error
 
 
-def made(name):
+def create(name):
     """A new reader or writer by module and class, such as `vtkIOXML.vtkXMLPolyDataReader`.
 
     Raises
@@ -27,7 +27,7 @@ def made(name):
         return getattr(importlib.import_module(f"vtkmodules.{module}"), kind)()
     except (AttributeError, ImportError):
         raise ValueError(
-            f"this VTK, {vtkVersion.GetVTKVersion()}, has no {kind}; that of `pip install vtk` has"
+            f"this VTK, {vtkVersion.GetVTKVersion()}, has no {kind}; `pip install vtk` does"
         ) from None
 
 
@@ -81,7 +81,7 @@ def failures_named(path):
 
 def _reported(text):
     """Errors that VTK has printed, those with a reason first."""
-    if isinstance(text, bytes):  # it quotes a file that is no text
+    if isinstance(text, bytes):  # it quotes a binary file
         text = text.decode(errors="replace")
     errors = re.findall(r"ERROR: In [^\n]*\n[^\n]*?\): ([^\n]+)", text)
     errors = [error for error in errors if "did not create output" not in error]  # no reason

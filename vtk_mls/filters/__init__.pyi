@@ -14,9 +14,315 @@ from vtk_mls.handles.handle_set import Handle
 from vtk_mls.limits import FixedFace, Mask
 from vtk_mls.queries.transform import Transform
 
+class _DeformingFilter(VTKPythonAlgorithmBase):
+    def __init__(self) -> None: ...
+    def SetKind(self, value: Literal["affine", "rigid", "similarity", "polynomial"]) -> None:
+        """How the space between the control points deforms. rigid keeps sizes and angles as well
+        as it can, similarity allows a change of size, affine allows shear, and polynomial bends
+        most freely.
+
+        One of "affine", "rigid", "similarity", "polynomial"; default: "rigid".
+        """
+
+    def GetKind(self) -> str: ...
+    def SetDegree(self, value: int) -> None:
+        """Degree of the polynomials. 1 is the affine kind; 2 and 3 need more control points.
+
+        An integer; default: 2.
+        """
+
+    def GetDegree(self) -> int: ...
+    def SetAlpha(self, value: float) -> None:
+        """How local the influence of a control point is. Its weight at distance r is 1 / r^(2
+        alpha). Use 1.5 to 2 to drag a few handles, and 3 for many landmarks with the affine
+        kind or polynomials of degree 2. Up to 1.5, the influence of far control points does not
+        fade in space. The paper uses 1. Must be greater than 0.
+
+        A number; default: 2.0.
+        """
+
+    def GetAlpha(self) -> float: ...
+    def SetSmoothing(self, value: float) -> None:
+        """Length in world units. Weights are 1 / (r^2 + smoothing^2)^alpha. 0 meets the control
+        points exactly. Above 0, the deformation passes close to them, for noisy landmarks.
+
+        A number; default: 0.0.
+        """
+
+    def GetSmoothing(self) -> float: ...
+    def SetSteps(self, value: int) -> None:
+        """Number of steps in which the control points go from p to q, each with its own map. Many
+        small steps do not fold. 1 is the single map of the paper. auto, or 0, uses as many as
+        needed, up to 256. Polynomials of degree 2 and 3 may fold with any number of steps.
+
+        `Deformation.steps_used` and `smallest_determinant` report the result.
+
+        An integer; default: 1.
+        """
+
+    def GetSteps(self) -> int: ...
+    def SetBlend(self, value: float) -> None:
+        """Fraction of the displacement from p to q that is applied. 0 leaves everything exactly as
+        it was.
+
+        A number; default: 1.0.
+        """
+
+    def GetBlend(self) -> float: ...
+    def SetCutType(self, value: Literal["none", "plane", "half-plane"]) -> None:
+        """A cut in addition to those of the input Cuts. A plane divides everything. A half-plane
+        ends at an edge through its origin.
+
+        One of "none", "plane", "half-plane"; default: "none".
+        """
+
+    def GetCutType(self) -> str: ...
+    def SetCutOrigin(self, *values: float | Sequence[float]) -> None:
+        """A point of the plane, or of the edge of the half-plane. If CutFrame is rest, the plane
+        in the view stays at the undeformed volume, while the cut itself moves with the
+        material.
+
+        (x, y, z), world coordinates; default: (0.0, 0.0, 0.0).
+        """
+
+    def GetCutOrigin(self) -> tuple[float, ...]: ...
+    def SetCutNormal(self, *values: float | Sequence[float]) -> None:
+        """Normal of the plane or half-plane.
+
+        Its length is ignored.
+
+        (x, y, z), world coordinates; default: (1.0, 0.0, 0.0).
+        """
+
+    def GetCutNormal(self) -> tuple[float, ...]: ...
+    def SetCutInward(self, *values: float | Sequence[float]) -> None:
+        """Direction in which the half-plane extends from its edge. The edge goes through the
+        origin, at a right angle to this direction and to the normal. The view shows the whole
+        plane.
+
+        Its component along the normal is ignored.
+
+        (x, y, z), world coordinates; default: (0.0, 0.0, 1.0).
+        """
+
+    def GetCutInward(self) -> tuple[float, ...]: ...
+    def AddCut(self, value: Cut) -> None:
+        """Cuts in addition to those of CutType and of input port 2.
+
+        Each a `vtk_mls.Plane`, `HalfPlane` or `Surface`; default: none.
+        """
+
+    def ClearCuts(self) -> None: ...
+    def GetCuts(self) -> tuple[Cut, ...]: ...
+    def SetCutFrame(self, value: Literal["rest", "deformed"]) -> None:
+        """Space of the cuts. rest: cuts lie in the undeformed volume and move with the material.
+        deformed: cuts stay in place in the deformed space, and material that moves through them
+        is lost.
+
+        The paper uses deformed.
+
+        One of "rest", "deformed"; default: "rest".
+        """
+
+    def GetCutFrame(self) -> str: ...
+    def SetNu(self, value: float) -> None:
+        """How fast the influence of control points behind a cut falls with the length of the
+        detour around it. Must be greater than 1.
+
+        The damping exponent of Eq. 28.
+
+        A number; default: 2.0.
+        """
+
+    def GetNu(self) -> float: ...
+    def SetDeformedPoints(self, values: ArrayLike) -> None:
+        """Positions q to which the handles are dragged, with the mouse or here. Handles that are
+        not dragged hold the material in place.
+
+        If empty, q = p. Ignored if input port 1 is connected.
+
+        (n, 3) array_like, world coordinates; default: none.
+        """
+
+    def GetDeformedPoints(self) -> tuple[tuple[float, float, float], ...]: ...
+    def SetNumberOfDeformedPoints(self, count: int) -> None: ...
+    def GetNumberOfDeformedPoints(self) -> int: ...
+    def SetDeformedPoint(self, index: int, x: float, y: float, z: float) -> None: ...
+    def SetRestPoints(self, values: ArrayLike) -> None:
+        """Positions p of the handles in the undeformed space, one for each deformed point.
+        ParaView starts with a lattice over the bounds of the input.
+
+        Outside of ParaView there are no handles by default, and nothing moves. Handles that
+        rest on the cut of CutType belong to neither side and are ignored, because they would
+        hold it shut. Ignored if input port 1 is connected.
+
+        (n, 3) array_like, world coordinates; default: none.
+        """
+
+    def GetRestPoints(self) -> tuple[tuple[float, float, float], ...]: ...
+    def SetNumberOfRestPoints(self, count: int) -> None: ...
+    def GetNumberOfRestPoints(self) -> int: ...
+    def SetRestPoint(self, index: int, x: float, y: float, z: float) -> None: ...
+    def SetWeights(self, values: ArrayLike) -> None:
+        """A positive factor for each handle. If empty, all factors are 1.
+
+        (n,) array_like; default: none.
+        """
+
+    def GetWeights(self) -> tuple[float, ...]: ...
+    def SetNumberOfWeights(self, count: int) -> None: ...
+    def GetNumberOfWeights(self) -> int: ...
+    def SetWeight(self, index: int, weight: float) -> None: ...
+    def SetHandleShapes(self, value: Literal["points", "cells"]) -> None:
+        """Whether the points or the cells of the input ControlPoints are handles. With cells,
+        vertices and points without a cell are points, lines are curves, and closed surfaces are
+        rigid regions.
+
+        Curves are moved along their whole length. Each connected surface moves by the rotation
+        and translation of its points. Cells with a volume count by their outer faces. Weights
+        and paths belong to points.
+
+        One of "points", "cells"; default: "points".
+        """
+
+    def GetHandleShapes(self) -> str: ...
+    def AddHandle(self, value: Handle) -> None:
+        """Handles in addition to those of input port 1 or of RestPoints.
+
+        Each a `vtk_mls.CurveHandle` or `RegionHandle`; default: none.
+        """
+
+    def ClearHandles(self) -> None: ...
+    def GetHandles(self) -> tuple[Handle, ...]: ...
+    def SetMaskBall(self, *values: float | Sequence[float]) -> None:
+        """Ball in the deformed space in which the deformation acts: center, radius, and the
+        distance outside the ball over which the deformation fades to zero. All 0: no ball.
+
+        (x, y, z, radius, falloff), world coordinates; default: (0.0, 0.0, 0.0, 0.0, 0.0).
+        """
+
+    def GetMaskBall(self) -> tuple[float, ...]: ...
+    def SetMask(self, value: Mask | vtkImageData | None) -> None:
+        """Image in the deformed space by which displacements are multiplied, with values from 0 to
+        1. In an image of integers, such as labels, every value except 0 counts as 1. Outside
+        the image, nothing moves.
+
+        Alternative: input port 3.
+
+        A vtkImageData, or a `vtk_mls.BallMask`, `BoxMask` or `ImageMask`; default: None.
+        """
+
+    def GetMask(self) -> Mask | vtkImageData | None: ...
+    def SetFixedPlanes(self, values: ArrayLike) -> None:
+        """Planes that stay in place: a point, a normal, and the distance from the plane over which
+        the deformation grows from zero to its full size.
+
+        Rows (x, y, z, nx, ny, nz, falloff), world coordinates; default: none.
+        """
+
+    def GetFixedPlanes(self) -> tuple[tuple[float, ...], ...]: ...
+    def SetNumberOfFixedPlanes(self, count: int) -> None: ...
+    def GetNumberOfFixedPlanes(self) -> int: ...
+    def SetFixedPlane(self, index: int, *row: float) -> None: ...
+    def SetSlidingPlanes(self, values: ArrayLike) -> None:
+        """Planes along which material slides, such as a plane of symmetry: a point, a normal, and
+        the distance from the plane over which displacements along the normal grow from zero to
+        their full size.
+
+        Rows (x, y, z, nx, ny, nz, falloff), world coordinates; default: none.
+        """
+
+    def GetSlidingPlanes(self) -> tuple[tuple[float, ...], ...]: ...
+    def SetNumberOfSlidingPlanes(self, count: int) -> None: ...
+    def GetNumberOfSlidingPlanes(self) -> int: ...
+    def SetSlidingPlane(self, index: int, *row: float) -> None: ...
+    def AddConstraint(self, value: FixedFace) -> None:
+        """Faces in addition to those of FixedPlanes and SlidingPlanes.
+
+        Each a `vtk_mls.FixedFace` or `SlidingFace`; default: none.
+        """
+
+    def ClearConstraints(self) -> None: ...
+    def GetConstraints(self) -> tuple[FixedFace, ...]: ...
+    def SetInitialTransform(self, value: Transform | str | PathLike[str] | None) -> None:
+        """Transform that moves the material first, so that the handles correct it. It is a file of
+        ITK, ANTs or 3D Slicer with an affine transform or a displacement field, as used to
+        resample images. Handles at rest, and cuts in the rest frame, lie in the space after
+        this transform.
+
+        Images are resampled once, with both combined. Points of meshes are moved by both.
+
+        The path of a file, or a `vtk_mls.Affine`, `Field`, `Chain` or `Deformation`; default:
+        "".
+        """
+
+    def GetInitialTransform(self) -> Transform | str | PathLike[str]: ...
+    def SetGenerateOverlap(self, value: bool) -> None:
+        """Whether an image gets the point array Overlap and the field array OverlappingPoints.
+        Overlap is 1 where material from both sides of a cut has reached the same place, of
+        which the image shows only one. OverlappingPoints is the number of such points.
+
+        With CutFrame deformed, nothing overlaps, because material that reaches a cut is lost.
+        Meshes keep both sides. If the output is made in pieces, each piece has its own number.
+
+        True or False; default: False.
+        """
+
+    def GetGenerateOverlap(self) -> bool: ...
+    def SetGenerateJacobian(self, value: bool) -> None:
+        """Whether to write the point array Jacobian with 9 components. Component 3 i + j is the
+        derivative of G_j in the direction i, where G(v) is the original position of the
+        material now at v. It transforms gradients of the input to gradients of the output.
+
+        It is (I + J_D)^T of Eq. 29, row by row.
+
+        True or False; default: False.
+        """
+
+    def GetGenerateJacobian(self) -> bool: ...
+    def SetGenerateJacobianDeterminant(self, value: bool) -> None:
+        """Whether to write the point array JacobianDeterminant, which is zero or negative where
+        space is folded, and the field array FoldedVoxels with the number of such points.
+
+        The void does not count. A mesh gets the field arrays InvertedCells, the number of cells
+        that the deformation has inverted, and UncheckedCells, the number of cells without a
+        result. If the output is made in pieces, each piece has its own numbers, without ghost
+        cells.
+
+        True or False; default: False.
+        """
+
+    def GetGenerateJacobianDeterminant(self) -> bool: ...
+    def SetMapTolerance(self, value: float) -> None:
+        """Largest error of displacements on grids, in spacings of the grid. Above 0, they are
+        interpolated from fewer points, which is faster. With 0, the default of Python and the
+        shell, each point is computed. ParaView and the editor use 0.02, which is too small to
+        see. Next to cuts, all points are computed.
+
+        A number; default: 0.0.
+        """
+
+    def GetMapTolerance(self) -> float: ...
+    def SetDevice(self, value: str | None) -> None:
+        """Where to compute. Empty: the first GPU, or else the CPU with its fastest driver.
+        Otherwise cpu, gpu, platform:device such as 0:1, or reference for the slow float64
+        specification in numpy.
+
+        A text; default: "".
+        """
+
+    def GetDevice(self) -> str: ...
+    def GetOutput(self) -> Any: ...
+    def SetInputData(self, *port_and_data) -> Any: ...
+    def DisconnectControlPoints(self) -> Any: ...
+    def DisconnectCuts(self) -> Any: ...
+    def DisconnectMask(self) -> Any: ...
+    def DisconnectDeformedControlPoints(self) -> Any: ...
+    def updated_deformation(self, info=None) -> Any: ...
+
 class MLSControlPoints(VTKPythonAlgorithmBase):
     def __init__(self) -> None: ...
-    def SetMode(self, choice: Literal["points", "lattice", "file"]) -> None:
+    def SetMode(self, value: Literal["points", "lattice", "file"]) -> None:
         """Source of the rest positions. points: a list. lattice: a regular lattice in a box. file:
         a file.
 
@@ -24,7 +330,7 @@ class MLSControlPoints(VTKPythonAlgorithmBase):
         """
 
     def GetMode(self) -> str: ...
-    def SetFileName(self, text: str | None) -> None:
+    def SetFileName(self, value: str | None) -> None:
         """File with control points. Markups of 3D Slicer (.fcsv, .mrk.json) and other landmarks
         are p. Tables px,py,pz,qx,qy,qz[,weight] (.csv, .txt) and files of BigWarp have pairs.
         DeformedPoints overrides the q of the file if it is not empty.
@@ -33,7 +339,7 @@ class MLSControlPoints(VTKPythonAlgorithmBase):
         """
 
     def GetFileName(self) -> str: ...
-    def SetDeformedFileName(self, text: str | None) -> None:
+    def SetDeformedFileName(self, value: str | None) -> None:
         """File with the deformed positions q of the control points, such as markups. May be empty.
         They are paired with p by label, or else by order.
 
@@ -41,7 +347,7 @@ class MLSControlPoints(VTKPythonAlgorithmBase):
         """
 
     def GetDeformedFileName(self) -> str: ...
-    def SetSpace(self, choice: Literal["lps", "ras"]) -> None:
+    def SetSpace(self, value: Literal["lps", "ras"]) -> None:
         """Frame of files that do not state their own, as markups do. The output is in LPS (x to
         the patient's left, y to the back, z to the head), like that of MLS Image Reader.
 
@@ -103,257 +409,16 @@ class MLSControlPoints(VTKPythonAlgorithmBase):
     def SetWeight(self, index: int, weight: float) -> None: ...
     def GetOutput(self) -> Any: ...
 
-class MLSDeform(VTKPythonAlgorithmBase):
+class MLSDeform(_DeformingFilter):
     def __init__(self) -> None: ...
-    def SetKind(self, choice: Literal["affine", "rigid", "similarity", "polynomial"]) -> None:
-        """How the space between the control points deforms. rigid keeps sizes and angles as well
-        as it can, similarity allows a change of size, affine allows shear, and polynomial bends
-        most freely.
-
-        One of "affine", "rigid", "similarity", "polynomial"; default: "rigid".
-        """
-
-    def GetKind(self) -> str: ...
-    def SetDegree(self, value: int) -> None:
-        """Degree of the polynomials. 1 is the affine kind; 2 and 3 need more control points.
-
-        An integer; default: 2.
-        """
-
-    def GetDegree(self) -> int: ...
-    def SetAlpha(self, value: float) -> None:
-        """How local the influence of a control point is. Its weight at distance r is 1 / r^(2
-        alpha). Use 1.5 to 2 to drag a few handles, and 3 for many landmarks with the affine
-        kind or polynomials of degree 2. Up to 1.5, the influence of far control points does not
-        fade in space. The paper uses 1. Must be greater than 0.
-
-        A number; default: 2.0.
-        """
-
-    def GetAlpha(self) -> float: ...
-    def SetSmoothing(self, value: float) -> None:
-        """Length in world units. Weights are 1 / (r^2 + smoothing^2)^alpha. 0 meets the control
-        points exactly. Above 0, the deformation passes close to them, for noisy landmarks.
-
-        A number; default: 0.0.
-        """
-
-    def GetSmoothing(self) -> float: ...
-    def SetSteps(self, value: int) -> None:
-        """Number of steps in which the control points go from p to q, each with its own map. Many
-        small steps do not fold. 1 is the single map of the paper. auto, or 0, uses as many as
-        needed, up to 256. Polynomials of degree 2 and 3 may fold with any number of steps.
-
-        `Deformation.steps_used` and `smallest_determinant` report the result.
-
-        An integer; default: 1.
-        """
-
-    def GetSteps(self) -> int: ...
-    def SetBlend(self, value: float) -> None:
-        """Fraction of the displacement from p to q that is applied. 0 leaves everything exactly as
-        it was.
-
-        A number; default: 1.0.
-        """
-
-    def GetBlend(self) -> float: ...
-    def SetCutType(self, choice: Literal["none", "plane", "half-plane"]) -> None:
-        """A cut in addition to those of the input Cuts. A plane divides everything. A half-plane
-        ends at an edge through its origin.
-
-        One of "none", "plane", "half-plane"; default: "none".
-        """
-
-    def GetCutType(self) -> str: ...
-    def SetCutOrigin(self, *values: float | Sequence[float]) -> None:
-        """A point of the plane, or of the edge of the half-plane. If CutFrame is rest, the plane
-        in the view stays at the undeformed volume, while the cut itself moves with the
-        material.
-
-        (x, y, z), world coordinates; default: (0.0, 0.0, 0.0).
-        """
-
-    def GetCutOrigin(self) -> tuple[float, ...]: ...
-    def SetCutNormal(self, *values: float | Sequence[float]) -> None:
-        """Normal of the plane or half-plane.
-
-        Its length is ignored.
-
-        (x, y, z), world coordinates; default: (1.0, 0.0, 0.0).
-        """
-
-    def GetCutNormal(self) -> tuple[float, ...]: ...
-    def SetCutInward(self, *values: float | Sequence[float]) -> None:
-        """Direction in which the half-plane extends from its edge. The edge goes through the
-        origin, at a right angle to this direction and to the normal. The view shows the whole
-        plane.
-
-        Its component along the normal is ignored.
-
-        (x, y, z), world coordinates; default: (0.0, 0.0, 1.0).
-        """
-
-    def GetCutInward(self) -> tuple[float, ...]: ...
-    def AddCut(self, value: Cut) -> None:
-        """Cuts in addition to those of CutType and of input port 2.
-
-        Each a `vtk_mls.Plane`, `HalfPlane` or `Surface`; default: none.
-        """
-
-    def ClearCuts(self) -> None: ...
-    def GetCuts(self) -> tuple[Cut, ...]: ...
-    def SetCutFrame(self, choice: Literal["rest", "deformed"]) -> None:
-        """Space of the cuts. rest: cuts lie in the undeformed volume and move with the material.
-        deformed: cuts stay in place in the deformed space, and material that moves through them
-        is lost.
-
-        The paper uses deformed.
-
-        One of "rest", "deformed"; default: "rest".
-        """
-
-    def GetCutFrame(self) -> str: ...
-    def SetNu(self, value: float) -> None:
-        """How fast the influence of control points behind a cut falls with the length of the
-        detour around it. Must be greater than 1.
-
-        The damping exponent of Eq. 28.
-
-        A number; default: 2.0.
-        """
-
-    def GetNu(self) -> float: ...
-    def SetDeformedPoints(self, values: ArrayLike) -> None:
-        """Positions q to which the handles are dragged, with the mouse or here. Handles that are
-        not dragged hold the material in place.
-
-        If empty, q = p. Ignored if input port 1 is connected.
-
-        (n, 3) array_like, world coordinates; default: none.
-        """
-
-    def GetDeformedPoints(self) -> tuple[tuple[float, float, float], ...]: ...
-    def SetNumberOfDeformedPoints(self, count: int) -> None: ...
-    def GetNumberOfDeformedPoints(self) -> int: ...
-    def SetDeformedPoint(self, index: int, x: float, y: float, z: float) -> None: ...
-    def SetRestPoints(self, values: ArrayLike) -> None:
-        """Positions p of the handles in the undeformed space, one for each deformed point.
-        ParaView starts with a lattice over the bounds of the input.
-
-        Outside of ParaView there are no handles by default, and nothing moves. Handles that
-        rest on the cut of CutType belong to neither side and are ignored, because they would
-        hold it shut. Ignored if input port 1 is connected.
-
-        (n, 3) array_like, world coordinates; default: none.
-        """
-
-    def GetRestPoints(self) -> tuple[tuple[float, float, float], ...]: ...
-    def SetNumberOfRestPoints(self, count: int) -> None: ...
-    def GetNumberOfRestPoints(self) -> int: ...
-    def SetRestPoint(self, index: int, x: float, y: float, z: float) -> None: ...
-    def SetWeights(self, values: ArrayLike) -> None:
-        """A positive factor for each handle. If empty, all factors are 1.
-
-        (n,) array_like; default: none.
-        """
-
-    def GetWeights(self) -> tuple[float, ...]: ...
-    def SetNumberOfWeights(self, count: int) -> None: ...
-    def GetNumberOfWeights(self) -> int: ...
-    def SetWeight(self, index: int, weight: float) -> None: ...
-    def SetHandleShapes(self, choice: Literal["points", "cells"]) -> None:
-        """Whether the points or the cells of the input ControlPoints are handles. With cells,
-        vertices and points without a cell are points, lines are curves, and closed surfaces are
-        rigid regions.
-
-        Curves are moved along their whole length. Each connected surface moves by the rotation
-        and translation of its points. Cells with a volume count by their outer faces. Weights
-        and paths belong to points.
-
-        One of "points", "cells"; default: "points".
-        """
-
-    def GetHandleShapes(self) -> str: ...
-    def AddHandle(self, value: Handle) -> None:
-        """Handles in addition to those of input port 1 or of RestPoints.
-
-        Each a `vtk_mls.CurveHandle` or `RegionHandle`; default: none.
-        """
-
-    def ClearHandles(self) -> None: ...
-    def GetHandles(self) -> tuple[Handle, ...]: ...
-    def SetMaskBall(self, *values: float | Sequence[float]) -> None:
-        """Ball in the deformed space in which the deformation acts: center, radius, and the
-        distance outside the ball over which the deformation fades to zero. All 0: no ball.
-
-        (x, y, z, radius, falloff), world coordinates; default: (0.0, 0.0, 0.0, 0.0, 0.0).
-        """
-
-    def GetMaskBall(self) -> tuple[float, ...]: ...
-    def SetMask(self, value: Mask | vtkImageData | None) -> None:
-        """Image in the deformed space by which displacements are multiplied, with values from 0 to
-        1. In an image of integers, such as labels, every value except 0 counts as 1. Outside
-        the image, nothing moves.
-
-        Alternative: input port 3.
-
-        A vtkImageData, or a `vtk_mls.BallMask`, `BoxMask` or `ImageMask`; default: None.
-        """
-
-    def GetMask(self) -> Mask | vtkImageData | None: ...
-    def SetFixedPlanes(self, values: ArrayLike) -> None:
-        """Planes that stay in place: a point, a normal, and the distance from the plane over which
-        the deformation grows from zero to its full size.
-
-        Rows (x, y, z, nx, ny, nz, falloff), world coordinates; default: none.
-        """
-
-    def GetFixedPlanes(self) -> tuple[tuple[float, ...], ...]: ...
-    def SetNumberOfFixedPlanes(self, count: int) -> None: ...
-    def GetNumberOfFixedPlanes(self) -> int: ...
-    def SetFixedPlane(self, index: int, *row: float) -> None: ...
-    def SetSlidingPlanes(self, values: ArrayLike) -> None:
-        """Planes along which material slides, such as a plane of symmetry: a point, a normal, and
-        the distance from the plane over which displacements along the normal grow from zero to
-        their full size.
-
-        Rows (x, y, z, nx, ny, nz, falloff), world coordinates; default: none.
-        """
-
-    def GetSlidingPlanes(self) -> tuple[tuple[float, ...], ...]: ...
-    def SetNumberOfSlidingPlanes(self, count: int) -> None: ...
-    def GetNumberOfSlidingPlanes(self) -> int: ...
-    def SetSlidingPlane(self, index: int, *row: float) -> None: ...
-    def AddConstraint(self, value: FixedFace) -> None:
-        """Faces in addition to those of FixedPlanes and SlidingPlanes.
-
-        Each a `vtk_mls.FixedFace` or `SlidingFace`; default: none.
-        """
-
-    def ClearConstraints(self) -> None: ...
-    def GetConstraints(self) -> tuple[FixedFace, ...]: ...
-    def SetInitialTransform(self, text: Transform | str | PathLike[str] | None) -> None:
-        """Transform that moves the material first, so that the handles correct it. It is a file of
-        ITK, ANTs or 3D Slicer with an affine transform or a displacement field, as used to
-        resample images. Handles at rest, and cuts in the rest frame, lie in the space after
-        this transform.
-
-        Images are resampled once, with both combined. Points of meshes are moved by both.
-
-        The path of a file, or a `vtk_mls.Affine`, `Field`, `Chain` or `Deformation`; default:
-        "".
-        """
-
-    def GetInitialTransform(self) -> Transform | str | PathLike[str]: ...
-    def SetInterpolation(self, choice: Literal["nearest", "linear", "cubic"]) -> None:
+    def SetInterpolation(self, value: Literal["nearest", "linear", "cubic"]) -> None:
         """How values between the points of the input are interpolated.
 
         One of "nearest", "linear", "cubic"; default: "linear".
         """
 
     def GetInterpolation(self) -> str: ...
-    def AddLabelArray(self, name: str) -> None:
+    def AddLabelArray(self, value: str) -> None:
         """Arrays with labels, whose values must not be mixed. The nearest value is taken, whatever
         the interpolation is.
 
@@ -376,7 +441,7 @@ class MLSDeform(VTKPythonAlgorithmBase):
         """
 
     def GetBackground(self) -> float: ...
-    def SetOutputGrid(self, choice: Literal["input", "fitted", "given"]) -> None:
+    def SetOutputGrid(self, value: Literal["input", "fitted", "given"]) -> None:
         """Grid of the output. input: the grid of the input. fitted: the spacing of the input, but
         large enough for the deformed volume. given: by dimensions, spacing and origin.
 
@@ -435,7 +500,7 @@ class MLSDeform(VTKPythonAlgorithmBase):
         """
 
     def GetSplitCells(self) -> bool: ...
-    def SetVoidValues(self, choice: Literal["background", "continued"]) -> None:
+    def SetVoidValues(self, value: Literal["background", "continued"]) -> None:
         """Values of arrays in the void. background: the value of Background. continued: as if the
         material of each side continued behind the face of the cut. For a smooth face, turn
         HideVoid off, contour or slice the continued array, and clip the result by VoidDistance
@@ -445,19 +510,7 @@ class MLSDeform(VTKPythonAlgorithmBase):
         """
 
     def GetVoidValues(self) -> str: ...
-    def SetGenerateOverlap(self, value: bool) -> None:
-        """Whether an image gets the point array Overlap and the field array OverlappingPoints.
-        Overlap is 1 where material from both sides of a cut has reached the same place, of
-        which the image shows only one. OverlappingPoints is the number of such points.
-
-        With CutFrame deformed, nothing overlaps, because material that reaches a cut is lost.
-        Meshes keep both sides. If the output is made in pieces, each piece has its own number.
-
-        True or False; default: False.
-        """
-
-    def GetGenerateOverlap(self) -> bool: ...
-    def SetGradientArray(self, text: str | None) -> None:
+    def SetGradientArray(self, value: str | None) -> None:
         """Point scalars whose gradient in the deformed volume becomes the point array Gradient,
         for shading. It follows the deformation exactly.
 
@@ -468,7 +521,7 @@ class MLSDeform(VTKPythonAlgorithmBase):
         """
 
     def GetGradientArray(self) -> str: ...
-    def AddGradientVectorArray(self, name: str) -> None:
+    def AddGradientVectorArray(self, value: str) -> None:
         """Arrays of the input that are gradients and are transformed as such (covariantly). Active
         normals are always transformed.
 
@@ -484,7 +537,7 @@ class MLSDeform(VTKPythonAlgorithmBase):
         """
 
     def GetNormalizeGradient(self) -> bool: ...
-    def AddPushForwardArray(self, name: str) -> None:
+    def AddPushForwardArray(self, value: str) -> None:
         """Arrays of vectors that move with the material, such as velocities, and are transformed
         as such (contravariantly).
 
@@ -493,30 +546,6 @@ class MLSDeform(VTKPythonAlgorithmBase):
 
     def ClearPushForwardArrays(self) -> None: ...
     def GetPushForwardArrays(self) -> tuple[str, ...]: ...
-    def SetGenerateJacobian(self, value: bool) -> None:
-        """Whether to write the point array Jacobian with 9 components. Component 3 i + j is the
-        derivative of G_j in the direction i, where G(v) is the original position of the
-        material now at v. It transforms gradients of the input to gradients of the output.
-
-        It is (I + J_D)^T of Eq. 29, row by row.
-
-        True or False; default: False.
-        """
-
-    def GetGenerateJacobian(self) -> bool: ...
-    def SetGenerateJacobianDeterminant(self, value: bool) -> None:
-        """Whether to write the point array JacobianDeterminant, which is zero or negative where
-        space is folded, and the field array FoldedVoxels with the number of such points.
-
-        The void does not count. A mesh gets the field arrays InvertedCells, the number of cells
-        that the deformation has inverted, and UncheckedCells, the number of cells without a
-        result. If the output is made in pieces, each piece has its own numbers, without ghost
-        cells.
-
-        True or False; default: False.
-        """
-
-    def GetGenerateJacobianDeterminant(self) -> bool: ...
     def SetGenerateCellQuality(self, value: bool) -> None:
         """Whether a mesh gets the cell arrays CellQuality and CellQualityBefore: VTK's scaled
         Jacobian of the deformed cells, and of the same cells at rest. It is 1 for regular
@@ -541,279 +570,12 @@ class MLSDeform(VTKPythonAlgorithmBase):
         """
 
     def GetGenerateLargestBlend(self) -> bool: ...
-    def SetMapTolerance(self, value: float) -> None:
-        """Largest error of displacements on grids, in spacings of the grid. Above 0, they are
-        interpolated from fewer points, which is faster. With 0, the default of Python and the
-        shell, each point is computed. ParaView and the editor use 0.02, which is too small to
-        see. Next to cuts, all points are computed.
-
-        A number; default: 0.0.
-        """
-
-    def GetMapTolerance(self) -> float: ...
-    def SetDevice(self, text: str | None) -> None:
-        """Where to compute. Empty: the first GPU, or else the CPU with its fastest driver.
-        Otherwise cpu, gpu, platform:device such as 0:1, or reference for the slow float64
-        specification in numpy.
-
-        A text; default: "".
-        """
-
-    def GetDevice(self) -> str: ...
-    def GetOutput(self) -> Any: ...
-    def SetInputData(self, *port_and_data) -> Any: ...
-    def DisconnectControlPoints(self) -> Any: ...
-    def DisconnectCuts(self) -> Any: ...
-    def DisconnectMask(self) -> Any: ...
-    def DisconnectDeformedControlPoints(self) -> Any: ...
-    def updated_deformation(self, info=None) -> Any: ...
     def DisconnectReference(self) -> Any: ...
     def has_reference(self) -> Any: ...
     def output_geometry(self, source, make_deformation) -> Any: ...
 
-class MLSDisplacementField(VTKPythonAlgorithmBase):
+class MLSDisplacementField(_DeformingFilter):
     def __init__(self) -> None: ...
-    def SetKind(self, choice: Literal["affine", "rigid", "similarity", "polynomial"]) -> None:
-        """How the space between the control points deforms. rigid keeps sizes and angles as well
-        as it can, similarity allows a change of size, affine allows shear, and polynomial bends
-        most freely.
-
-        One of "affine", "rigid", "similarity", "polynomial"; default: "rigid".
-        """
-
-    def GetKind(self) -> str: ...
-    def SetDegree(self, value: int) -> None:
-        """Degree of the polynomials. 1 is the affine kind; 2 and 3 need more control points.
-
-        An integer; default: 2.
-        """
-
-    def GetDegree(self) -> int: ...
-    def SetAlpha(self, value: float) -> None:
-        """How local the influence of a control point is. Its weight at distance r is 1 / r^(2
-        alpha). Use 1.5 to 2 to drag a few handles, and 3 for many landmarks with the affine
-        kind or polynomials of degree 2. Up to 1.5, the influence of far control points does not
-        fade in space. The paper uses 1. Must be greater than 0.
-
-        A number; default: 2.0.
-        """
-
-    def GetAlpha(self) -> float: ...
-    def SetSmoothing(self, value: float) -> None:
-        """Length in world units. Weights are 1 / (r^2 + smoothing^2)^alpha. 0 meets the control
-        points exactly. Above 0, the deformation passes close to them, for noisy landmarks.
-
-        A number; default: 0.0.
-        """
-
-    def GetSmoothing(self) -> float: ...
-    def SetSteps(self, value: int) -> None:
-        """Number of steps in which the control points go from p to q, each with its own map. Many
-        small steps do not fold. 1 is the single map of the paper. auto, or 0, uses as many as
-        needed, up to 256. Polynomials of degree 2 and 3 may fold with any number of steps.
-
-        `Deformation.steps_used` and `smallest_determinant` report the result.
-
-        An integer; default: 1.
-        """
-
-    def GetSteps(self) -> int: ...
-    def SetBlend(self, value: float) -> None:
-        """Fraction of the displacement from p to q that is applied. 0 leaves everything exactly as
-        it was.
-
-        A number; default: 1.0.
-        """
-
-    def GetBlend(self) -> float: ...
-    def SetCutType(self, choice: Literal["none", "plane", "half-plane"]) -> None:
-        """A cut in addition to those of the input Cuts. A plane divides everything. A half-plane
-        ends at an edge through its origin.
-
-        One of "none", "plane", "half-plane"; default: "none".
-        """
-
-    def GetCutType(self) -> str: ...
-    def SetCutOrigin(self, *values: float | Sequence[float]) -> None:
-        """A point of the plane, or of the edge of the half-plane. If CutFrame is rest, the plane
-        in the view stays at the undeformed volume, while the cut itself moves with the
-        material.
-
-        (x, y, z), world coordinates; default: (0.0, 0.0, 0.0).
-        """
-
-    def GetCutOrigin(self) -> tuple[float, ...]: ...
-    def SetCutNormal(self, *values: float | Sequence[float]) -> None:
-        """Normal of the plane or half-plane.
-
-        Its length is ignored.
-
-        (x, y, z), world coordinates; default: (1.0, 0.0, 0.0).
-        """
-
-    def GetCutNormal(self) -> tuple[float, ...]: ...
-    def SetCutInward(self, *values: float | Sequence[float]) -> None:
-        """Direction in which the half-plane extends from its edge. The edge goes through the
-        origin, at a right angle to this direction and to the normal. The view shows the whole
-        plane.
-
-        Its component along the normal is ignored.
-
-        (x, y, z), world coordinates; default: (0.0, 0.0, 1.0).
-        """
-
-    def GetCutInward(self) -> tuple[float, ...]: ...
-    def AddCut(self, value: Cut) -> None:
-        """Cuts in addition to those of CutType and of input port 2.
-
-        Each a `vtk_mls.Plane`, `HalfPlane` or `Surface`; default: none.
-        """
-
-    def ClearCuts(self) -> None: ...
-    def GetCuts(self) -> tuple[Cut, ...]: ...
-    def SetCutFrame(self, choice: Literal["rest", "deformed"]) -> None:
-        """Space of the cuts. rest: cuts lie in the undeformed volume and move with the material.
-        deformed: cuts stay in place in the deformed space, and material that moves through them
-        is lost.
-
-        The paper uses deformed.
-
-        One of "rest", "deformed"; default: "rest".
-        """
-
-    def GetCutFrame(self) -> str: ...
-    def SetNu(self, value: float) -> None:
-        """How fast the influence of control points behind a cut falls with the length of the
-        detour around it. Must be greater than 1.
-
-        The damping exponent of Eq. 28.
-
-        A number; default: 2.0.
-        """
-
-    def GetNu(self) -> float: ...
-    def SetDeformedPoints(self, values: ArrayLike) -> None:
-        """Positions q to which the handles are dragged, with the mouse or here. Handles that are
-        not dragged hold the material in place.
-
-        If empty, q = p. Ignored if input port 1 is connected.
-
-        (n, 3) array_like, world coordinates; default: none.
-        """
-
-    def GetDeformedPoints(self) -> tuple[tuple[float, float, float], ...]: ...
-    def SetNumberOfDeformedPoints(self, count: int) -> None: ...
-    def GetNumberOfDeformedPoints(self) -> int: ...
-    def SetDeformedPoint(self, index: int, x: float, y: float, z: float) -> None: ...
-    def SetRestPoints(self, values: ArrayLike) -> None:
-        """Positions p of the handles in the undeformed space, one for each deformed point.
-        ParaView starts with a lattice over the bounds of the input.
-
-        Outside of ParaView there are no handles by default, and nothing moves. Handles that
-        rest on the cut of CutType belong to neither side and are ignored, because they would
-        hold it shut. Ignored if input port 1 is connected.
-
-        (n, 3) array_like, world coordinates; default: none.
-        """
-
-    def GetRestPoints(self) -> tuple[tuple[float, float, float], ...]: ...
-    def SetNumberOfRestPoints(self, count: int) -> None: ...
-    def GetNumberOfRestPoints(self) -> int: ...
-    def SetRestPoint(self, index: int, x: float, y: float, z: float) -> None: ...
-    def SetWeights(self, values: ArrayLike) -> None:
-        """A positive factor for each handle. If empty, all factors are 1.
-
-        (n,) array_like; default: none.
-        """
-
-    def GetWeights(self) -> tuple[float, ...]: ...
-    def SetNumberOfWeights(self, count: int) -> None: ...
-    def GetNumberOfWeights(self) -> int: ...
-    def SetWeight(self, index: int, weight: float) -> None: ...
-    def SetHandleShapes(self, choice: Literal["points", "cells"]) -> None:
-        """Whether the points or the cells of the input ControlPoints are handles. With cells,
-        vertices and points without a cell are points, lines are curves, and closed surfaces are
-        rigid regions.
-
-        Curves are moved along their whole length. Each connected surface moves by the rotation
-        and translation of its points. Cells with a volume count by their outer faces. Weights
-        and paths belong to points.
-
-        One of "points", "cells"; default: "points".
-        """
-
-    def GetHandleShapes(self) -> str: ...
-    def AddHandle(self, value: Handle) -> None:
-        """Handles in addition to those of input port 1 or of RestPoints.
-
-        Each a `vtk_mls.CurveHandle` or `RegionHandle`; default: none.
-        """
-
-    def ClearHandles(self) -> None: ...
-    def GetHandles(self) -> tuple[Handle, ...]: ...
-    def SetMaskBall(self, *values: float | Sequence[float]) -> None:
-        """Ball in the deformed space in which the deformation acts: center, radius, and the
-        distance outside the ball over which the deformation fades to zero. All 0: no ball.
-
-        (x, y, z, radius, falloff), world coordinates; default: (0.0, 0.0, 0.0, 0.0, 0.0).
-        """
-
-    def GetMaskBall(self) -> tuple[float, ...]: ...
-    def SetMask(self, value: Mask | vtkImageData | None) -> None:
-        """Image in the deformed space by which displacements are multiplied, with values from 0 to
-        1. In an image of integers, such as labels, every value except 0 counts as 1. Outside
-        the image, nothing moves.
-
-        Alternative: input port 3.
-
-        A vtkImageData, or a `vtk_mls.BallMask`, `BoxMask` or `ImageMask`; default: None.
-        """
-
-    def GetMask(self) -> Mask | vtkImageData | None: ...
-    def SetFixedPlanes(self, values: ArrayLike) -> None:
-        """Planes that stay in place: a point, a normal, and the distance from the plane over which
-        the deformation grows from zero to its full size.
-
-        Rows (x, y, z, nx, ny, nz, falloff), world coordinates; default: none.
-        """
-
-    def GetFixedPlanes(self) -> tuple[tuple[float, ...], ...]: ...
-    def SetNumberOfFixedPlanes(self, count: int) -> None: ...
-    def GetNumberOfFixedPlanes(self) -> int: ...
-    def SetFixedPlane(self, index: int, *row: float) -> None: ...
-    def SetSlidingPlanes(self, values: ArrayLike) -> None:
-        """Planes along which material slides, such as a plane of symmetry: a point, a normal, and
-        the distance from the plane over which displacements along the normal grow from zero to
-        their full size.
-
-        Rows (x, y, z, nx, ny, nz, falloff), world coordinates; default: none.
-        """
-
-    def GetSlidingPlanes(self) -> tuple[tuple[float, ...], ...]: ...
-    def SetNumberOfSlidingPlanes(self, count: int) -> None: ...
-    def GetNumberOfSlidingPlanes(self) -> int: ...
-    def SetSlidingPlane(self, index: int, *row: float) -> None: ...
-    def AddConstraint(self, value: FixedFace) -> None:
-        """Faces in addition to those of FixedPlanes and SlidingPlanes.
-
-        Each a `vtk_mls.FixedFace` or `SlidingFace`; default: none.
-        """
-
-    def ClearConstraints(self) -> None: ...
-    def GetConstraints(self) -> tuple[FixedFace, ...]: ...
-    def SetInitialTransform(self, text: Transform | str | PathLike[str] | None) -> None:
-        """Transform that moves the material first, so that the handles correct it. It is a file of
-        ITK, ANTs or 3D Slicer with an affine transform or a displacement field, as used to
-        resample images. Handles at rest, and cuts in the rest frame, lie in the space after
-        this transform.
-
-        Images are resampled once, with both combined. Points of meshes are moved by both.
-
-        The path of a file, or a `vtk_mls.Affine`, `Field`, `Chain` or `Deformation`; default:
-        "".
-        """
-
-    def GetInitialTransform(self) -> Transform | str | PathLike[str]: ...
     def SetInverse(self, value: bool) -> None:
         """Whether to write the displacement to the new position of the material, which moves
         points, instead of the displacement to its original position, which resamples images.
@@ -829,72 +591,10 @@ class MLSDisplacementField(VTKPythonAlgorithmBase):
         """
 
     def GetSampleDimensions(self) -> tuple[int, ...]: ...
-    def SetGenerateOverlap(self, value: bool) -> None:
-        """Whether an image gets the point array Overlap and the field array OverlappingPoints.
-        Overlap is 1 where material from both sides of a cut has reached the same place, of
-        which the image shows only one. OverlappingPoints is the number of such points.
-
-        With CutFrame deformed, nothing overlaps, because material that reaches a cut is lost.
-        Meshes keep both sides. If the output is made in pieces, each piece has its own number.
-
-        True or False; default: False.
-        """
-
-    def GetGenerateOverlap(self) -> bool: ...
-    def SetGenerateJacobian(self, value: bool) -> None:
-        """Whether to write the point array Jacobian with 9 components. Component 3 i + j is the
-        derivative of G_j in the direction i, where G(v) is the original position of the
-        material now at v. It transforms gradients of the input to gradients of the output.
-
-        It is (I + J_D)^T of Eq. 29, row by row.
-
-        True or False; default: False.
-        """
-
-    def GetGenerateJacobian(self) -> bool: ...
-    def SetGenerateJacobianDeterminant(self, value: bool) -> None:
-        """Whether to write the point array JacobianDeterminant, which is zero or negative where
-        space is folded, and the field array FoldedVoxels with the number of such points.
-
-        The void does not count. A mesh gets the field arrays InvertedCells, the number of cells
-        that the deformation has inverted, and UncheckedCells, the number of cells without a
-        result. If the output is made in pieces, each piece has its own numbers, without ghost
-        cells.
-
-        True or False; default: False.
-        """
-
-    def GetGenerateJacobianDeterminant(self) -> bool: ...
-    def SetMapTolerance(self, value: float) -> None:
-        """Largest error of displacements on grids, in spacings of the grid. Above 0, they are
-        interpolated from fewer points, which is faster. With 0, the default of Python and the
-        shell, each point is computed. ParaView and the editor use 0.02, which is too small to
-        see. Next to cuts, all points are computed.
-
-        A number; default: 0.0.
-        """
-
-    def GetMapTolerance(self) -> float: ...
-    def SetDevice(self, text: str | None) -> None:
-        """Where to compute. Empty: the first GPU, or else the CPU with its fastest driver.
-        Otherwise cpu, gpu, platform:device such as 0:1, or reference for the slow float64
-        specification in numpy.
-
-        A text; default: "".
-        """
-
-    def GetDevice(self) -> str: ...
-    def GetOutput(self) -> Any: ...
-    def SetInputData(self, *port_and_data) -> Any: ...
-    def DisconnectControlPoints(self) -> Any: ...
-    def DisconnectCuts(self) -> Any: ...
-    def DisconnectMask(self) -> Any: ...
-    def DisconnectDeformedControlPoints(self) -> Any: ...
-    def updated_deformation(self, info=None) -> Any: ...
 
 class MLSLandmarkReport(VTKPythonAlgorithmBase):
     def __init__(self) -> None: ...
-    def SetDevice(self, text: str | None) -> None:
+    def SetDevice(self, value: str | None) -> None:
         """Where to compute. Empty: the first GPU, or else the CPU with its fastest driver.
         Otherwise cpu, gpu, platform:device such as 0:1, or reference for the slow float64
         specification in numpy.

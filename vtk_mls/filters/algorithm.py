@@ -283,7 +283,7 @@ def _ignore_error(executive, event, text):
 
 def run_all(tasks, progress):
     """Call functions of a Progress, each with its part of the one given."""
-    for task, part in zip(tasks, progress.divided(*[1] * len(tasks))):
+    for task, part in progress.parts(tasks):
         part.report(0)
         task(part)
 

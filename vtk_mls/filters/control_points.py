@@ -12,7 +12,7 @@ from vtk_mls.files import control_point_files, metadata
 from vtk_mls.filters import pipeline, property_tables
 from vtk_mls.filters.algorithm import Algorithm
 from vtk_mls.filters.handle_arrows import fill_arrows
-from vtk_mls.filters.own_control_points import OwnControlPoints, numbers_of
+from vtk_mls.filters.own_control_points import OwnControlPoints, as_float_rows
 from vtk_mls.filters.properties import with_properties
 from vtk_mls.vtk.control_point_polydata import fill_polydata
 
@@ -50,20 +50,20 @@ class MLSControlPoints(OwnControlPoints, Algorithm):
         if mode == "lattice":
             defaults = (self._lattice(),)
         elif mode == "file":
-            filed = self._filed(time)
-            defaults, labels = (filed.rest, filed.deformed, filed.weights), filed.labels
-            cells = filed.cells
+            pairs = self._read_pairs(time)
+            defaults, labels = (pairs.rest, pairs.deformed, pairs.weights), pairs.labels
+            cells = pairs.cells
         rest, deformed, weights = self._listed_control_points(*defaults)
         points, arrows = vtkPolyData.GetData(outInfo), vtkPolyData.GetData(outInfo, 1)
         fill_polydata(points, rest, deformed, weights, labels, cells)
         fill_arrows(arrows, rest, deformed)
         if mode == "file":
-            for number, polydata in enumerate((points, arrows)):
+            for index, polydata in enumerate((points, arrows)):
                 metadata.store(polydata, metadata.SPACE, ["LPS"])
-                pipeline.stamp_step(outInfo.GetInformationObject(number), time)
+                pipeline.stamp_step(outInfo.GetInformationObject(index), time)
         return 1
 
-    def _filed(self, time):
+    def _read_pairs(self, time):
         """`Pairs` of the files at a time."""
         if not self.GetFileName():
             raise ValueError("`FileName` must name a file with control points: choose one")
@@ -78,7 +78,7 @@ class MLSControlPoints(OwnControlPoints, Algorithm):
     def _lattice(self):
         """p that fill the box."""
         dimensions = property_tables.LATTICE_DIMENSIONS.checked(self)
-        bounds = numbers_of("Bounds", self.GetBounds(), ())
+        bounds = as_float_rows("Bounds", self.GetBounds(), ())
         if bounds.shape != (6,) or not (bounds[::2] <= bounds[1::2]).all():
             raise ValueError(
                 "`Bounds` must be (xmin, xmax, ymin, ymax, zmin, zmax) with each minimum not above "

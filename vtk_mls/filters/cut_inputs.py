@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from vtkmodules.vtkCommonDataModel import vtkPolyData
-from vtkmodules.vtkFiltersCore import (
-    vtkCleanPolyData,
-    vtkPolyDataConnectivityFilter,
-    vtkTriangleFilter,
-)
+from vtkmodules.vtkFiltersCore import vtkCleanPolyData, vtkPolyDataConnectivityFilter
 
 from vtk_mls import HalfPlane, Plane, Surface
 from vtk_mls.vtk import arrays
-from vtk_mls.vtk.cells import without_empty
+from vtk_mls.vtk.cells import connectivity_of, positions_of, triangulated
+
+_ON_CUT = 1e-6  # distance from a cut of points on it, as a share of the points' extent
 
 
 def own_cuts(kind, origin, normal, inward):
@@ -51,16 +48,11 @@ def surfaces(polydata):
     points = polydata.GetPoints()
     if points is not None and not np.isfinite(arrays.to_numpy(points.GetData())).all():
         raise ValueError("`Cuts` has a point that is not finite")
-    bare = vtkPolyData()
-    bare.SetPoints(points)
-    bare.SetPolys(polydata.GetPolys())
-    bare.SetStrips(polydata.GetStrips())
     triangles, clean, parts = (
-        vtkTriangleFilter(),
+        triangulated(polydata),
         vtkCleanPolyData(),
         vtkPolyDataConnectivityFilter(),
     )
-    triangles.SetInputData(without_empty(bare))
     clean.SetInputConnection(triangles.GetOutputPort())
     clean.SetConvertPolysToLines(False)
     parts.SetInputConnection(clean.GetOutputPort())
@@ -74,14 +66,51 @@ def surfaces(polydata):
         )
     parts.Update()
     result = parts.GetOutput()
-    positions = arrays.to_numpy(result.GetPoints().GetData())
-    corners = arrays.to_numpy(result.GetPolys().GetConnectivityArray()).reshape(-1, 3)
-    part = arrays.to_numpy(result.GetPointData().GetArray("RegionId"))[corners[:, 0]]
-    found = []
-    for number in range(part.max() + 1):
-        used, rows = np.unique(corners[part == number], return_inverse=True)
+    triangles = connectivity_of(result.GetPolys())[0].reshape(-1, 3)
+    part = arrays.to_numpy(result.GetPointData().GetArray("RegionId"))[triangles[:, 0]]
+    cuts = []
+    for index in range(part.max() + 1):
+        used, rows = np.unique(triangles[part == index], return_inverse=True)
         try:
-            found.append(Surface(positions[used], rows.reshape(-1, 3)))
+            cuts.append(Surface(positions_of(result)[used], rows.reshape(-1, 3)))
         except ValueError as error:
             raise ValueError(f"`Cuts` has no usable surface: {error}") from error
-    return found
+    return cuts
+
+
+def off_cuts(cuts, rest, deformed, cut_frame):
+    """Control points that lie on planes and half-planes, moved off them or ignored.
+
+    Returns
+    -------
+    rest : (n, 3) float64
+        With `cut_frame` "rest", points on a cut are moved slightly to the side that they are
+        dragged to.
+    is_ignored : (n,) bool
+        Points on a cut that stay at rest: they would hold it shut.
+    """
+    is_ignored, is_still = np.zeros(len(rest), bool), (rest == deformed).all(axis=1)
+    for cut in cuts:
+        on_cut = _is_on(cut, rest)
+        is_ignored |= is_still & on_cut
+        if cut_frame == "rest":
+            rest = np.where(on_cut[:, None], _shifted_off(cut.plane, rest, deformed), rest)
+    return rest, is_ignored
+
+
+def _is_on(cut, positions):
+    """Whether positions (n, 3) lie on a plane or half-plane, to rounding: (n,) bool."""
+    with np.errstate(invalid="ignore", over="ignore"):  # errors are reported later
+        return cut.void_distance(positions, positions) <= _rounding(positions)
+
+
+def _shifted_off(plane, rest, deformed):
+    """Positions (n, 3) on a plane, moved slightly to the side that they are dragged to."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        side = np.where(plane.height(deformed) < 0, -1, 1)
+        return rest + (side * _rounding(rest) - plane.height(rest))[:, None] * plane.normal
+
+
+def _rounding(positions):
+    """Distance below which positions (n, 3) are equal, world units."""
+    return _ON_CUT * np.ptp(positions, axis=0).max(initial=0)

@@ -68,7 +68,7 @@ class MLSDeform(ReferenceInput, DeformingFilter):
     contravariantly, by J_G^-1. In images they are 0 in the void and outside of the input.
 
     With cuts, points of images have the arrays "Void" and "VoidDistance", cells "Void" (at their
-    centres), and `vtkGhostType` hides the void: its points, and the cells that it fills or touches.
+    centers), and `vtkGhostType` hides the void: its points, and the cells that it fills or touches.
     VTK's surfaces, slices, thresholds and volume rendering leave these out (vtkContourFilter
     ignores ghosts of images). To clip or contour by VoidDistance, which gives a smooth face, turn
     HideVoid off, for cells on the face are needed then, and set VoidValues to "continued". Before
@@ -180,14 +180,13 @@ class MLSDeform(ReferenceInput, DeformingFilter):
             output.ShallowCopy(mesh)
             return []
         deformations = self._requested_blends(inInfo)
-        transform = self._after_initial(deformations.whole)
+        transform = self._with_initial(deformations.whole)
         self._check_reach(transform, np.reshape(mesh.GetBounds(), (3, 2)).T)
         splits = self._splits if self.GetSplitCells() else None
-        initial, _ = initial_transforms.divided(transform)
+        initial, _ = initial_transforms.split_chain(transform)
         options = warping.MeshOptions(
             self._direction_arrays(),
-            self.GetGenerateJacobian(),
-            self.GetGenerateJacobianDeterminant(),
+            *self._jacobian_options(),
             self.GetGenerateCellQuality(),
             self.GetGenerateLargestBlend(),
         )
@@ -264,7 +263,7 @@ class MLSDeform(ReferenceInput, DeformingFilter):
         Blocks at the same position are several images of the same material, no neighbors.
         """
         joined = block and block.image.__this__
-        corners, moved = grid.corners(), np.subtract(*deformation._known_positions(grid))
+        corners, moved = grid.corners(), np.subtract(*deformation._material_samples(grid))
         reach = np.linalg.norm(moved, axis=1).max(initial=0)
         low, high = corners.min(axis=0), corners.max(axis=0)
         others = [box for box, image in self._boxes if image is None or image != joined]
@@ -336,8 +335,8 @@ class MLSDeform(ReferenceInput, DeformingFilter):
         ):
             for name in names:
                 if not any(attributes.HasArray(name) for attributes in data):
-                    found = [a.GetArrayName(i) for a in data for i in range(a.GetNumberOfArrays())]
+                    available = [a.GetName() for d in data for a in arrays.all_arrays(d)]
                     raise ValueError(
                         f"`{argument}` names `{name}`, which the input has not; it has "
-                        f"{', '.join(f'`{array}`' for array in found) or 'no arrays'}"
+                        f"{', '.join(f'`{array}`' for array in available) or 'no arrays'}"
                     )

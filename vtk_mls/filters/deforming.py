@@ -40,7 +40,6 @@ from vtk_mls.vtk.control_point_polydata import DISPLACEMENT, WEIGHT, path_of
 from vtk_mls.vtk.handle_cells import cells_of
 
 _ANCHOR = np.zeros((1, 3))
-_ON_CUT = 1e-6  # times the extent of the control points
 
 
 @with_properties(property_tables.DEFORMING)
@@ -59,7 +58,7 @@ class DeformingFilter(SharedInputs, OwnControlPoints, Algorithm):
     the cells of port 1 are handles, and the points of these count only there: curves and regions
     have no path.
 
-    A vtkPointSet on input port 4 is that of port 1, moved: its points, by number, are q then, and
+    A vtkPointSet on input port 4 is that of port 1, moved: its points, by index, are q then, and
     there is no displacement array. So a surface and the output of its vtkTransformFilter are a
     rigid region.
 
@@ -142,8 +141,8 @@ class DeformingFilter(SharedInputs, OwnControlPoints, Algorithm):
         if parallel.is_parallel():
             self._collect(outInfo.GetInformationObject(0))
         for information in inInfo[1:]:
-            for number in range(information.GetNumberOfInformationObjects()):
-                pipeline.request_all(information.GetInformationObject(number))
+            for index in range(information.GetNumberOfInformationObjects()):
+                pipeline.request_all(information.GetInformationObject(index))
         return 1
 
     def _requested_part(self, target, info):
@@ -168,18 +167,18 @@ class DeformingFilter(SharedInputs, OwnControlPoints, Algorithm):
         def updated(port):
             count = self.GetNumberOfInputConnections(port)
             time = pipeline.requested_time(info)
-            return [self._update_input(port, number, time) for number in range(count)]
+            return [self._update_input(port, index, time) for index in range(count)]
 
-        return self._after_initial(self._deformation(*self._control_data(updated)))
+        return self._with_initial(self._deformation(*self._control_data(updated)))
 
     def _requested_deformation(self, in_info):
         """The deformation by the inputs of RequestData."""
         data = self._control_data(lambda port: inputs(in_info, port))
-        return self._after_initial(self._warned_of(self._deformation(*data)))
+        return self._with_initial(self._with_warnings(self._deformation(*data)))
 
-    def _after_initial(self, deformation):
+    def _with_initial(self, deformation):
         """The deformation, or a chain of the InitialTransform and the deformation."""
-        initial = initial_transforms.read(self.GetInitialTransform(), self._initial_cache)
+        initial = initial_transforms.read_initial(self.GetInitialTransform(), self._initial_cache)
         if initial is None:
             return deformation
         make = partial(Chain, [initial, deformation])
@@ -189,9 +188,9 @@ class DeformingFilter(SharedInputs, OwnControlPoints, Algorithm):
         """`Blends` of the deformation by the inputs of RequestData."""
         data = self._control_data(lambda port: inputs(in_info, port))
         _, make = self._recipe(*data)
-        return Blends(self.GetBlend(), self._warned_of(self._deformation(*data)), make)
+        return Blends(self.GetBlend(), self._with_warnings(self._deformation(*data)), make)
 
-    def _warned_of(self, deformation):
+    def _with_warnings(self, deformation):
         """The deformation, after a warning once about its handles."""
 
         def warn():
@@ -298,12 +297,8 @@ class DeformingFilter(SharedInputs, OwnControlPoints, Algorithm):
                 f"`RestPoints` must be places, got {rest[0].tolist()}: the input had no bounds yet "
                 "when they were laid over it; update the input, then lay or set them anew"
             )
-        is_ignored, is_still = np.zeros(len(rest), bool), (rest == deformed).all(axis=1)
-        for cut in cut_inputs.own_cuts(*self._own_cut()):
-            on_cut = _is_on(cut, rest)
-            is_ignored |= is_still & on_cut
-            if self.GetCutFrame() == "rest":
-                rest = np.where(on_cut[:, None], _shifted_off(cut.plane, rest, deformed), rest)
+        cuts = cut_inputs.own_cuts(*self._own_cut())
+        rest, is_ignored = cut_inputs.off_cuts(cuts, rest, deformed, self.GetCutFrame())
         if is_ignored.all() and not self.GetHandles():
             return _ANCHOR, _ANCHOR, None
         mask = ~is_ignored
@@ -314,7 +309,7 @@ class DeformingFilter(SharedInputs, OwnControlPoints, Algorithm):
 
         The data are in the box round `corners` (n, 3).
         """
-        initial, deformation = initial_transforms.divided(deformation)
+        initial, deformation = initial_transforms.split_chain(deformation)
         if initial is not None:
             corners = initial.forward(corners)
             corners = corners[np.isfinite(corners).all(axis=1)]
@@ -333,49 +328,39 @@ class DeformingFilter(SharedInputs, OwnControlPoints, Algorithm):
 
     def _overlap_tasks(self, deformation, output, grid):
         """Functions of a Progress that add the array of the overlap."""
-
-        def add(progress):
-            void_arrays.add_overlap(output, deformation.overlap_field(grid, progress))
-
-        return [add] if deformation.cuts and self.GetGenerateOverlap() else []
+        has_overlap = deformation.cuts and self.GetGenerateOverlap()
+        return [partial(void_arrays.add_overlap, output, deformation, grid)] if has_overlap else []
 
     def _step_tasks(self, deformation, output):
         """Functions of a Progress that add the number of steps that prevent folds."""
-
-        _, deformation = initial_transforms.divided(deformation)
-
-        def add(progress):
-            progress.report(0)
-            data = output.GetFieldData()
-            arrays.add(data, "StepsUsed", np.array([deformation.steps_used], np.int64))
-            arrays.add(data, "SmallestDeterminant", np.array([deformation.smallest_determinant]))
-
-        return [add] if deformation.steps == 0 else []
+        _, deformation = initial_transforms.split_chain(deformation)
+        return [partial(_add_steps, output, deformation)] if deformation.steps == 0 else []
 
     def _jacobian_tasks(self, deformation, output, grid):
         """Functions of a Progress that add the arrays of the Jacobian; they read "Void"."""
+        options = self._jacobian_options()
+        return [partial(_add_jacobian, output, deformation, grid, options)] if any(options) else []
 
-        def add(progress):
-            void = False
-            if deformation.cuts:
-                void = arrays.to_numpy(output.GetPointData().GetArray("Void")) > 0
-                void = void.reshape(grid.shape)
-            mapping, adding = progress.divided(3, 1)
-            jacobian = deformation.jacobian_field(grid, mapping)
-            adding.report(0)
-            gradients.add_jacobian(
-                output,
-                jacobian,
-                void,
-                self.GetGenerateJacobian(),
-                self.GetGenerateJacobianDeterminant(),
-            )
+    def _jacobian_options(self):
+        """Whether the Jacobian and its determinant are generated."""
+        return self.GetGenerateJacobian(), self.GetGenerateJacobianDeterminant()
 
-        return [add] if self._makes_jacobian() else []
 
-    def _makes_jacobian(self):
-        """Whether an array of the Jacobian is generated."""
-        return self.GetGenerateJacobian() or self.GetGenerateJacobianDeterminant()
+def _add_steps(output, deformation, progress):
+    progress.report(0)
+    arrays.add(output.GetFieldData(), "StepsUsed", deformation.steps_used)
+    arrays.add(output.GetFieldData(), "SmallestDeterminant", deformation.smallest_determinant)
+
+
+def _add_jacobian(output, deformation, grid, options, progress):
+    void = False
+    if deformation.cuts:
+        void = arrays.to_numpy(output.GetPointData().GetArray("Void")) > 0
+        void = void.reshape(grid.shape)
+    mapping, adding = progress.divided(3, 1)
+    jacobian = deformation.jacobian_field(grid, mapping)
+    adding.report(0)
+    gradients.add_jacobian(output, jacobian, void, *options)
 
 
 def _array_name(algorithm, index, polydata):
@@ -416,24 +401,6 @@ def input_dataset(in_info):
                     "blocks first (in ParaView Merge Blocks, in PyVista `combine()`)"
                 )
     return data
-
-
-def _is_on(cut, positions):
-    """Whether positions (n, 3) lie on a plane or half-plane, to rounding: (n,) bool."""
-    with np.errstate(invalid="ignore", over="ignore"):  # errors are reported later
-        return cut.void_distance(positions, positions) <= _rounding(positions)
-
-
-def _shifted_off(plane, rest, deformed):
-    """Positions (n, 3) on a plane, moved slightly to the side that they are dragged to."""
-    with np.errstate(invalid="ignore", over="ignore"):
-        side = np.where(plane.height(deformed) < 0, -1, 1)
-        return rest + (side * _rounding(rest) - plane.height(rest))[:, None] * plane.normal
-
-
-def _rounding(positions):
-    """Distance below which positions (n, 3) are equal, world units."""
-    return _ON_CUT * np.ptp(positions, axis=0).max(initial=0)
 
 
 def _stamps(data):

@@ -122,13 +122,12 @@ class MLSDisplacementField(DeformingFilter):
 
     def _fill_forward(self, output, deformation, grid, progress):
         """Add the arrays of the displacement field of the inverse."""
-        with_jacobian = self._makes_jacobian()
+        options = self._jacobian_options()
+        with_jacobian = any(options)
         displacement = np.empty((grid.size, 3), np.float32)
         found = np.empty(grid.size, bool)
         jacobian = np.zeros((grid.size if with_jacobian else 0, 3, 3), np.float32)
-        starts = range(0, grid.size, _CHUNK)
-        for start, chunk in zip(starts, progress.divided(*[1] * len(starts))):
-            part = slice(start, min(start + _CHUNK, grid.size))
+        for part, chunk in progress.chunks(grid.size, _CHUNK):
             x = grid.points(part.start, part.stop)
             searching, mapping = chunk.divided(2, 1)
             field = deformation.forward_field(x, searching)
@@ -137,15 +136,10 @@ class MLSDisplacementField(DeformingFilter):
                 jacobian[part] = _inverse_jacobian(deformation, x, field, mapping)
         _add_field(output, metadata.FORWARD_DISPLACEMENT, displacement)
         arrays.add(output.GetPointData(), "NoInverse", ~found)
-        failures = np.array([np.count_nonzero(~found)], np.int64)
-        arrays.add(output.GetFieldData(), "FailedInverses", failures)
+        arrays.add(output.GetFieldData(), "FailedInverses", np.count_nonzero(~found))
         if with_jacobian:
             gradients.add_jacobian(
-                output,
-                jacobian.reshape(*grid.shape, 3, 3),
-                np.zeros(grid.shape, bool),
-                self.GetGenerateJacobian(),
-                self.GetGenerateJacobianDeterminant(),
+                output, jacobian.reshape(*grid.shape, 3, 3), np.zeros(grid.shape, bool), *options
             )
 
     def _share_boxes(self, info=None):
@@ -158,7 +152,7 @@ class MLSDisplacementField(DeformingFilter):
             return _box(self._update_input(0, time=state[-1], request=parallel.request_share))
 
         try:
-            boxes = parallel.made_on_all(box)
+            boxes = parallel.gather_results(box)
         except ValueError as error:
             boxes = error
         self._shared_boxes = state, boxes

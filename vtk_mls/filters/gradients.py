@@ -19,8 +19,8 @@ def scalars(image, name):
     data = image.GetPointData()
     array = data.GetArray(name)
     if array is None or array.GetNumberOfComponents() != 1:
-        candidates = [data.GetArray(i) for i in range(data.GetNumberOfArrays())]
-        names = [f"`{a.GetName()}`" for a in candidates if a and a.GetNumberOfComponents() == 1]
+        numeric = [array for array in arrays.all_arrays(data) if arrays.is_numeric(array)]
+        names = [f"`{array.GetName()}`" for array in numeric if array.GetNumberOfComponents() == 1]
         raise ValueError(
             f"`GradientArray` must name a point array with one component, got `{name}`; the "
             f"input has {', '.join(names) or 'none'}"
@@ -82,11 +82,6 @@ class DirectionArrays:
         return result
 
 
-def add_gradient(output, values):
-    """Add "Gradient", (nz, ny, nx, 3) float32, to the points of an image."""
-    arrays.add(output.GetPointData(), "Gradient", values.reshape(-1, 3))
-
-
 def add_jacobian(output, jacobian, void, matrix, determinant):
     """Add arrays of the Jacobian to an image.
 
@@ -107,7 +102,7 @@ def add_jacobian(output, jacobian, void, matrix, determinant):
         values = np.linalg.det(jacobian)
         arrays.add(output.GetPointData(), "JacobianDeterminant", values.ravel())
         count = np.count_nonzero((values <= 0) & ~void)
-        arrays.add(output.GetFieldData(), "FoldedVoxels", np.array([count], np.int64))
+        arrays.add(output.GetFieldData(), "FoldedVoxels", count)
 
 
 def _is_vectors(array):

@@ -18,7 +18,7 @@ from vtk_mls.queries.transform import Transform
 from vtk_mls.vtk import arrays
 
 
-def read(value, cache):
+def read_initial(value, cache):
     """The transform of the property InitialTransform, or None.
 
     Parameters
@@ -51,7 +51,7 @@ def read(value, cache):
         raise ValueError(f"`InitialTransform`: {error}") from error
 
 
-def divided(transform):
+def split_chain(transform):
     """The initial transform or None, and the deformation, of `updated_deformation`."""
     return transform.transforms if isinstance(transform, Chain) else (None, transform)
 

@@ -73,9 +73,9 @@ class MLSLandmarkReport(Algorithm):
         return 1
 
     def _fill(self, points, moved, out_info, progress):
-        found = self._landmark_report(points, moved, progress)
-        fill_pairs(vtkTable.GetData(out_info, 0), found)
-        fill_settings(vtkTable.GetData(out_info, 1), found)
+        result = self._landmark_report(points, moved, progress)
+        fill_pairs(vtkTable.GetData(out_info, 0), result)
+        fill_settings(vtkTable.GetData(out_info, 1), result)
 
     def _landmark_report(self, points, moved, progress):
         try:
@@ -93,26 +93,23 @@ class MLSLandmarkReport(Algorithm):
             raise ValueError(sentence) from error
 
 
-def fill_pairs(table, found):
+def fill_pairs(table, result):
     """Fill a vtkTable with the pairs of a Report."""
     rows, field = table.GetRowData(), table.GetFieldData()
-    swapped = ["" if i < 0 else found.names[i] for i in found.swapped_with]
-    arrays.add_texts(rows, "Name", found.names)
-    for name, values in (("Rest", found.rest), ("Deformed", found.deformed)):
-        arrays.add(rows, name, values)
-    for name, values in (("Moved", found.moved), ("Error", found.error)):
-        arrays.add(rows, name, values)
-    arrays.add(rows, "Outlier", found.outlier)
+    swapped = ["" if i < 0 else result.names[i] for i in result.swapped_with]
+    arrays.add_texts(rows, "Name", result.names)
+    for name in ("Rest", "Deformed", "Moved", "Error", "Outlier"):
+        arrays.add(rows, name, getattr(result, name.lower()))
     arrays.add_texts(rows, "SwappedWith", swapped)
-    arrays.add_texts(field, "Recommended", [found.recommended.flags])
-    arrays.add(field, "SmallestDeterminant", np.array([found.smallest_determinant]))
-    arrays.add_texts(field, "Summary", text.heading(found))
+    arrays.add_texts(field, "Recommended", [result.recommended.flags])
+    arrays.add(field, "SmallestDeterminant", result.smallest_determinant)
+    arrays.add_texts(field, "Summary", text.heading(result))
 
 
-def fill_settings(table, found):
+def fill_settings(table, result):
     """Fill a vtkTable with the settings that a Report has tried, the best first."""
     rows = table.GetRowData()
-    medians = {**found.tried, **{BASELINE[name]: value for name, value in found.baseline.items()}}
+    medians = {**result.tried, **{BASELINE[name]: value for name, value in result.baseline.items()}}
     settings = sorted(medians, key=medians.__getitem__)
     arrays.add_texts(rows, "Kind", [s.kind for s in settings])
     arrays.add(rows, "Degree", np.array([s.degree or 0 for s in settings], np.int64))
@@ -123,4 +120,4 @@ def fill_settings(table, found):
     ):
         arrays.add(rows, name, np.array(values, float))
     arrays.add_texts(rows, "Options", [s.flags for s in settings])
-    arrays.add(rows, "Recommended", np.array([s == found.recommended for s in settings]))
+    arrays.add(rows, "Recommended", np.array([s == result.recommended for s in settings]))

@@ -38,16 +38,16 @@ class LatticeBlock(NamedTuple):
 
 
 class Lattices:
-    """The joined images of the blocks that a filter goes through.
+    """The joined images of the blocks of a composite input.
 
-    They need the memory of the blocks once more, until `end`.
+    They need as much memory as the blocks, until `end`.
     """
 
     def __init__(self):
         self._input, self._blocks = vtkWeakReference(), None
 
     def begin(self, composite):
-        """Note composite data, whose blocks may not be up to date yet."""
+        """Begin composite data, whose blocks need not be up to date yet."""
         self._input.Set(composite)
         self._blocks = None
 
@@ -76,8 +76,8 @@ def lattice_blocks(blocks):
     """The `LatticeBlock` of each image that is a block of another one, by its `__this__`.
 
     Blocks are joined if they touch or overlap, have the same arrays with the same values where they
-    overlap, and fill a box together. Images with ghosts, with arrays that are not numeric, or at
-    the same place as another one, are left alone.
+    overlap, and fill a box together. Images with ghosts, with arrays that are not numeric, or with
+    the extent of another one, are not joined.
 
     Parameters
     ----------
@@ -104,9 +104,9 @@ def _lattices(blocks):
         if signature is None:
             continue
         grid = ImageGeometry.of_image(block).grid
-        for reference, known, places in lattices:
+        for reference, other_signature, places in lattices:
             extent = _extent_on(reference, grid)
-            if known == signature and extent is not None:
+            if other_signature == signature and extent is not None:
                 places.append(_Place(block, extent))
                 break
         else:
@@ -116,7 +116,7 @@ def _lattices(blocks):
 
 
 def _signature(block):
-    """What the arrays of all blocks of an image have in common; None for others."""
+    """Names and types of the arrays of an image; None if it cannot be joined to others."""
     if not isinstance(block, vtkImageData) or block.GetNumberOfPoints() == 0:
         return None
     signature = [metadata.load(block, metadata.LABEL_ARRAYS)]
@@ -124,8 +124,7 @@ def _signature(block):
         (block.GetPointData(), block.GetNumberOfPoints()),
         (block.GetCellData(), block.GetNumberOfCells()),
     ):
-        for i in range(attributes.GetNumberOfArrays()):
-            array = attributes.GetAbstractArray(i)
+        for array in arrays.all_arrays(attributes):
             is_sound = arrays.is_numeric(array) and array.GetNumberOfTuples() == count
             if not is_sound or array.GetName() == arrays.GHOSTS:
                 return None
@@ -152,7 +151,7 @@ def _connected(places):
         near = [group for group in groups if any(_touch(place, other) for other in group)]
         groups = [group for group in groups if group not in near]
         groups.append([place, *(other for group in near for other in group)])
-    order = {place.block.__this__: number for number, place in enumerate(places)}
+    order = {place.block.__this__: index for index, place in enumerate(places)}
     return [sorted(group, key=lambda place: order[place.block.__this__]) for group in groups]
 
 
@@ -175,10 +174,8 @@ def _joined(places):
     is_flat = (extents[:, :, 0] == extents[:, :, 1]) & (low < high)
     if has_cells and is_flat.any():  # cells of a slice are no cells of a volume
         return None
-    for name, is_cells in (("GetPointData", False), ("GetCellData", True)):
+    for name, is_cells in (("GetPointData", False), ("GetCellData", True))[: 1 + has_cells]:
         data = [getattr(place.block, name)() for place in places]
-        if is_cells and not has_cells:
-            continue
         values = _values(data, extents - low[None, :, None], is_cells)
         if values is None:
             return None
@@ -199,21 +196,16 @@ def _values(data, extents, is_cells):
     results = None
     for attributes, start, size in zip(data, starts, sizes):
         region = tuple(slice(s, s + n) for s, n in zip(start[::-1], size[::-1]))
-        parts = [
-            part.reshape(*size[::-1], *part.shape[1:])
-            for part in (
-                arrays.to_numpy(attributes.GetArray(i))
-                for i in range(attributes.GetNumberOfArrays())
-            )
-        ]
+        parts = [arrays.to_numpy(array) for array in arrays.all_arrays(attributes)]
+        parts = [part.reshape(*size[::-1], *part.shape[1:]) for part in parts]
         if results is None:
             results = [np.zeros(shape + part.shape[3:], part.dtype) for part in parts]
-        known = filled[region]
+        overlap = filled[region]
         for result, part in zip(results, parts):
-            if not np.array_equal(result[region][known], part[known], equal_nan=True):
+            if not np.array_equal(result[region][overlap], part[overlap], equal_nan=True):
                 return None
             result[region] = part
-        known[...] = True
+        filled[region] = True
     if not filled.all():
         return None
     return [result.reshape(-1, *result.shape[3:]) for result in results]
@@ -221,8 +213,5 @@ def _values(data, extents, is_cells):
 
 def _addresses(image):
     """`__this__` of all arrays."""
-    return [
-        data.GetAbstractArray(i).__this__
-        for data in (image.GetPointData(), image.GetCellData())
-        for i in range(data.GetNumberOfArrays())
-    ]
+    data = arrays.all_arrays(image.GetPointData()) + arrays.all_arrays(image.GetCellData())
+    return [array.__this__ for array in data]

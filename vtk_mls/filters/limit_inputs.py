@@ -7,7 +7,7 @@ from vtkmodules.vtkCommonDataModel import vtkImageData
 
 from vtk_mls import BallMask, FixedFace, ImageMask, Plane, SlidingFace
 from vtk_mls.base.validation import as_float, short_repr
-from vtk_mls.filters.own_control_points import numbers_of
+from vtk_mls.filters.own_control_points import as_float_rows
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 
@@ -31,16 +31,15 @@ def one_mask(ball, mask, images=()):
     return image_mask(mask) if isinstance(mask, vtkImageData) else mask or ball_mask(ball)
 
 
-def ball_mask(numbers, name="`MaskBall`"):
+def ball_mask(row, name="`MaskBall`"):
     """The BallMask of five numbers x, y, z, radius, falloff; None for zeros.
 
     Errors have the `name`.
     """
-    values = as_float(name.strip("`"), numbers)
+    values = as_float(name.strip("`"), row)
     if values.shape != (5,):
         raise ValueError(
-            f"{name} must be five numbers: x, y, z, radius, falloff; "
-            f"got {short_repr(tuple(numbers))}"
+            f"{name} must be five numbers: x, y, z, radius, falloff; got {short_repr(tuple(row))}"
         )
     if not values.any():
         return None
@@ -60,8 +59,8 @@ def image_mask(image, name="`Mask`"):
     if array is None and data.GetNumberOfArrays() == 1:
         array = data.GetArray(0)
     if array is None or array.GetNumberOfComponents() != 1:
-        found = "none" if array is None else f"{array.GetNumberOfComponents()} in each point"
-        raise ValueError(f"{name} must be an image with one number in each point, got {found}")
+        components = "none" if array is None else f"{array.GetNumberOfComponents()} in each point"
+        raise ValueError(f"{name} must be an image with one number in each point, got {components}")
     grid = ImageGeometry.of_image(image).grid
     values = arrays.to_numpy(array).reshape(grid.shape)
     if values.dtype.kind in "biu":
@@ -81,9 +80,9 @@ def faces(fixed, sliding):
     """The faces of the properties FixedPlanes and SlidingPlanes, a list."""
     kinds = ("FixedPlanes", fixed, FixedFace), ("SlidingPlanes", sliding, SlidingFace)
     return [
-        face(kind, row, f"`{name}`, row {number},")
+        face(kind, row, f"`{name}`, row {index},")
         for name, rows, kind in kinds
-        for number, row in enumerate(numbers_of(name, rows, (7,)))
+        for index, row in enumerate(as_float_rows(name, rows, (7,)))
     ]
 
 

@@ -18,9 +18,9 @@ class OwnControlPoints:
         Parameters
         ----------
         rest : (n, 3) float64, optional
-            p, if they are not those listed.
+            p, in place of RestPoints.
         deformed, weights : (n, 3) and (n,) float64, optional
-            What counts where the list is empty.
+            Defaults for empty lists.
 
         Returns
         -------
@@ -30,13 +30,13 @@ class OwnControlPoints:
         Raises
         ------
         ValueError
-            If the lists differ in length, or what they hold is not numbers.
+            If the lists differ in length, or do not hold numbers.
         """
         if rest is None:
-            rest = numbers_of("RestPoints", self.GetRestPoints(), (3,))
+            rest = as_float_rows("RestPoints", self.GetRestPoints(), (3,))
         listed = {
-            "DeformedPoints": numbers_of("DeformedPoints", self.GetDeformedPoints(), (3,)),
-            "Weights": numbers_of("Weights", self.GetWeights(), ()),
+            "DeformedPoints": as_float_rows("DeformedPoints", self.GetDeformedPoints(), (3,)),
+            "Weights": as_float_rows("Weights", self.GetWeights(), ()),
         }
         for name, values in listed.items():
             if len(values) not in (0, len(rest)):
@@ -51,7 +51,7 @@ class OwnControlPoints:
         return rest, rest if deformed is None else deformed, weights
 
 
-def numbers_of(name, values, row):
+def as_float_rows(name, values, row):
     """The float64 array of shape (n, *row) of the property `name`."""
     try:
         return as_float(name, values).reshape(len(values), *row)

@@ -1,4 +1,4 @@
-"""Data that lie on some processes of a parallel program, brought to all of them."""
+"""Data of some processes of a parallel program, gathered on all of them."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ def is_parallel():
     return controller is not None and controller.GetNumberOfProcesses() > 1
 
 
-def on_all(value):
-    """What each process gives, in the order of ranks: every process must call this.
+def all_gather(value):
+    """The values of all processes, in the order of ranks. Every process must call this.
 
     Parameters
     ----------
@@ -33,14 +33,14 @@ def on_all(value):
     """
     controller = vtkMultiProcessController.GetGlobalController()
     own = pickle.dumps(value)
-    lengths = _gathered(controller, np.array([len(own)], np.int64).tobytes())
+    lengths = _gather(controller, np.array([len(own)], np.int64).tobytes())
     ends = np.cumsum(np.frombuffer(lengths, np.int64)).tolist()
-    everything = _gathered(controller, own)
+    everything = _gather(controller, own)
     return [pickle.loads(everything[start:end]) for start, end in zip([0, *ends], ends)]
 
 
-def made_on_all(make):
-    """What `make` returns on each process, as `on_all` has it; if it fails on one, then on all.
+def gather_results(make):
+    """`all_gather` of the results of `make`. If it fails on one process, it fails on all.
 
     Parameters
     ----------
@@ -53,36 +53,36 @@ def made_on_all(make):
     Raises
     ------
     ValueError
-        If `make` raised anything on a process; with its message.
+        With the message of any exception that `make` raised on a process.
     """
     try:
         share, problem = make(), None
-    except Exception as error:  # whatever it is, the others must not wait for this process
+    except Exception as error:  # the other processes must not wait
         share, problem = None, str(error) or type(error).__name__
-    answers = on_all((share, problem))
+    answers = all_gather((share, problem))
     for rank, (_, problem) in enumerate(answers):
         if problem is not None:
             raise ValueError(f"{problem} (on process {rank} of {len(answers)})")
     return [share for share, _ in answers]
 
 
-def polydata_on_all(make):
-    """Polydata that some processes have, on all of them: every process must call this.
+def gather_polydata(make):
+    """Polydata of all processes, merged. Every process must call this.
 
     Parameters
     ----------
     make : callable
-        Returns this process's share, a list of vtkPolyData, equally many on every process; may
-        fail as that of `made_on_all`.
+        Returns a list of vtkPolyData, of the same length on every process; may fail as that of
+        `gather_results`.
 
     Returns
     -------
     list of vtkPolyData
-        Each with the points and cells of all processes, in the order of ranks; where all that have
-        any have exactly the same, with these once.
+        Each with the points and cells of all processes, in the order of ranks. Data that are equal
+        on all processes with points count once.
     """
-    shares = made_on_all(lambda: [_packed(polydata) for polydata in make()])
-    return [_joined(parts) for parts in zip(*shares)]
+    shares = gather_results(lambda: [_pack(polydata) for polydata in make()])
+    return [_merge(parts) for parts in zip(*shares)]
 
 
 def request_share(info):
@@ -94,16 +94,22 @@ def request_share(info):
     info.Set(keys.UPDATE_NUMBER_OF_PIECES(), controller.GetNumberOfProcesses())
 
 
-def _gathered(controller, own):
+def _gather(controller, own):
     """The bytes of all processes, one after the other."""
-    given, got = vtkCharArray(), vtkCharArray()
-    given.SetNumberOfValues(len(own))
-    np.frombuffer(given, np.uint8)[:] = np.frombuffer(own, np.uint8)
-    controller.AllGatherV(given, got)
-    return np.frombuffer(got, np.uint8).tobytes()
+    gathered = vtkCharArray()
+    controller.AllGatherV(_char_array(own), gathered)
+    return np.frombuffer(gathered, np.uint8).tobytes()
 
 
-def _packed(polydata):
+def _char_array(data):
+    """The vtkCharArray of bytes."""
+    array = vtkCharArray()
+    array.SetNumberOfValues(len(data))
+    np.frombuffer(array, np.uint8)[:] = np.frombuffer(data, np.uint8)
+    return array
+
+
+def _pack(polydata):
     """Bytes, or None without points."""
     if polydata.GetNumberOfPoints() == 0:
         return None
@@ -112,15 +118,15 @@ def _packed(polydata):
     return np.frombuffer(packed, np.uint8).tobytes()
 
 
-def _joined(parts):
+def _merge(parts):
     different = list(dict.fromkeys(part for part in parts if part is not None))
     if len(different) > 1:  # each process has its own
         different = [part for part in parts if part is not None]
     if len(different) == 1:
-        return _unpacked(different[0])
+        return _unpack(different[0])
     join = vtkAppendPolyData()
     for part in different:
-        join.AddInputData(_unpacked(part))
+        join.AddInputData(_unpack(part))
     joined = vtkPolyData()
     if different:
         join.Update()
@@ -128,9 +134,7 @@ def _joined(parts):
     return joined
 
 
-def _unpacked(part):
-    packed, polydata = vtkCharArray(), vtkPolyData()
-    packed.SetNumberOfValues(len(part))
-    np.frombuffer(packed, np.uint8)[:] = np.frombuffer(part, np.uint8)
-    vtkCommunicator.UnMarshalDataObject(packed, polydata)
+def _unpack(part):
+    polydata = vtkPolyData()
+    vtkCommunicator.UnMarshalDataObject(_char_array(part), polydata)
     return polydata

@@ -90,21 +90,24 @@ class Property:
 
         In their docstrings {0} is the property; those without get the help.
         """
-        raise NotImplementedError
+        attribute, converted = self.attribute, self.converted
 
-    def assign(self, algorithm, value):
-        """Set it."""
-        getattr(algorithm, f"Set{self.name}")(value)
-
-    def _pair(self, set_value):
-        """The two methods that most properties have."""
-        attribute = self.attribute
+        def set_value(self, value):
+            self._set(attribute, converted(value))
 
         def get_value(self):
             """The value: see `Set{0.name}`."""
             return getattr(self, attribute)
 
         return {f"Set{self.name}": set_value, f"Get{self.name}": get_value}
+
+    def converted(self, value):
+        """The stored value for an argument of the setter."""
+        return value
+
+    def assign(self, algorithm, value):
+        """Set it."""
+        getattr(algorithm, f"Set{self.name}")(value)
 
 
 @dataclass(frozen=True)
@@ -127,14 +130,6 @@ class Number(Property):
     @property
     def values(self):
         return "an integer" if isinstance(self.default, int) else "a number"
-
-    def methods(self):
-        attribute = self.attribute
-
-        def set_value(self, value):
-            self._set(attribute, value)
-
-        return self._pair(set_value)
 
 
 @dataclass(frozen=True)
@@ -163,7 +158,7 @@ class Vector(Property):
         def set_value(self, *values):
             self._set(attribute, tuple(values[0]) if len(values) == 1 else values)
 
-        return self._pair(set_value)
+        return super().methods() | {f"Set{self.name}": set_value}
 
 
 class Dimensions(Vector):
@@ -192,14 +187,6 @@ class Choice(Property):
     def values(self):
         return "one of " + ", ".join(f'"{choice}"' for choice in self.choices)
 
-    def methods(self):
-        attribute = self.attribute
-
-        def set_value(self, choice):
-            self._set(attribute, choice)
-
-        return self._pair(set_value)
-
     def checked(self, algorithm):
         """The value; an error if it is not one of the choices."""
         choice = getattr(algorithm, self.attribute)
@@ -212,57 +199,37 @@ class Choice(Property):
 class Flag(Property):
     """On or off."""
 
-    @property
-    def values(self):
-        return "True or False"
+    values = "True or False"
 
-    def methods(self):
-        attribute = self.attribute
-
-        def set_value(self, value):
-            self._set(attribute, bool(value))
-
-        return self._pair(set_value)
+    def converted(self, value):
+        return bool(value)
 
 
 class Text(Property):
     """A text; None is "", too."""
 
-    @property
-    def values(self):
-        return "a text"
+    values = "a text"
 
-    def methods(self):
-        attribute = self.attribute
-
-        def set_value(self, text):
-            self._set(attribute, text or "")
-
-        return self._pair(set_value)
+    def converted(self, value):
+        return value or ""
 
 
 class FileName(Text):
     """The path of a file with control points."""
 
-    @property
-    def values(self):
-        return "the path of a file"
+    values = "the path of a file"
 
 
 class TransformFile(FileName):
     """The path of a file with a transform, or, from Python, a transform."""
 
-    @property
-    def values(self):
-        return "the path of a file, or a `vtk_mls.Affine`, `Field`, `Chain` or `Deformation`"
+    values = "the path of a file, or a `vtk_mls.Affine`, `Field`, `Chain` or `Deformation`"
 
 
 class ArrayName(Text):
     """The name of point scalars of the input, "" for none."""
 
-    @property
-    def values(self):
-        return "a name"
+    values = "a name"
 
 
 class Items(Property):
@@ -273,9 +240,11 @@ class Items(Property):
         for item in value:
             getattr(algorithm, f"Add{self.singular}")(item)
 
-    def _with_adder(self, add):
-        """The methods."""
-        attribute = self.attribute
+    def methods(self):
+        attribute, extended = self.attribute, self.extended
+
+        def add(self, value):
+            self._set(attribute, extended(getattr(self, attribute), value))
 
         def clear(self):
             """Remove all {0.name}."""
@@ -291,6 +260,10 @@ class Items(Property):
             f"Get{self.name}": get_all,
         }
 
+    def extended(self, items, item):
+        """The tuple `items` with another item."""
+        return (*items, item)
+
 
 @dataclass(frozen=True)
 class ArrayNames(Items):
@@ -299,19 +272,10 @@ class ArrayNames(Items):
     _: KW_ONLY
     components: int = 0
 
-    @property
-    def values(self):
-        return "names"
+    values = "names"
 
-    def methods(self):
-        attribute = self.attribute
-
-        def add_name(self, name):
-            names = getattr(self, attribute)
-            if name not in names:
-                self._set(attribute, (*names, name))
-
-        return self._with_adder(add_name)
+    def extended(self, items, item):
+        return items if item in items else (*items, item)
 
 
 @dataclass(frozen=True)
@@ -325,14 +289,6 @@ class Values(Items):
     def values(self):
         return f"each {self.kinds}"
 
-    def methods(self):
-        attribute = self.attribute
-
-        def add_value(self, value):
-            self._set(attribute, (*getattr(self, attribute), value))
-
-        return self._with_adder(add_value)
-
 
 @dataclass(frozen=True)
 class Value(Property):
@@ -345,14 +301,6 @@ class Value(Property):
     def values(self):
         return self.kinds
 
-    def methods(self):
-        attribute = self.attribute
-
-        def set_value(self, value):
-            self._set(attribute, value)
-
-        return self._pair(set_value)
-
 
 class Rows(Property):
     """A list that is set as a whole, or, as ParaView does it, by its length and single elements."""
@@ -364,12 +312,15 @@ class Rows(Property):
     def initial(self):
         return list(self.default)
 
+    def converted(self, value):
+        rows = value.tolist() if hasattr(value, "tolist") else value
+        return list(rows) if len(self.columns) == 1 else [tuple(row) for row in rows]
+
     def methods(self):
-        attribute, new = self.attribute, self.new
-        as_list, set_one = self._as_list, self._set_one()
+        attribute, converted, new, columns = self.attribute, self.converted, self.new, self.columns
 
         def set_all(self, values):
-            self._set(attribute, as_list(values))
+            self._set(attribute, converted(values))
 
         def get_all(self):
             """A tuple: see `Set{0.name}`."""
@@ -383,6 +334,17 @@ class Rows(Property):
             """How many {0.name} there are."""
             return len(getattr(self, attribute))
 
+        def set_one(self, index, *row):
+            """One of {0.name}, by its {0.columns}; those missing before it are {0.new}."""
+            if len(row) != len(columns):
+                raise TypeError(f"`row` must be {', '.join(columns)}, got {short_repr(row)}")
+            values = getattr(self, attribute)
+            resize(self, values, max(index + 1, len(values)), new)
+            value = row[0] if len(columns) == 1 else row
+            if values[index] != value:
+                values[index] = value
+                self.Modified()
+
         return {
             f"Set{self.name}": set_all,
             f"Get{self.name}": get_all,
@@ -395,84 +357,31 @@ class Rows(Property):
 class Positions(Rows):
     """Positions."""
 
+    values = "(n, 3) array_like"
     columns = ("x", "y", "z")
     new = (0.0, 0.0, 0.0)
-
-    @property
-    def values(self):
-        return "(n, 3) array_like"
-
-    @staticmethod
-    def _as_list(values):
-        rows = values.tolist() if hasattr(values, "tolist") else values
-        return [tuple(row) for row in rows]
-
-    def _set_one(self):
-        attribute, new = self.attribute, self.new
-
-        def set_one(self, index, x, y, z):
-            """One of {0.name}; those missing before it are {0.new}."""
-            replace(self, getattr(self, attribute), index, (x, y, z), new)
-
-        return set_one
 
 
 class Factors(Rows):
     """Positive numbers."""
 
+    values = "(n,) array_like"
     columns = ("weight",)
     new = 1.0
-
-    @property
-    def values(self):
-        return "(n,) array_like"
-
-    _as_list = staticmethod(list)
-
-    def _set_one(self):
-        attribute, new = self.attribute, self.new
-
-        def set_one(self, index, weight):
-            """One of {0.name}; those missing before it are {0.new}."""
-            replace(self, getattr(self, attribute), index, weight, new)
-
-        return set_one
 
 
 class Planes(Rows):
     """Planes with a fall-off: a point, a normal and a length."""
 
+    values = "rows (x, y, z, nx, ny, nz, falloff)"
     columns = ("x", "y", "z", "nx", "ny", "nz", "falloff")
     new = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0)
-
-    @property
-    def values(self):
-        return f"rows ({', '.join(self.columns)})"
-
-    _as_list = staticmethod(Positions._as_list)
-
-    def _set_one(self):
-        attribute, new = self.attribute, self.new
-
-        def set_one(self, index, *row):
-            """One of {0.name}; those missing before it are {0.new}."""
-            replace(self, getattr(self, attribute), index, row, new)
-
-        return set_one
 
 
 def resize(algorithm, values, count, new):
     """Make a list of an algorithm longer by elements `new`, or shorter."""
     if count != len(values):
         values[:] = values[:count] + [new] * (count - len(values))
-        algorithm.Modified()
-
-
-def replace(algorithm, values, index, value, new):
-    """Set one element of a list of an algorithm; those missing before it are `new`."""
-    resize(algorithm, values, max(index + 1, len(values)), new)
-    if values[index] != value:
-        values[index] = value
         algorithm.Modified()
 
 

@@ -52,25 +52,25 @@ class ReferenceInput:
         if not self.has_reference():
             return None
         if value is None:
-            found = self._input_geometry()
+            geometry = self._input_geometry()
         elif isinstance(value, vtkImageData):
-            found = ImageGeometry.of_image(value)
+            geometry = ImageGeometry.of_image(value)
         elif isinstance(value, Grid):
-            found = ImageGeometry.of_grid(value)
+            geometry = ImageGeometry.of_grid(value)
         else:
             kinds = property_tables.REFERENCE.kinds
             raise TypeError(f"`Reference` must be {kinds}, got {short_repr(value)}")
-        if found.is_empty:
+        if geometry.is_empty:
             raise ValueError("`Reference` is an empty image; it must have at least one point")
-        return found
+        return geometry
 
     def _input_geometry(self):
         """ImageGeometry of the input; its directions may not be known before it is updated."""
         info = self._reference_information()
-        found, image = ImageGeometry.of_information(info), vtkImageData.GetData(info)
+        geometry, image = ImageGeometry.of_information(info), vtkImageData.GetData(info)
         if image is None or not self._lacks_directions():
-            return found
-        return replace(found, direction=ImageGeometry.of_image(image).direction)
+            return geometry
+        return replace(geometry, direction=ImageGeometry.of_image(image).direction)
 
     def _lacks_directions(self):
         """Whether only the data of the input have its directions: so it is in ParaView 5.11."""

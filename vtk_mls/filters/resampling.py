@@ -211,4 +211,4 @@ class Resampling:
     def _add_gradient(self, progress):
         """Add "Gradient" of point scalars."""
         progress.report(0)
-        gradients.add_gradient(self.output, self._gradient)
+        arrays.add(self.output.GetPointData(), "Gradient", self._gradient.reshape(-1, 3))

@@ -23,7 +23,7 @@ class SharedInputs:
         RequestUpdateExtent. They communicate only after a change upstream, which all see.
         """
         counts = {port: self.GetNumberOfInputConnections(port) for port in _SHARED}
-        connections = [(port, number) for port in counts for number in range(counts[port])]
+        connections = [(port, index) for port in counts for index in range(counts[port])]
         state = self._upstream(connections, info)
         if not connections:
             self._collected = None
@@ -38,7 +38,7 @@ class SharedInputs:
             ]
 
         try:
-            data = dict(zip(connections, parallel.polydata_on_all(update)))
+            data = dict(zip(connections, parallel.gather_polydata(update)))
         except ValueError as error:
             data = error
         self._collected = state, data
@@ -56,7 +56,7 @@ class SharedInputs:
         if isinstance(data, ValueError):
             raise data
         return [
-            [item for (number, _), item in data.items() if number == port]
+            [item for (shared_port, _), item in data.items() if shared_port == port]
             if port in _SHARED
             else make_inputs(port)
             for port in _PORTS

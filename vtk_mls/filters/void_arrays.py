@@ -29,11 +29,11 @@ def add_void(attributes, void_distance):
     arrays.add(attributes, "Void", np.less(void_distance.ravel(), 0, out=void))
 
 
-def add_overlap(output, overlaps):
-    """Add "Overlap", (nz, ny, nx) bool, to the points of an image, and "OverlappingPoints"."""
+def add_overlap(output, deformation, grid, progress):
+    """Add "Overlap" to the points of an image on a grid, and "OverlappingPoints"."""
+    overlaps = deformation.overlap_field(grid, progress)
     arrays.add(output.GetPointData(), "Overlap", overlaps.ravel())
-    count = np.array([np.count_nonzero(overlaps)], np.int64)
-    arrays.add(output.GetFieldData(), "OverlappingPoints", count)
+    arrays.add(output.GetFieldData(), "OverlappingPoints", np.count_nonzero(overlaps))
 
 
 def hide(attributes, hidden):

@@ -1,4 +1,4 @@
-"""Point sets, moved forward by the inverse of the map that deforms images."""
+"""Deformation of point sets by the inverse of the map that deforms images."""
 
 from __future__ import annotations
 
@@ -26,9 +26,10 @@ from vtk_mls.vtk import arrays
 from vtk_mls.vtk.cell_quality import scaled_jacobians
 from vtk_mls.vtk.cells import (
     FACES,
+    convert_integer_points,
     is_empty,
     make_boxes_free,
-    make_points_real,
+    positions_of,
     set_positions,
     without_empty,
 )
@@ -43,7 +44,7 @@ _CHUNK = 1 << 20
 
 _MOVED_WHOLE = ("vtkPolyData", "vtkUnstructuredGrid")
 
-# How to get what the geometry of a mesh consists of.
+# Getters of the objects that hold the geometry of a mesh.
 _PARTS = {
     vtkPointSet: (vtkPointSet.GetPoints,),
     vtkRectilinearGrid: (
@@ -79,7 +80,7 @@ def output_type(mesh, splits):
 
 
 class MeshCache:
-    """Cached values made of meshes, valid while the mesh (without field data) and a key stay.
+    """Cached values for meshes, valid while the mesh (without field data) and a key are unchanged.
 
     Control points are dragged far more often than cuts are moved.
     """
@@ -151,7 +152,7 @@ class Warp:
         cuts = self.deformation.cuts
         make = partial(split, self.mesh, cuts, progress)
         divided, to_cut, side = self.splits.of(self.mesh, cuts, make)
-        x = arrays.to_numpy(divided.GetPoints().GetData())
+        x = positions_of(divided)
         self.offset = offset_from_cuts(self.deformation, x, to_cut, side)
         self.output.ShallowCopy(divided)
         self.output.GetFieldData().ShallowCopy(self.mesh.GetFieldData())
@@ -159,11 +160,11 @@ class Warp:
     def _warp(self, progress):
         """Move the points of the output and add its arrays; the cells are there."""
         arrays.name_normals(self.output)
-        make_points_real(self.output)
+        convert_integer_points(self.output)
         if isinstance(self.output, vtkUnstructuredGrid):
             make_boxes_free(self.output)
         self.ghosts = self.output.GetCellData().GetArray(arrays.GHOSTS)  # without torn cells
-        self.before = arrays.to_numpy(self.output.GetPoints().GetData())
+        self.before = positions_of(self.output)
         tasks = [self._move]
         if self.options.has_jacobian or self.options.has_determinant:
             tasks.append(self._add_jacobian)
@@ -172,8 +173,8 @@ class Warp:
         if self.options.has_largest_blend:
             tasks.append(self._add_largest_blend)
         for attributes, positions in (
-            (self.output.GetPointData(), self._of_points),
-            (self.output.GetCellData(), self._of_centres),
+            (self.output.GetPointData(), self._point_positions),
+            (self.output.GetCellData(), self._center_positions),
         ):
             directions = self.options.directions.of(attributes)
             if directions:
@@ -194,7 +195,7 @@ class Warp:
         displacement, found = self._from_rest(field)
         arrays.add(points, "ForwardDisplacement", displacement)
         arrays.add(points, "NoInverse", ~found)
-        self._count("FailedInverses", np.count_nonzero(~found))
+        arrays.add(self.output.GetFieldData(), "FailedInverses", np.count_nonzero(~found))
 
     def _from_rest(self, field):
         """Displacements of the points from the input, and whether they were found."""
@@ -211,8 +212,8 @@ class Warp:
             with np.errstate(invalid="ignore", divide="ignore"):  # points may be NaN
                 arrays.add(points, "JacobianDeterminant", np.linalg.det(jacobian))
             self.inverted, unchecked = self._count_inverted(self._points(), jacobian)
-            self._count("InvertedCells", self.inverted)
-            self._count("UncheckedCells", unchecked)
+            arrays.add(self.output.GetFieldData(), "InvertedCells", self.inverted)
+            arrays.add(self.output.GetFieldData(), "UncheckedCells", unchecked)
 
     def _jacobians(self, deformation, moved, progress):
         """Slices of the points, and Jacobians where a deformation has `moved` them."""
@@ -246,7 +247,7 @@ class Warp:
             self.inverted, _ = self._count_inverted(self._points(), jacobian)
         if self.inverted > 0:
             blend = largest_blend(blend, self._inverts, searching)
-        arrays.add(self.output.GetFieldData(), "LargestBlend", np.array([blend], np.float64))
+        arrays.add(self.output.GetFieldData(), "LargestBlend", float(blend))
 
     def _inverts(self, blend, progress):
         """Whether some cell is inside out at a blend."""
@@ -270,29 +271,26 @@ class Warp:
 
     def _points(self):
         """The points of the output (n, 3)."""
-        return arrays.to_numpy(self.output.GetPoints().GetData())
+        return positions_of(self.output)
 
-    def _of_points(self):
-        """The output's points (n, 3), and where their material is from if that counts, or None."""
+    def _point_positions(self):
+        """`_positions` of the points of the output."""
         return self._positions(self.deformation, self._points())
 
     def _positions(self, deformation, moved):
-        """Points (n, 3) moved by a deformation; and where they are from if that counts, or None."""
+        """Positions (n, 3) at which a deformation is evaluated, and origins (n, 3) or None."""
         if deformation.in_rest_frame:
             return moved, self._off_cuts(self.before)
         return self._off_cuts(moved), None
 
-    def _of_centres(self):
-        """The same for the centres of its cells."""
+    def _center_positions(self):
+        """`_positions` of the centers of the cells of the output."""
         if not self.deformation.in_rest_frame:
-            return centres(self.output), None
+            return cell_centers(self.output), None
         before = self.output.NewInstance()
         before.ShallowCopy(self.output)
         set_positions(before, self.before, VTK_DOUBLE)
-        return centres(self.output), centres(before)
-
-    def _count(self, name, number):
-        arrays.add(self.output.GetFieldData(), name, np.array([number], np.int64))
+        return cell_centers(self.output), cell_centers(before)
 
 
 def offset_from_cuts(deformation, positions, to_cut, side):
@@ -333,18 +331,17 @@ def transform(attributes, directions, parts, unit):
 
 
 def stamps(mesh):
-    """When all that a divided mesh depends on was last changed; VTK's time stamps are unique.
+    """Time stamps of all objects that a divided mesh depends on.
 
     Those of the point data and the cell data do not count: since VTK 9.7 vtkTransformFilter, for
     one, changes them in its input though no array changes.
     """
-    found = _stamps_of_parts(mesh)
+    result = _stamps_of_parts(mesh)
     for data in (mesh.GetPointData(), mesh.GetCellData()):
-        held = [data.GetAbstractArray(i) for i in range(data.GetNumberOfArrays())]
         kinds = range(vtkDataSetAttributes.NUM_ATTRIBUTES)
         active = [data.GetAbstractAttribute(kind) for kind in kinds]
-        found.append([_stamp(array) for array in held + active])
-    return found
+        result.append([_stamp(array) for array in arrays.all_arrays(data) + active])
+    return result
 
 
 def _stamps_of_parts(thing):
@@ -354,11 +351,11 @@ def _stamps_of_parts(thing):
 
 
 def _stamp(thing):
-    """When a vtkObject was changed itself, whatever it is made of; None for None."""
+    """The time stamp of a vtkObject without its parts; None for None."""
     return None if thing is None else vtkObject.GetMTime(thing)
 
 
-def centres(mesh):
+def cell_centers(mesh):
     """Centres of the cells (n, 3); NaN for cells without points."""
     filled = without_empty(mesh)
     centers = vtkCellCenters()
@@ -366,11 +363,11 @@ def centres(mesh):
     centers.VertexCellsOff()
     centers.Update()
     points = centers.GetOutput().GetPoints()
-    found = np.zeros((0, 3)) if points is None else arrays.to_numpy(points.GetData())
+    positions = np.zeros((0, 3)) if points is None else arrays.to_numpy(points.GetData())
     if filled is mesh:
-        return found
+        return positions
     result = np.full((mesh.GetNumberOfCells(), 3), np.nan)
-    result[~is_empty(mesh)] = found
+    result[~is_empty(mesh)] = positions
     return result
 
 
@@ -386,9 +383,7 @@ def jacobians(deformation, points, origins, progress):
 
     For the material of `origins` (n, 3), if they are given.
     """
-    starts = range(0, len(points), _CHUNK)
-    for start, chunk in zip(starts, progress.divided(*[1] * len(starts))):
-        part = slice(start, min(start + _CHUNK, len(points)))
+    for part, chunk in progress.chunks(len(points), _CHUNK):
         finite = np.isfinite(points[part]).all(axis=1)
         jacobian = np.full((len(finite), 3, 3), np.nan)
         finite_origins = None if origins is None else origins[part][finite]
@@ -397,7 +392,7 @@ def jacobians(deformation, points, origins, progress):
 
 
 def copy(mesh, output):
-    """Make `output` a copy of `mesh` with points of its own to be."""
+    """Fill `output` with `mesh`; a vtkRectilinearGrid becomes a vtkStructuredGrid."""
     if not isinstance(mesh, vtkRectilinearGrid):
         output.ShallowCopy(mesh)
         return

@@ -1,8 +1,8 @@
 """A set of handles, prepared once in float64 for every engine.
 
-The kernels compute in float32, so this module decides in float64 which control points are distinct,
-which maps they determine (a line leaves the twist open, a plane the affine thickness, few points
-cubic terms), and the local frame in which coordinates are small.
+The kernels compute in float32. So this module decides in float64 which control points are distinct
+and which maps they determine (a line does not determine the twist, a plane the affine thickness,
+few points the cubic terms), and finds the local frame in which coordinates are small.
 """
 
 from __future__ import annotations

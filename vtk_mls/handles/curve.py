@@ -152,8 +152,8 @@ class Segments:
         share = np.concatenate([np.zeros(len(self)), np.ones(len(self)), high])
         order = np.lexsort([share, row])
         row, share = row[order], share[order]
-        kept = (row[1:] == row[:-1]) & (share[1:] > share[:-1] + _MIN_SHARE)
-        return self[row[:-1][kept]].between(share[:-1][kept], share[1:][kept])
+        mask = (row[1:] == row[:-1]) & (share[1:] > share[:-1] + _MIN_SHARE)
+        return self[row[:-1][mask]].between(share[:-1][mask], share[1:][mask])
 
     def on_side(self, height, side, in_rest_frame) -> Segments:
         """The parts on a `side`, 1 or -1, of a plane: as `HandleSet.on_side`."""
@@ -163,8 +163,8 @@ class Segments:
         crossing = np.divide(low, low - high, out=np.zeros_like(low), where=(low < 0) != (high < 0))
         start = np.where(low < 0, crossing, 0)
         stop = np.where((high < 0) & (low >= 0), crossing, 1)
-        kept = ((low >= 0) | (high >= 0)) & (stop > start + _MIN_SHARE)
-        return self[kept].between(start[kept], stop[kept])
+        mask = ((low >= 0) | (high >= 0)) & (stop > start + _MIN_SHARE)
+        return self[mask].between(start[mask], stop[mask])
 
     @property
     def swapped(self) -> Segments:

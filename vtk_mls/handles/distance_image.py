@@ -9,8 +9,8 @@ import numpy as np
 
 from vtk_mls.base import interpolation
 from vtk_mls.base.grid import Grid
+from vtk_mls.base.interpolation import linear_with_slopes
 from vtk_mls.base.linear_algebra import unit
-from vtk_mls.base.linear_interpolation import linear
 
 # Points of an image of distances from triangles, which take microseconds each, and from voxels.
 _MAX_NODES, _MAX_VOXELS = 1 << 18, 1 << 20
@@ -51,13 +51,13 @@ class DistanceImage:
         """
         index = self.grid.index_of(points)
         nearest = np.clip(index, 0, np.array(self.grid.dimensions) - 1)
-        value, slope = linear(self.values, nearest)
+        value, slope = linear_with_slopes(self.values, nearest)
         distance = np.maximum(value, 0) / self.step
         slope = slope / self.step
         square, half = distance**2, distance[:, None] * slope
         rows = np.flatnonzero((index != nearest).any(axis=1))
         beyond, slope = (index - nearest)[rows], slope[rows]
-        parts = [linear(normal, nearest[rows]) for normal in self.normals]
+        parts = [linear_with_slopes(normal, nearest[rows]) for normal in self.normals]
         normal = np.stack([value for value, _ in parts], axis=1)
         along = np.sum(beyond * normal, axis=1)
         turned = sum(beyond[:, [axis]] * turn for axis, (_, turn) in enumerate(parts))

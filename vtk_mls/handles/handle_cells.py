@@ -54,12 +54,12 @@ class HandleCells:
 
     def of_rows(self, mask: NDArray[np.bool_]) -> HandleCells:
         """The cells of the points in a `mask` (n,); nodes that are not in it are left out."""
-        number = np.cumsum(mask) - 1
-        lines = [number[line[mask[line]]] for line in self.lines]
+        new_row = np.cumsum(mask) - 1
+        lines = [new_row[line[mask[line]]] for line in self.lines]
         return HandleCells(
-            number[self.vertices[mask[self.vertices]]],
+            new_row[self.vertices[mask[self.vertices]]],
             tuple(line for line in lines if len(line)),
-            number[self.triangles[mask[self.triangles].all(axis=1)]],
+            new_row[self.triangles[mask[self.triangles].all(axis=1)]],
         )
 
 

@@ -159,15 +159,15 @@ class HandleSet:
         """
         frame = 0 if in_rest_frame else 1
         rows = (height(self.anchors[frame][: len(self)]) < 0) == (side < 0)
-        kept = np.unique(self.region[rows & (self.region >= 0)])
-        number = np.full(len(self.regions) + 1, -1)  # the last, -1, for points
-        number[kept] = np.arange(len(kept))
+        indices = np.unique(self.region[rows & (self.region >= 0)])
+        new_index = np.full(len(self.regions) + 1, -1)  # the last, -1, for points
+        new_index[indices] = np.arange(len(indices))
         return HandleSet(
             self.rest[rows],
             self.deformed[rows],
             self.weights[rows],
-            number[self.region[rows]],
-            tuple(self.regions[i] for i in kept),
+            new_index[self.region[rows]],
+            tuple(self.regions[i] for i in indices),
             self.segments.on_side(height, side, in_rest_frame),
             self.path[rows],
         )

@@ -9,7 +9,7 @@ import numpy as np
 from vtk_mls.base.validation import freeze
 from vtk_mls.handles.curve import Segments
 from vtk_mls.handles.handle_set import HandleSet
-from vtk_mls.handles.region import RegionHandle
+from vtk_mls.handles.region import RegionHandle, moved
 from vtk_mls.handles.rigid_motion import screw
 
 
@@ -35,7 +35,7 @@ class RegionStep(RegionHandle):
     @property
     def center(self):
         middle = self.shape.bounds.mean(axis=0)
-        return tuple(_moved(motion, middle[None])[0] for motion in (self.before, self.after))
+        return tuple(moved(motion, middle[None])[0] for motion in (self.before, self.after))
 
 
 def steps(handles: HandleSet, count: int) -> tuple[HandleSet, ...]:
@@ -85,21 +85,21 @@ def blended_path(rest, deformed, path, blend):
     """
     places = [rest, *path, deformed]
     legs = len(places) - 1
-    ends = [_along(places, blend * (k / legs)) for k in range(1, legs + 1)]
+    ends = [along(places, blend * (k / legs)) for k in range(1, legs + 1)]
     return ends[-1], np.reshape(ends[:-1], (legs - 1, *rest.shape))
 
 
 def _positions(handles, share, motions):
     """Places (n, 3) of the points and proxies at a `share` of the path."""
-    result = _along([handles.rest, *handles.path.swapaxes(0, 1), handles.deformed], share)
+    result = along([handles.rest, *handles.path.swapaxes(0, 1), handles.deformed], share)
     for row, motion in enumerate(motions):
         proxies = handles.region == row
-        result[proxies] = _moved(motion, handles.rest[proxies])
+        result[proxies] = moved(motion, handles.rest[proxies])
     return result
 
 
-def _along(places, share):
-    """The place (n, 3) at a `share` of the way through `places`."""
+def along(places, share):
+    """The place (n, 3) at a `share` of the way through `places`, with equal times between them."""
     time = share * (len(places) - 1)
     leg = min(max(int(time), 0), len(places) - 2)
     return _lerp(places[leg], places[leg + 1], time - leg)
@@ -107,7 +107,3 @@ def _along(places, share):
 
 def _lerp(a, b, share):
     return b.copy() if share == 1 else a + share * (b - a)
-
-
-def _moved(motion, x):
-    return np.einsum("ij,mj->mi", motion[:3, :3], x) + motion[:3, 3]

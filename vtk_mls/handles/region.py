@@ -50,7 +50,7 @@ class RegionHandle:
 
     def moved(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         """Points `x` (m, 3) of the undeformed space after the motion."""
-        return np.einsum("ij,mj->mi", self.motion[:3, :3], x) + self.motion[:3, 3]
+        return moved(self.motion, x)
 
     @property
     def to_shape(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -99,6 +99,11 @@ class _Swapped(RegionHandle):
     @property
     def center(self):
         return self.region.center[::-1]
+
+
+def moved(motion, x):
+    """Points `x` (m, 3) after a `motion` (4, 4)."""
+    return np.einsum("ij,mj->mi", motion[:3, :3], x) + motion[:3, 3]
 
 
 def checked_motion(name: str, value: ArrayLike) -> NDArray[np.float64]:

@@ -172,7 +172,7 @@ def monomial_gradients(x: np.ndarray, degree: int) -> np.ndarray:
 def _region_moments(control_points, proxies, at_mean):
     """The functions at the mean of `proxies` (k,), and moments of functions and p - q, twice.
 
-    The second half is what rounding to float32 takes from the first.
+    The second half is the rounding error of the first in float32.
     """
     handles, values = control_points.handles, control_points.determined.values
     count, functions = values.shape[1], MONOMIAL_COUNT[control_points.kind.degree]
@@ -241,7 +241,7 @@ def _polynomial_fit(weighted):
 
     displacement = weighted.p_k - weighted.q_k
     gradient = np.zeros((len(at_v), 3, 3))
-    # each coefficient from what is left of u: near a curve weights differ by up to 1e30
+    # each coefficient from the remainder of u: near a curve weights differ by up to 1e30
     remaining = u
     for psi, psi_v, dpsi_v, norm in orthogonal:  # Eq. 26
         c = np.einsum("mi,mia,mi->ma", w, remaining, psi) / norm[:, None]

@@ -1,4 +1,4 @@
-"""Where the other pairs put each pair: the map without it, at its q, in float64."""
+"""Predictions of each pair from the others: the map without it, at its q, in float64."""
 
 from __future__ import annotations
 
@@ -13,10 +13,11 @@ from vtk_mls.base.progress import SILENT, Progress
 from vtk_mls.kinds.kind import Kind
 from vtk_mls.landmarks.settings import Settings
 
-_MAX_NUMBERS = 1 << 21  # in a temporary array
-# The maps that the other pairs determine are those that all pairs determine, unless there are few
-# pairs, or the others hardly determine them: 1 - leverage is the share of a function's norm left.
-_FEW = 30
+_MAX_TEMPORARY = 1 << 21  # elements of an array
+# Without one pair the others usually determine the same maps as all pairs, and the fit of all is
+# reused. It is repeated for few pairs, and for pairs with a high leverage: 1 - leverage is the
+# share of a function's norm that remains without the pair.
+_MAX_REFITTED_PAIRS = 30
 _MAX_LEVERAGE = 0.99
 
 
@@ -54,15 +55,15 @@ def predictions(
     """
     kind = kinds.named(settings.kind, settings.degree)
     points = _FittedPoints(pairs, kind)
-    if len(pairs) <= _FEW:
-        is_alone = np.ones(len(rows), bool)
+    if len(pairs) <= _MAX_REFITTED_PAIRS:
+        is_refitted = np.ones(len(rows), bool)
     else:
-        is_alone = _leverage(points)[rows] > _MAX_LEVERAGE
+        is_refitted = _leverage(points)[rows] > _MAX_LEVERAGE
     result = np.empty((len(rows), 3))
-    for part in progress.over(_parts(np.flatnonzero(~is_alone), len(pairs), points)):
+    for part in progress.over(_parts(np.flatnonzero(~is_refitted), len(pairs), points)):
         result[part] = _predicted(points, rows[part], None, settings)
-    for i in np.flatnonzero(is_alone):
-        others = np.flatnonzero(np.arange(len(pairs)) != rows[i])
+    for i in np.flatnonzero(is_refitted):
+        others = np.delete(np.arange(len(pairs)), rows[i])
         points = _FittedPoints(pairs.of_rows(others), kind)
         weighted = _WeightedPairs(points, pairs.deformed[rows[i], None], settings)
         result[i] = pairs.deformed[rows[i]] + kind.fit(weighted).displacement[0]
@@ -72,7 +73,7 @@ def predictions(
 def nearby_predictions(
     pairs: PointPairs, others: NDArray[np.int64], settings: Settings
 ) -> NDArray[np.float64]:
-    """As `predictions` of all pairs (n, 3), each from the pairs in its row of `others` (n, k)."""
+    """`predictions` of all pairs (n, 3), each from the pairs in its row of `others` (n, k)."""
     points = _FittedPoints(pairs, kinds.named(settings.kind, settings.degree))
     result = np.empty((len(pairs), 3))
     for part in _parts(np.arange(len(pairs)), others.shape[1], points):
@@ -81,7 +82,7 @@ def nearby_predictions(
 
 
 def nearest(pairs: PointPairs, rows: NDArray[np.int64], count: int) -> NDArray[np.int64]:
-    """For each pair, the `count` of the pairs `rows` with the nearest q, without itself: (n, k)."""
+    """The `count` pairs of `rows` with the nearest q to each pair, without itself: (n, k)."""
     count = min(count, len(rows) - 1)
     result = np.empty((len(pairs), count), np.int64)
     for part in _slices(np.arange(len(pairs)), 3 * len(rows)):
@@ -103,8 +104,8 @@ def _parts(rows, count, points):
     return [*_slices(rows, count * max(points.kind.functions(points) + 3, 6))]
 
 
-def _slices(rows: NDArray[np.int64], numbers_per_row: int) -> Iterator[NDArray[np.int64]]:
-    step = max(1, _MAX_NUMBERS // numbers_per_row)
+def _slices(rows: NDArray[np.int64], elements_per_row: int) -> Iterator[NDArray[np.int64]]:
+    step = max(1, _MAX_TEMPORARY // elements_per_row)
     for start in range(0, len(rows), step):
         yield rows[start : start + step]
 
@@ -117,7 +118,7 @@ def _leverage(points):
 
 
 class _FittedPoints:
-    """What a `Kind` needs of control points, for distinct points without the merge of equal ones.
+    """Distinct control points for a `Kind`, without the merge of equal ones.
 
     Its attributes are those of `handles.control_points.ControlPoints`.
     """
@@ -148,14 +149,14 @@ class _WeightedPairs:
         pairs = points.pairs if others is None else points.pairs.of_rows(others)
         offset = pairs.deformed - v[:, None]
         d2 = np.einsum("mia,mia->mi", offset, offset) + settings.smoothing**2
-        every = np.arange(len(v))
+        index = np.arange(len(v))
         if others is None and rows is not None:
-            d2[every, rows] = np.inf
+            d2[index, rows] = np.inf
         nearest = d2.argmin(axis=1)
-        share = d2[every, nearest][:, None] / d2
+        share = d2[index, nearest][:, None] / d2
         # alpha 0 is one map for all, in which the weight 0 of a pair left out is not 0^0
         self.w = pairs.weights * np.where(share > 0, share, 0) ** settings.alpha * (share > 0)
-        self.nearest = nearest if others is None else others[every, nearest]
+        self.nearest = nearest if others is None else others[index, nearest]
         self.p_k, self.q_k = (x[self.nearest] for x in (points.pairs.rest, points.pairs.deformed))
         self.x = v - self.q_k
         p, q = pairs.rest - self.p_k[:, None], pairs.deformed - self.q_k[:, None]

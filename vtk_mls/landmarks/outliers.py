@@ -9,21 +9,22 @@ from vtk_mls.landmarks.left_out import PointPairs, nearby_predictions, nearest
 from vtk_mls.landmarks.settings import Settings
 
 _MAX_PREDICTORS = 64  # the nearest pairs, from which each is predicted here
-_NEIGHBORS = 12  # whose errors say what is usual at a place
-# Limit of the error of a good pair, in usual errors: normal noise of each coordinate passes 2.7
+_NEIGHBORS = 12  # their errors define the usual error at a place
+# Limit of the error of a good pair, in usual errors. Normal noise of each coordinate exceeds 2.7
 # medians once in 2,000 times. At the rim of the pairs, where predictions extrapolate, the limit is
-# larger, up to a factor of about 2.
+# up to twice as large.
 _LIMIT = 3.0
 _MAX_SHARE = 1 / 3  # of the pairs that can be outliers
-_ROUNDING = 1e-9  # of the extent of the pairs: errors that do not matter
-_CLEARLY = 0.5  # how much nearer, as a factor, a swapped pair is predicted to the other's place
+_ROUNDING = 1e-9  # of the extent of the pairs; smaller errors are ignored
+# Largest distance from the prediction of a swapped pair to the other's place, in its own error.
+_MAX_SWAP_RATIO = 0.5
 
 
 def find(pairs: PointPairs, settings: Settings) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
-    """The outliers (n,), and p of each pair (n, 3) as the pairs that are no outliers predict it.
+    """The outliers (n,), and p of each pair (n, 3) as predicted from the other pairs.
 
-    The worst pair of each neighborhood is taken out until all others are predicted within the
-    limit, since an outlier also spoils the predictions of its neighbors.
+    Outliers predict nothing, since they would spoil the predictions of their neighbors: the worst
+    pair of each neighborhood is removed until all others are within the limit.
 
     Parameters
     ----------
@@ -31,24 +32,24 @@ def find(pairs: PointPairs, settings: Settings) -> tuple[NDArray[np.bool_], NDAr
         With distinct q.
     settings : Settings
     """
-    kept = np.arange(len(pairs))
+    inliers = np.arange(len(pairs))
     min_count = len(pairs) - int(_MAX_SHARE * len(pairs))
     while True:
-        neighbors = nearest(pairs, kept, _NEIGHBORS)
-        predicted = nearby_predictions(pairs, nearest(pairs, kept, _MAX_PREDICTORS), settings)
-        score = _score(pairs, predicted, kept, neighbors)
-        suspects = kept[score[kept] > 1]
+        neighbors = nearest(pairs, inliers, _NEIGHBORS)
+        predicted = nearby_predictions(pairs, nearest(pairs, inliers, _MAX_PREDICTORS), settings)
+        score = _score(pairs, predicted, inliers, neighbors)
+        suspects = inliers[score[inliers] > 1]
         worst = suspects[score[suspects] >= score[neighbors[suspects]].max(axis=1)]
-        worst = worst[np.argsort(-score[worst], kind="stable")][: max(0, len(kept) - min_count)]
+        worst = worst[np.argsort(-score[worst], kind="stable")][: max(0, len(inliers) - min_count)]
         if len(worst) == 0:
             return score > 1, predicted
-        kept = np.setdiff1d(kept, worst)
+        inliers = np.setdiff1d(inliers, worst)
 
 
 def swapped(
     pairs: PointPairs, is_outlier: NDArray[np.bool_], predicted: NDArray[np.float64]
 ) -> NDArray[np.int64]:
-    """The outlier whose place each outlier has, and which has its place: (n,) rows, -1 for none.
+    """The outlier with which each outlier has exchanged its place: (n,) rows, -1 for none.
 
     Parameters
     ----------
@@ -65,16 +66,16 @@ def swapped(
     own = distance.diagonal().copy()
     np.fill_diagonal(distance, np.inf)
     other = distance.argmin(axis=1)
-    is_swapped = distance.min(axis=1) < _CLEARLY * own
+    is_swapped = distance.min(axis=1) < _MAX_SWAP_RATIO * own
     is_swapped &= is_swapped[other] & (other[other] == np.arange(len(rows)))
     result[rows[is_swapped]] = rows[other[is_swapped]]
     return result
 
 
-def _score(pairs, predicted, kept, neighbors):
+def _score(pairs, predicted, inliers, neighbors):
     """The error of each prediction (n,), relative to the limit."""
     error = np.linalg.norm(predicted - pairs.rest, axis=1)
-    usual = np.sqrt(np.median(error[neighbors], axis=1) * np.median(error[kept]))
+    usual = np.sqrt(np.median(error[neighbors], axis=1) * np.median(error[inliers]))
     offset = pairs.deformed[neighbors] - pairs.deformed[:, None]
     reach = np.linalg.norm(offset, axis=2).mean(axis=1)
     # 0 amid the neighbors, 1 far from them

@@ -23,7 +23,7 @@ MAX_SAMPLE = 256
 
 @dataclass(frozen=True, eq=False)
 class Report:
-    """What `report` found for n pairs.
+    """The result of `report` for n pairs.
 
     Attributes
     ----------
@@ -142,8 +142,7 @@ def report(
         rows = _sample(len(pairs))
         tried, baseline = _medians(pairs, rows, choosing)
         best = min(tried, key=tried.__getitem__)
-        everyone = np.arange(len(pairs))
-        error = _errors(pairs, everyone, best, finding)
+        error = _errors(pairs, np.arange(len(pairs)), best, finding)
         folding.report(0)
         is_outlier, predicted = outliers.find(pairs, best)
         deformation = Deformation(

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vtk_mls.base import interpolation, validation
 from vtk_mls.base.grid import Grid, checked_grid
-from vtk_mls.base.linear_interpolation import linear
+from vtk_mls.base.interpolation import linear_with_slopes
 from vtk_mls.base.progress import ProgressLike, whole
 from vtk_mls.base.validation import freeze, short_repr
 from vtk_mls.queries.transform import Transform
@@ -51,7 +51,7 @@ class Image:
 
 @dataclass(frozen=True, eq=False)
 class Refinement:
-    """What `refine` found for n landmarks.
+    """The result of `refine` for n landmarks.
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ class Refinement:
     moved : (n,) float64, world units
         Distance from q before to q: 0 if refused.
     score_before, score : (n,) float64
-        Normalised cross-correlation at q before, and at the match, from -1 to 1; NaN without any.
+        Normalized cross-correlation at q before, and at the match, from -1 to 1; NaN without any.
     refused : tuple of n str
         Why a match is not trustworthy; empty if it is.
     """
@@ -89,7 +89,7 @@ def refine(
     """Move landmarks on the target to the best match of the moving image around them.
 
     A ball of the moving image around p, as it is and deformed by the map, is compared with the
-    target around q by normalised cross-correlation; the better of the two counts. A landmark stays
+    target around q by normalized cross-correlation; the better of the two counts. A landmark stays
     where it is if its match is not trustworthy: at the border of the search, with a low score, with
     other places that match as well, or where an image has no contrast.
 
@@ -115,7 +115,7 @@ def refine(
     Raises
     ------
     ValueError, TypeError
-        For an image, a place or a length that is none, naming it.
+        For an invalid image, place or length; the sentence names it.
     """
     p, q = validation.points("rest", rest), validation.points("deformed", deformed)
     if len(p) != len(q):
@@ -129,10 +129,10 @@ def refine(
     margin = _steps("search", search, SEARCH, target.grid)
     matcher = _Matcher(moving, target, deformation, reach, margin)
     with whole(progress) as part:
-        found = [matcher.match(p[i], q[i]) for i in part.over(range(len(q)))]
-    refused = tuple(reason for *_, reason in found)
-    match = np.array([place for place, *_ in found]).reshape(-1, 3)
-    scores = np.array([scores for _, scores, _ in found]).reshape(-1, 2)
+        matches = [matcher.match(p[i], q[i]) for i in part.over(range(len(q)))]
+    refused = tuple(reason for *_, reason in matches)
+    match = np.array([place for place, *_ in matches]).reshape(-1, 3)
+    scores = np.array([scores for _, scores, _ in matches]).reshape(-1, 2)
     is_moved = np.array([not reason for reason in refused], bool)
     places = np.where(is_moved[:, None], match, q)
     moved = np.linalg.norm(places - q, axis=1)
@@ -169,31 +169,31 @@ class _Matcher:
 
     def match(self, p, q):
         """The place (3,), the scores before and after, and why it is refused."""
-        found = [self._match_of(q, *self._window(places)) for places in self._origins(p, q)]
-        return max(found, key=lambda match: np.nan_to_num(match[1][1], nan=-2))
+        matches = [self._match_of(q, *self._window(places)) for places in self._origins(p, q)]
+        return max(matches, key=lambda match: np.nan_to_num(match[1][1], nan=-2))
 
     def _match_of(self, q, window, weights):
         """As `match`, for one window."""
-        nothing = np.full(3, np.nan), (np.nan, np.nan)
+        no_match = np.full(3, np.nan), (np.nan, np.nan)
         if weights.sum() < _MIN_SHARE * self._ball.sum():
-            return *nothing, "its window is outside of the moving image"
+            return *no_match, "its window is outside of the moving image"
         if _weighted_deviation(window, weights) <= self._contrast[0]:
-            return *nothing, "the moving image has no contrast there"
+            return *no_match, "the moving image has no contrast there"
         grid = self._target.grid
         center = np.rint(grid.index_of(q[None])[0]).astype(int)
         region, is_inside = self._region(center)
         score = _scores(window, weights, region, is_inside, self._contrast[1])
         if np.isnan(score).all():
-            return *nothing, "the target ends or has no contrast there"
+            return *no_match, "the target ends or has no contrast there"
         at = np.array(np.unravel_index(np.nanargmax(score), score.shape))
         step, best = _peak(score, at)
         place = grid.at((center + (at + step)[::-1] - self._margin)[None])[0]
         before = grid.index_of(q[None]) - center + self._margin
-        known = np.where(np.isnan(score), -1.0, score)
-        return place, (float(linear(known, before)[0][0]), best), _refusal(score, at, best)
+        score_before = linear_with_slopes(np.where(np.isnan(score), -1.0, score), before)[0][0]
+        return place, (float(score_before), best), _refusal(score, at, best)
 
     def _window(self, places):
-        """Values of the moving image at places, NaN for none, and weights, as the window is."""
+        """Values of the moving image at places (NaN: none), and weights, in the window's shape."""
         values, grid = self._moving.values, self._moving.grid
         is_solid = self._ball & np.isfinite(places).all(axis=1)
         index = grid.index_of(np.where(is_solid[:, None], places, grid.origin))
@@ -218,7 +218,7 @@ class _Matcher:
         yield origins[1:]
 
     def _region(self, center):
-        """Values of the target around a point, wherever the window may be; which are inside."""
+        """Values of the target within reach of the window around a point, and a mask of inside."""
         steps, values = (self._reach + self._margin)[::-1], self._target.values
         index = [np.arange(c - n, c + n + 1) for c, n in zip(center[::-1], steps)]
         rows = [np.clip(i, 0, size - 1) for i, size in zip(index, values.shape)]
@@ -265,7 +265,7 @@ def _weighted_deviation(values, weights):
 
 
 def _scores(window, weights, region, is_inside, min_contrast):
-    """Normalised cross-correlation of a window at all its places in a region.
+    """Normalized cross-correlation of a window at all its places in a region.
 
     Parameters
     ----------

@@ -21,7 +21,7 @@ _KINDS = (
 _ALPHAS = 1.0, 2.0, 3.0, 4.0
 _SMOOTHINGS = 1.0, 2.0
 _BEST_KINDS = 2
-# Pairs for each function of an affine or polynomial map: with fewer, its fit is not tried.
+# Pairs for each function of a polynomial map; with fewer, the map is not tried.
 _PAIRS_PER_FUNCTION = 2
 _MIN_AFFINE_PAIRS = 5
 
@@ -86,7 +86,7 @@ def with_smoothing(medians: dict[Settings, float], spacing: float) -> list[Setti
         Typical distance of a pair to the nearest.
     """
     kinds = dict.fromkeys((s.kind, s.degree) for s in sorted(medians, key=medians.__getitem__))
-    # three digits of it: settings are written down, and the rest changes nothing
+    # three digits are easy to type, and more have no effect
     lengths = [float(f"{factor * spacing:.3g}") for factor in _SMOOTHINGS]
     return [
         Settings(kind, degree, alpha, length)
@@ -97,10 +97,9 @@ def with_smoothing(medians: dict[Settings, float], spacing: float) -> list[Setti
 
 
 def spacing_of(points: NDArray[np.float64]) -> float:
-    """Median distance of points (n, 3) to the nearest other; of many, of a part of them."""
-    some = points[:: -(-len(points) // 500)]
+    """Median distance of points (n, 3) to the nearest other point, from up to 500 of them."""
     nearest = []
-    for point in some:
+    for point in points[:: -(-len(points) // 500)]:
         distance = np.linalg.norm(points - point, axis=1)
         nearest.append(distance[distance > 0].min())
     return float(np.median(nearest))

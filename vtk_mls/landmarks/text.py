@@ -14,7 +14,7 @@ _MAX_SETTINGS = 8
 
 
 def heading(report: Report) -> list[str]:
-    """Sentences that say what was found, and what to take."""
+    """Sentences with the results and the recommended settings."""
     median = report.tried[report.recommended]
     baseline = report.baseline
     of = "" if report.sampled == len(report.names) else f" (of {report.sampled} pairs)"
@@ -33,11 +33,11 @@ def heading(report: Report) -> list[str]:
     pairs = [f"{report.names[i]} and {report.names[j]}" for i, j in report.swaps]
     lines.append(f"labels that look swapped: {_listed(pairs) or 'none'}")
     determinant = report.smallest_determinant
-    verdict = "does not fold" if determinant > 0 else "folds"
-    remedy = "" if determinant > 0 else "; more smoothing, or --steps auto, avoids folds"
-    if determinant <= 0 and report.recommended.kind == "polynomial":
-        remedy = "; more smoothing, or the kind affine with --steps auto, avoids folds"
-    lines.append(f"the map {verdict}: smallest determinant {determinant:.3g}{remedy}")
+    result, remedy = "does not fold", ""
+    if determinant <= 0:
+        kind = "the kind affine with " if report.recommended.kind == "polynomial" else ""
+        result, remedy = "folds", f"; more smoothing, or {kind}--steps auto, avoids folds"
+    lines.append(f"the map {result}: smallest determinant {determinant:.3g}{remedy}")
     return lines
 
 
@@ -74,7 +74,7 @@ def refinement_rows(refinement: Refinement, names: Sequence[str]) -> list[list[s
 
 
 def refinement_heading(refinement: Refinement) -> str:
-    """A sentence that says how many landmarks moved, and how far."""
+    """A sentence with the number of landmarks that moved, and how far."""
     is_moved = np.array([not reason for reason in refinement.refused], bool)
     count, moved = len(is_moved), refinement.moved[is_moved]
     if not is_moved.any():
@@ -89,7 +89,7 @@ def refinement_heading(refinement: Refinement) -> str:
 
 
 def refinement_sentence(refinement: Refinement, names: Sequence[str]) -> str:
-    """What to say of a refinement: of one landmark, or of several."""
+    """A sentence about the refinement of one landmark or of several."""
     if len(names) > 1:
         text = refinement_heading(refinement)
         still = [name for name, reason in zip(names, refinement.refused) if reason]

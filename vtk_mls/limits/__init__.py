@@ -73,10 +73,10 @@ def limited_jacobians(limits, v, displacement, by_v, by_x):
     return by_v, by_x
 
 
-def are_held(limits, points):
-    """Which `points` (m, 3) stay where they are, whatever the handles do: (m,) bool."""
-    held = np.zeros(len(points), bool)
+def are_fixed(limits, points):
+    """Which `points` (m, 3) stay at rest whatever the handles do: (m,) bool."""
+    fixed = np.zeros(len(points), bool)
     for limit in limits:
         if not limit.slides:
-            held |= limit.factor(points)[0] == 0
-    return held
+            fixed |= limit.factor(points)[0] == 0
+    return fixed

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vtk_mls.base.linear_interpolation import linear
+from vtk_mls.base.interpolation import linear_with_slopes
 from vtk_mls.base.validation import freeze, positive, short_repr
 from vtk_mls.cuts import Plane, Surface
 from vtk_mls.handles import distance_image
@@ -65,7 +65,7 @@ class FixedFace(Limit):
             return value, (np.sign(height) * slope / self.falloff)[:, None] * self.face.normal
         images, grid = self._images
         index, inside = self._within(v)
-        distance, slope = linear(images[0], index)
+        distance, slope = linear_with_slopes(images[0], index)
         value, change = fade(distance / self.falloff)
         slope = np.einsum("mi,ij->mj", slope, grid.world_to_index)
         slope = (change / self.falloff)[:, None] * slope
@@ -76,7 +76,7 @@ class FixedFace(Limit):
             return np.broadcast_to(self.face.normal, v.shape), np.zeros((len(v), 3, 3))
         images, grid = self._images
         index, _ = self._within(v)
-        parts = [linear(image, index) for image in images[1:]]
+        parts = [linear_with_slopes(image, index) for image in images[1:]]
         slopes = np.stack([slope for _, slope in parts], axis=1)
         slopes = np.einsum("mci,ij->mcj", slopes, grid.world_to_index)
         return np.stack([value for value, _ in parts], axis=1), slopes

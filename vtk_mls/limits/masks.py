@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vtk_mls.base.grid import Grid, checked_grid
-from vtk_mls.base.linear_interpolation import linear
+from vtk_mls.base.interpolation import linear_with_slopes
 from vtk_mls.base.validation import as_float, freeze, positive, short_repr, vector
 from vtk_mls.limits.limit import Limit, fade
 
@@ -132,7 +132,7 @@ class ImageMask(Mask):
         index = self.grid.index_of(v)
         last = np.array(self.grid.dimensions) - 1
         inside = ((index >= -_EDGE) & (index <= last + _EDGE)).all(axis=1)
-        value, slope = linear(self.values, index)
+        value, slope = linear_with_slopes(self.values, index)
         slope = np.einsum("mi,ij->mj", slope, self.grid.world_to_index)
         return np.where(inside, value, 0), np.where(inside[:, None], slope, 0)
 

@@ -40,9 +40,6 @@ class Blocks:
     def __getstate__(self):  # without opened images
         return {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
 
-    def __setstate__(self, state):
-        self.__dict__.update(state)
-
     @functools.cached_property
     def _input(self):
         return open_image(self.source)
@@ -53,7 +50,7 @@ class Blocks:
 
     @property
     def stages(self):
-        """How many stages there are: the blocks of one need those of the one before."""
+        """Number of stages. The blocks of a stage need those of the stage before."""
         return len(self._output.levels)
 
     def starts(self, stage):
@@ -78,7 +75,7 @@ class Blocks:
 
 @dataclass(frozen=True, eq=False)
 class DeformedBlocks(Blocks):
-    """Blocks of a deformed image: first those of the finest level, then each from the one before.
+    """Blocks of a deformed image: first the finest level, then each level from the one before.
 
     Parameters
     ----------
@@ -143,8 +140,8 @@ def block_shape(array, axes):
     shape = [min(n, size) for n, size in zip(array.shards or array.chunks, array.shape)]
     if "c" in axes:
         axis = axes.index("c")
-        every = [*shape[:axis], array.shape[axis], *shape[axis + 1 :]]
-        shape = every if math.prod(every) <= MAX_VALUES else shape
+        all_channels = [*shape[:axis], array.shape[axis], *shape[axis + 1 :]]
+        shape = all_channels if math.prod(all_channels) <= MAX_VALUES else shape
     space = range(len(axes.rstrip("zyx")), len(axes))
     while True:
         growing = [a for a in space if shape[a] < array.shape[a]]
@@ -161,8 +158,8 @@ def coarsened(values, factors, size, is_label):
     ----------
     values : (..., n) array
     factors, size : sequences of ints
-        Along the last axes: points of a window, and windows. The last window may be smaller or
-        followed by points of none.
+        Along the last axes: points of a window, and windows. The last window may be smaller, and
+        points may follow it.
     is_label : bool
     """
     space = range(values.ndim - len(factors), values.ndim)
@@ -186,7 +183,7 @@ def coarsened(values, factors, size, is_label):
 
 
 def _divided(place, axes):
-    """Slices of times and channels, and those of space."""
+    """Slices of times and channels, and slices of space."""
     count = len(axes.rstrip("zyx"))
     return place[:count], place[count:]
 

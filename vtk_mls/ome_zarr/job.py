@@ -73,7 +73,7 @@ def deform(source, target, transform, settings, *, scheduler=None, progress=None
 def write_field(source, target, transform, *, scheduler=None, progress=None):
     """Write the displacement field of a transform on the finest grid of an image.
 
-    Parameters and errors are those of `deform`. The field has the axes c, z, y, x: components along
+    Parameters and errors are as of `deform`. The field has the axes c, z, y, x: components along
     x, y and z.
     """
     image = open_image(source)
@@ -106,7 +106,7 @@ def _run(parts, unfinished, scheduler, progress):
     unfinished.finish()
     if unfinished.is_resumed:
         return "an interrupted output was resumed"
-    return "an interrupted output of other inputs was replaced" * unfinished.was_other
+    return "an interrupted output of other inputs was replaced" * unfinished.replaced_other
 
 
 def _stages(parts):
@@ -174,7 +174,7 @@ def _parts(job):
 
 @contextmanager
 def _executor(scheduler):
-    """Where blocks are computed, and how many at a time."""
+    """An executor, and the number of blocks to submit at a time."""
     if not scheduler:
         count = min(_MAX_THREADS, (os.cpu_count() or 1) + 1)
         with concurrent.futures.ThreadPoolExecutor(count) as executor:
@@ -187,7 +187,7 @@ def _executor(scheduler):
     try:
         client = distributed.Client(scheduler, timeout="10s", set_as_default=False)
     except (OSError, ValueError) as error:
-        raise OSError(f"`{scheduler}` is no scheduler that answers: {error}") from error
+        raise OSError(f"`{scheduler}` is not a scheduler that answers: {error}") from error
     with client:
         threads = sum(client.nthreads().values())
         if not threads:

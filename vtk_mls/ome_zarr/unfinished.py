@@ -1,4 +1,4 @@
-"""An output that is not complete: its folder, and the list of its blocks that are written.
+"""An output that is not complete: its folder, and the list of its written blocks.
 
 `out.ome.zarr.unfinished` holds the new `out.ome.zarr`, a file with a hash of all inputs, and a file
 with the names of written blocks. When all are written, the new folder is moved to its place. So an
@@ -25,7 +25,7 @@ _CONSOLIDATED = "consolidated_metadata"
 
 
 class Unfinished:
-    """An output in work.
+    """An unfinished output.
 
     Parameters
     ----------
@@ -41,8 +41,8 @@ class Unfinished:
     done : set of str
         Names of blocks that are written.
     is_resumed : bool
-    was_other : bool
-        Whether there was an output in work from other inputs, which is removed.
+    replaced_other : bool
+        Whether there was an unfinished output of other inputs, which is removed.
 
     Raises
     ------
@@ -61,13 +61,13 @@ class Unfinished:
             raise OSError(f"`{path}` could not be written: {error.strerror or error}") from error
 
     def _open(self, inputs):
-        self.is_resumed = self.was_other = False
+        self.is_resumed = self.replaced_other = False
         if self.folder.exists() and any(self.folder.iterdir()):
             if not self._job.is_file():
                 raise OSError(f"`{self.folder}` is in the way; remove it")
-            self.is_resumed = self.data.is_dir() and _stored(self._job) == inputs
-            self.was_other = not self.is_resumed
-        if self.was_other:
+            self.is_resumed = self.data.is_dir() and _stored_inputs(self._job) == inputs
+            self.replaced_other = not self.is_resumed
+        if self.replaced_other:
             shutil.rmtree(self.folder)
         self.folder.mkdir(exist_ok=True)
         if not self.is_resumed:
@@ -109,7 +109,7 @@ def check_output(path, inputs=()):
     if not path.parent.is_dir():
         raise FileNotFoundError(f"there is no folder `{path.parent}` to write `{path.name}` in")
     if path.exists() and not has_metadata(path):
-        raise FileExistsError(f"`{path}` cannot be written: it exists and is no OME-Zarr")
+        raise FileExistsError(f"`{path}` cannot be written: it exists and is not an OME-Zarr")
     for other in map(Path, inputs):
         if path.resolve() in (other.resolve(), *other.resolve().parents):
             raise FileExistsError(f"`{path}` cannot be written: it is the input")
@@ -152,7 +152,7 @@ def hash_of(folder, paths, *values):
 
 
 def _add_content(digest, value):
-    """Add a value to a hash, without the properties that it keeps when they are first used."""
+    """Add a value to a hash, without cached properties."""
     digest.update(type(value).__qualname__.encode())
     if dataclasses.is_dataclass(value):
         members = [getattr(value, field.name) for field in dataclasses.fields(value) if field.init]
@@ -182,7 +182,7 @@ def _without_copies(file):
     return json.dumps(content, indent=2)
 
 
-def _stored(job):
+def _stored_inputs(job):
     try:
         return json.loads(job.read_text()).get("inputs")
     except (ValueError, AttributeError):

@@ -1,1 +1,1 @@
-"""What ParaView shows of the filters."""
+"""The filters in ParaView: proxies, panels, widgets and views."""

@@ -13,9 +13,9 @@ _PRIORITY = 1.5  # above the settings of the site, below those of the user
 
 
 def add_defaults():
-    """Make it the default of ParaView, unless the user has set another for arrays of this name.
+    """Make it ParaView's default, unless the user has set another one for arrays of this name.
 
-    Its range stays when the data change, so that white is always the volume at rest.
+    The range does not follow the data, so that white always is the volume at rest.
     """
     points = volume_colors.table()
     table = {

@@ -9,7 +9,12 @@ from vtkmodules.vtkCommonDataModel import (
     vtkDataAssemblyUtilities,
 )
 
-from vtk_mls.paraview.server_manager import input_of, pending_value, pending_values
+from vtk_mls.paraview.server_manager import (
+    indexed_blocks,
+    input_of,
+    pending_value,
+    pending_values,
+)
 
 # All but the representation itself.
 _COPIED = (
@@ -49,8 +54,9 @@ def copy_settings_of_input(display, displays):
 
 
 def color_array(display):
-    """Association ("0" for points, "1" for cells) and name of the array that colors a display."""
-    return tuple(pending_values(display.GetProperty("ColorArrayName"))[3:5])
+    """Whether cells have the array that colors a display, and its name; "" without an array."""
+    association, name = pending_values(display.GetProperty("ColorArrayName"))[3:5]
+    return association == "1", name
 
 
 def color_settings(display):
@@ -61,15 +67,12 @@ def color_settings(display):
 
 def apply_colors(mapper, display):
     """Color the data of a mapper as a display does."""
-    association, name = color_array(display)
+    is_of_cells, name = color_array(display)
     table = _color_table(display)
     if not name or table is None:
         mapper.ScalarVisibilityOff()
         return
-    if association == "1":
-        mapper.SetScalarModeToUseCellFieldData()
-    else:
-        mapper.SetScalarModeToUsePointFieldData()
+    set_scalar_mode(mapper, is_of_cells)
     mapper.SelectColorArray(name)
     if not _is_mapped(display):
         mapper.SetColorModeToDirectScalars()
@@ -78,7 +81,15 @@ def apply_colors(mapper, display):
     mapper.SetLookupTable(table.GetClientSideObject())
     mapper.UseLookupTableScalarRangeOn()
     if hasattr(mapper, "SetInterpolateScalarsBeforeMapping"):
-        mapper.SetInterpolateScalarsBeforeMapping(association != "1")
+        mapper.SetInterpolateScalarsBeforeMapping(not is_of_cells)
+
+
+def set_scalar_mode(mapper, is_of_cells):
+    """Let a mapper select its array by name among those of cells or points."""
+    if is_of_cells:
+        mapper.SetScalarModeToUseCellFieldData()
+    else:
+        mapper.SetScalarModeToUsePointFieldData()
 
 
 def _color_table(display):
@@ -96,7 +107,7 @@ def block_settings(display):
 
 
 class BlockSettings:
-    """The settings of single blocks, by the indices of these.
+    """The settings of single blocks, by the indices of the blocks.
 
     Attributes
     ----------
@@ -128,7 +139,7 @@ class BlockSettings:
         self.opacities = dict(self._rows("BlockOpacities", 1))
 
     def color(self, index):
-        """The color of a block, chosen or to tell blocks apart; None for that of the display."""
+        """The color of a block; None for the color of the display."""
         if index in self.colors or color_array(self._display)[1] != _BLOCK_COLORS:
             return self.colors.get(index)
         color, table = [0.0, 0.0, 0.0], _color_table(self._display)
@@ -140,11 +151,7 @@ class BlockSettings:
     def _nodes_of_blocks(self, data):
         """The tree's dataset index for each block; partitions of a dataset share one."""
         indices = np.unique(self._tree.GetDataSetIndices(self._tree.GetRootNode(), True))
-        blocks, iterator = [], data.NewIterator()
-        iterator.InitTraversal()
-        while not iterator.IsDoneWithTraversal():
-            blocks.append(iterator.GetCurrentFlatIndex())
-            iterator.GoToNextItem()
+        blocks = [index for index, _ in indexed_blocks(data)]
         return indices[np.searchsorted(indices, blocks, side="right") - 1].tolist()
 
     def _selected_blocks(self, selectors):
@@ -154,13 +161,13 @@ class BlockSettings:
         return {index for index, node in enumerate(self._nodes) if node in selected}
 
     def _rows(self, name, count):
-        """Rows of a block's index and `count` numbers, from a list of selectors and numbers."""
+        """The index of a block and `count` values, from a list of selectors and values."""
         values = _values(self._display, name)
         rows = [values[i : i + 1 + count] for i in range(0, len(values), 1 + count)]
         # selectors of parts come after those of the whole, which they override
-        for selector, *numbers in sorted(rows, key=lambda row: row[0].count("/")):
+        for selector, *settings in sorted(rows, key=lambda row: row[0].count("/")):
             for index in self._selected_blocks([selector]):
-                yield index, *map(float, numbers)
+                yield index, *map(float, settings)
 
 
 def _values(display, name):

@@ -1,8 +1,8 @@
 """Where the handles of a new filter or source start, in ParaView's GUI.
 
-ParaView places those of a filter as a lattice over the bounds of its input. If the material does
-not fill the bounds, the handles move to the material. The handles of a source of control points go
-to the bounds of the selection. Scripts outside the GUI get ParaView's lattice, and the source's
+ParaView places the handles of a filter as a lattice over the bounds of its input. If the material
+does not fill the bounds, they move to the material. The handles of a source of control points move
+to the bounds of the selection. Scripts outside the GUI get ParaView's lattice and the source's
 default cube.
 """
 
@@ -14,7 +14,7 @@ import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkDataSet, vtkImageData
 
 from vtk_mls.editor.first_handles import handles_on
-from vtk_mls.editor.scene_mesh import MeshSurface
+from vtk_mls.editor.scene_mesh import SurfaceLocator
 from vtk_mls.editor.scene_volume import VolumeSurface, scalar_image
 from vtk_mls.editor.transfer_functions import presets_of
 from vtk_mls.paraview import undo
@@ -70,7 +70,7 @@ def _place_on_material(proxy):
 
 
 def _positions_on_material(blocks):
-    """Positions (n, 3) of handles; None where the lattice over the bounds is good."""
+    """Positions (n, 3) of handles; None if the lattice over the bounds is suitable."""
     materials = [_material_of(block) for block in blocks]
     if not materials or None in materials:
         return None
@@ -94,7 +94,7 @@ def _material_of(data):
         return surface, surface.bounds
     if not isinstance(data, vtkDataSet) or not 0 < data.GetNumberOfCells() <= _MAX_CELLS:
         return None
-    return MeshSurface(data), np.reshape(data.GetBounds(), (3, 2)).T
+    return SurfaceLocator(data), np.reshape(data.GetBounds(), (3, 2)).T
 
 
 def _has_empty_faces(values):

@@ -20,9 +20,9 @@ _READERS = ("vtkNIfTIReader", "vtkNrrdReader", "vtkPNrrdReader", "vtkMetaImageRe
 def frame_mismatch(algorithm, in_info):
     """A warning if the frames certainly differ, else "".
 
-    They do if the image on port 0 comes directly from a reader of ParaView's that places it
-    elsewhere than its file does, and the control points on port 1 directly from a file. `in_info`
-    is that of RequestData.
+    The frames differ if the image on port 0 comes directly from a reader of ParaView that places
+    it elsewhere than its file says, and the control points on port 1 come directly from a file.
+    `in_info` is the argument of RequestData.
     """
     reader, handles = _single_producer(algorithm, 0), _single_producer(algorithm, 1)
     if hasattr(reader, "GetCurrentFileName"):  # of a series of files

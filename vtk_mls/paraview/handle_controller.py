@@ -79,7 +79,7 @@ class HandleController:
 
     def add_widget(self, widget):
         """Extend a widget that shows these handles."""
-        if not self._observe_drags(widget):
+        if not self.observe_drags(widget):
             return
         hide_line(widget, self._observers)
         if not is_remote(widget):  # otherwise the server draws
@@ -87,10 +87,6 @@ class HandleController:
             self._surface_mice.append(SurfaceMouse(widget, markers, self._add_handle))
             self._deferred_drags.add_widget(widget)
             self._update_markers(find_proxy(self._proxy_id))
-
-    def add_cut_widget(self, widget):
-        """Follow a widget that shows the cut."""
-        self._observe_drags(widget)
 
     def restore(self, lists):
         """Make these lists the pending ones, for Undo or Redo."""
@@ -141,8 +137,8 @@ class HandleController:
 
         return callback
 
-    def _observe_drags(self, widget):
-        """Observe the drags of a widget; False if this is done already."""
+    def observe_drags(self, widget):
+        """Observe the drags of a widget of handles or the cut; False if it is observed already."""
         if widget.GetGlobalID() in self._widget_ids:
             return False
         self._widget_ids.add(widget.GetGlobalID())
@@ -217,9 +213,9 @@ class HandleController:
         before, after = self._rows[name], handle_lists.pending_rows(prop)
         self._rows[name] = after
         if not is_pending(prop):
-            # an edit may be undone by its opposite while the other list has it still
-            is_out_of_step = len(after) != len(self._rows[other])
-            if not (is_out_of_step and handle_lists.is_one_edit(before, after)):
+            # the opposite edit restored this list, but not yet the other list
+            has_other_length = len(after) != len(self._rows[other])
+            if not (has_other_length and handle_lists.is_one_edit(before, after)):
                 return
         if len(before) != len(after):
             names = other, "Weights"
@@ -233,10 +229,10 @@ class HandleController:
             handle_lists.set_pending_rows(proxy.GetProperty(other), self._rows[other])
 
     def _complete_table_edit(self, proxy, after, other):
-        """Handle the second event of *+* or *-*; whether it is one.
+        """Handle the second event of *+* or *-*; False for other events.
 
-        The table first appends a row or removes the last, then moves rows to their new places: only
-        now the other lists can follow.
+        The table first appends a row or removes the last one, then moves rows to their new places.
+        The other lists can follow only after that.
         """
         if self._last_count_change is None or self._is_dragging:
             return False
@@ -263,7 +259,7 @@ class HandleController:
                 "Weights": lambda rows: np.insert(rows, indices, 1.0, axis=0),
             }
         else:
-            mask = handle_lists.kept_rows(before, after)
+            mask = handle_lists.remaining_rows(before, after)
             edits = dict.fromkeys((other, "Weights"), lambda rows: rows[mask])
         for name, edit in edits.items():
             rows = handle_lists.pending_rows(proxy.GetProperty(name))

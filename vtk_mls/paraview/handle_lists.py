@@ -41,13 +41,13 @@ def first_difference(before, after):
 def is_one_edit(before, after):
     """Whether rows were only removed from `before`, or only added, all at one place."""
     if len(after) < len(before):
-        return np.count_nonzero(kept_rows(before, after)) == len(after)
+        return np.count_nonzero(remaining_rows(before, after)) == len(after)
     first, count = first_difference(before, after), len(after) - len(before)
     return np.array_equal(np.delete(after, slice(first, first + count), axis=0), before)
 
 
-def kept_rows(before, after):
-    """Mask (n,) of the rows of `before` that `after` has, in the same order."""
+def remaining_rows(before, after):
+    """Mask (n,) of the rows of `before` that remain in `after`, in the same order."""
     mask, count = np.zeros(len(before), bool), 0
     for index, row in enumerate(before):
         if count < len(after) and (row == after[count]).all():

@@ -1,7 +1,8 @@
 """Markers of handles in ParaView's views: dragged, selected, and numbered ones differ.
 
-ParaView's widget draws each handle by an actor of its own, all alike, and a line through them which
-drags all at once. Here the widget's handles are picked but not drawn; one actor draws all markers.
+ParaView's widget draws each handle by an actor of its own, all in one style, and a line through
+them that drags all at once. Here the widget's handles are picked but not drawn; one actor draws all
+markers.
 """
 
 from __future__ import annotations

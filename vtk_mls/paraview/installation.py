@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import glob
 import json
 import os
 import re
@@ -169,10 +170,9 @@ def find(folder=None):
     else:
         on_path = shutil.which("paraview") or shutil.which("pvpython")
         folders = [Path(on_path).parent] if on_path else []
-        for pattern in map(os.path.expanduser, _USUAL_FOLDERS):
-            start = Path(pattern).anchor
-            found = Path(start).glob(str(Path(pattern).relative_to(start))) if start else []
-            folders += sorted(found, key=lambda path: _version(str(path)), reverse=True)
+        for pattern in _USUAL_FOLDERS:
+            paths = glob.glob(os.path.expanduser(pattern))
+            folders += map(Path, sorted(paths, key=_version, reverse=True))
     for candidate in folders:
         pvpython = _program(candidate, "pvpython")
         if pvpython.exists():

@@ -1,9 +1,9 @@
 """The result of pending edits of MLS Deform, drawn before Apply.
 
-Where the filter is shown, or before the first Apply its input, the deformed input is drawn in place
-of ParaView's own prop. The pipeline has no part in this: states, Undo and the panel ignore it. It
-is updated once a frame for any number of edits, so that it keeps up with the mouse. Views without
-the mouse are rendered when a drag ends.
+The deformed input is drawn in place of ParaView's own prop of the filter, or of the input before
+the first Apply. This does not change the pipeline: states, Undo and the panel ignore it. It is
+updated once a frame for any number of edits, to keep up with the mouse. Other views are rendered
+when a drag ends.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from vtkmodules.vtkCommonCore import vtkOutputWindow
 
 from vtk_mls.paraview.displays import BlockSettings
 from vtk_mls.paraview.live_image import LiveBox, LiveImage, LiveSlice, LiveVolume
-from vtk_mls.paraview.live_mesh import LiveEdges, LiveMesh, LiveOutline
+from vtk_mls.paraview.live_mesh import LiveEdges, LiveOutline, LiveSurface
 from vtk_mls.paraview.observers import Observers
 from vtk_mls.paraview.pending_filter import PendingFilter, has_pending_map
 from vtk_mls.paraview.server_manager import (
@@ -30,7 +30,7 @@ from vtk_mls.paraview.server_manager import (
 from vtk_mls.paraview.views import render_later
 
 SWITCH = "Live"
-_PROP_TYPES = (LiveVolume, LiveImage, LiveSlice, LiveBox, LiveMesh, LiveEdges, LiveOutline)
+_PROP_TYPES = (LiveVolume, LiveImage, LiveSlice, LiveBox, LiveSurface, LiveEdges, LiveOutline)
 
 
 class Live:

@@ -10,7 +10,7 @@ from vtkmodules.vtkFiltersGeometry import vtkGeometryFilter
 from vtkmodules.vtkRenderingCore import vtkPolyDataMapper, vtkVolume
 from vtkmodules.vtkRenderingVolume import vtkGPUVolumeRayCastMapper
 
-from vtk_mls.paraview.displays import apply_colors, color_array
+from vtk_mls.paraview.displays import apply_colors, color_array, set_scalar_mode
 from vtk_mls.paraview.live_mesh import FEATURE_EDGES, SURFACES, feature_edges
 from vtk_mls.paraview.live_prop import LiveProp, representation_of
 from vtk_mls.paraview.server_manager import pending_value
@@ -34,10 +34,10 @@ class LiveImage(LiveProp):
     draws_images = True
     representations = (*SURFACES, FEATURE_EDGES)
 
-    def __init__(self, display, image, renderer, index=0):
+    def __init__(self, display, image, renderer, index):
         self._mapper = vtkPolyDataMapper()
         apply_colors(self._mapper, display)
-        self._has_cell_colors = color_array(display)[0] == "1"
+        self._has_cell_colors = color_array(display)[0]
         self._has_edges = representation_of(display) == FEATURE_EDGES
         super().__init__(display, image, renderer, self._mapper)
 
@@ -70,11 +70,11 @@ class LiveSlice(LiveProp):
     draws_images = True
     representations = ("Slice",)
 
-    def __init__(self, display, image, renderer, index=0):
+    def __init__(self, display, image, renderer, index):
         self._mapper = vtkPVImageSliceMapper()
         apply_colors(self._mapper, display)
         self._mapper.SetUseXYPlane(pending_value(display, "UseXYPlane", 0))
-        self._has_cell_colors = color_array(display)[0] == "1"
+        self._has_cell_colors = color_array(display)[0]
         self._slice = pending_value(display, "Slice", 0)
         self._axis = _NORMAL_AXES[pending_value(display, "SliceMode", 5)]
         super().__init__(display, image, renderer, self._mapper)
@@ -99,7 +99,7 @@ class LiveBox(LiveProp):
     draws_images = True
     representations = ("Outline",)
 
-    def __init__(self, display, image, renderer, index=0):
+    def __init__(self, display, image, renderer, index):
         self._grid, outline = vtkImageData(), vtkPVGeometryFilter()
         outline.SetInputData(self._grid)
         outline.SetUseOutline(True)
@@ -122,18 +122,15 @@ class LiveVolume(LiveProp):
     representations = ("Volume",)
     prop_type = vtkVolume
 
-    def __init__(self, display, image, renderer, index=0):
+    def __init__(self, display, image, renderer, index):
         if pending_value(display, "VolumeRenderingMode", 0) not in _GPU_MODES:
             raise ValueError("`Volume Rendering Mode` is neither Smart nor GPU Based")
         self._mapper = vtkGPUVolumeRayCastMapper()
         self._mapper.SetInputData(image)
         # as ParaView's own at rest, which takes longer steps during interaction, not fewer rays
         self._mapper.SetAutoAdjustSampleDistances(False)
-        association, name = color_array(display)
-        if association == "1":
-            self._mapper.SetScalarModeToUseCellFieldData()
-        else:
-            self._mapper.SetScalarModeToUsePointFieldData()
+        is_of_cells, name = color_array(display)
+        set_scalar_mode(self._mapper, is_of_cells)
         self._mapper.SelectScalarArray(name)
         self._mapper.SetBlendMode(pending_value(display, "BlendMode", 0))
         super().__init__(display, image, renderer, self._mapper)
@@ -145,8 +142,8 @@ class LiveVolume(LiveProp):
     def can_draw(cls, display, image):
         if not super().can_draw(display, image) or min(image.GetDimensions()) < 2:
             return False
-        association, name = color_array(display)
-        attributes = image.GetCellData() if association == "1" else image.GetPointData()
+        is_of_cells, name = color_array(display)
+        attributes = image.GetCellData() if is_of_cells else image.GetPointData()
         array = attributes.GetArray(name)
         return array is not None and array.GetNumberOfComponents() == 1
 
@@ -167,10 +164,10 @@ class LiveVolume(LiveProp):
 
     def _show(self, pending, is_dragging):
         self._mapper.SetSampleDistance(usual_step(self._data))  # the input may have changed
-        within = pending.limits(self._data)
+        limits = pending.limits(self._data)
 
         def make_map(nodes):
-            self._deformed.update(pending.deformation, nodes, within)
+            self._deformed.update(pending.deformation, nodes, limits)
 
         self._pace.make(make_map, is_dragging)
 

@@ -19,7 +19,7 @@ SURFACES = ("Surface", "Surface With Edges", "Wireframe", "Points")
 FEATURE_EDGES = "Feature Edges"
 
 
-class LiveMesh(LiveProp):
+class LiveSurface(LiveProp):
     """A mesh as a surface, or its edges and points.
 
     ParaView's own actor cannot be deformed, since its mapper draws all blocks.
@@ -27,7 +27,7 @@ class LiveMesh(LiveProp):
 
     representations = SURFACES
 
-    def __init__(self, display, mesh, renderer, index=0):
+    def __init__(self, display, mesh, renderer, index):
         mapper = vtkPolyDataMapper() if isinstance(mesh, vtkPolyData) else vtkDataSetMapper()
         mapper.SetInputDataObject(mesh)
         apply_colors(mapper, display)
@@ -62,7 +62,7 @@ class LiveOutline(LiveProp):
 
     representations = ("Outline",)
 
-    def __init__(self, display, mesh, renderer, index=0):
+    def __init__(self, display, mesh, renderer, index):
         mapper = vtkPolyDataMapper()
         mapper.ScalarVisibilityOff()
         super().__init__(display, mesh, renderer, mapper)
@@ -83,7 +83,7 @@ class LiveEdges(LiveProp):
 
     representations = (FEATURE_EDGES,)
 
-    def __init__(self, display, mesh, renderer, index=0):
+    def __init__(self, display, mesh, renderer, index):
         self._moved, mapper = MeshDeformer(), vtkPolyDataMapper()
         self._moved.SetInputDataObject(mesh)
         edges = feature_edges(self._moved)

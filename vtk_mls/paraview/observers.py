@@ -2,7 +2,7 @@
 
 VTK keeps the Python function of an observer alive, but Python's garbage collector does not see
 VTK's references. If only a VTK object holds the function, the collector may clear it while VTK
-still calls it, and ParaView crashes. So each observer has a Python object as its owner.
+still calls it, and ParaView crashes. Therefore each observer has a Python object as its owner.
 """
 
 from __future__ import annotations

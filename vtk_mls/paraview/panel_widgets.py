@@ -1,8 +1,8 @@
 """The widgets of a filter's panel come back when the filter is selected again.
 
-When another source is selected, ParaView hides the widgets of a panel twice, and saves for later
-the visibility of the second time, so they would stay hidden. Here the visibility is restored at
-once, unless the user hid the widget. This draws nothing, since the widget is disabled meanwhile.
+When another source is selected, ParaView hides the widgets of a panel twice. It restores the
+visibility that it saved the second time, so the widgets would stay hidden. Here the visibility is
+restored at once, unless the user hid the widget. This draws nothing: the widget is disabled then.
 """
 
 from __future__ import annotations

@@ -91,44 +91,32 @@ def _lattice_over_input(prop):
     return element(prop, domain, " ".join(str(step - 1) for step in steps))
 
 
-def _control_point_array(name, index, default, domain, text, source="ControlPoints"):
-    """A choice among the point arrays of an input, without ParaView's own guess."""
-    return vector(
-        "String",
-        name,
-        f"{index};1;0;0;{default}",
-        text,
-        array_choice(domain, source),
-        xml("Hints", xml("NoDefault"), shown_when(source, "null", inverse=1)),
-        default_values_delimiter=";",
-        command="SetInputArrayToProcess",
-        number_of_elements=5,
-        element_types="0 0 0 0 2",
-        animateable=0,
-        panel_visibility="advanced",
-    )
-
-
 def _arrays_of(source):
-    """The choices of the arrays of control points on an input."""
+    """The choices of the point arrays of control points on an input, without ParaView's guess."""
+    displacement = "Point vector array of the control points with their displacement q - p."
+    weight = """Point array of the control points with a positive factor for each; without it all
+        factors are 1."""
     return [
-        _control_point_array(
-            "DisplacementArray",
-            0,
-            DISPLACEMENT,
-            "vectors",
-            "Point vector array of the control points with their displacement q - p.",
-            source,
-        ),
-        _control_point_array(
-            "WeightArray",
-            1,
-            WEIGHT,
-            "factors",
-            """Point array of the control points with a positive factor for each; without it all
-            factors are 1.""",
-            source,
-        ),
+        vector(
+            "String",
+            name,
+            f"{index};1;0;0;{default}",
+            text,
+            array_choice(domain, source),
+            xml("Hints", xml("NoDefault"), shown_when(source, "null", inverse=1)),
+            default_values_delimiter=";",
+            command="SetInputArrayToProcess",
+            number_of_elements=5,
+            element_types="0 0 0 0 2",
+            animateable=0,
+            panel_visibility="advanced",
+        )
+        for index, (name, default, domain, text) in enumerate(
+            (
+                ("DisplacementArray", DISPLACEMENT, "vectors", displacement),
+                ("WeightArray", WEIGHT, "factors", weight),
+            )
+        )
     ]
 
 
@@ -157,10 +145,9 @@ _CONTROL_POINTS = data_input(
     """Control points (optional), used instead of the handles below: any dataset with points, for
     example an Extract Selection. Its positions are p, where the material is at rest; a point vector
     array holds the displacement q - p to where they were dragged.""",
-    xml("Hints", xml("Optional")),
     input_arrays("vectors", "point", components=3),
     input_arrays("factors", "point", components=1),
-    clean_command="DisconnectControlPoints",
+    is_optional=True,
 )
 
 _DEFORMED_CONTROL_POINTS = data_input(
@@ -170,8 +157,7 @@ _DEFORMED_CONTROL_POINTS = data_input(
     """The dataset of the input ControlPoints, moved (optional), for example by a Transform: its
     points, paired with those by their numbers, are q, instead of a displacement array. With
     HandleShapes cells, a closed surface and its Transform are a rigid region.""",
-    xml("Hints", xml("Optional")),
-    clean_command="DisconnectDeformedControlPoints",
+    is_optional=True,
 )
 
 _CUTS = data_input(
@@ -180,9 +166,8 @@ _CUTS = data_input(
     "vtkPolyData",
     """Surfaces to cut along (optional): the polygons of each input, for example of the sources
     Plane and Disk. Each input and each connected part of it is a cut.""",
-    xml("Hints", xml("Optional")),
+    is_optional=True,
     command="AddInputConnection",
-    clean_command="DisconnectCuts",
     multiple_input=1,
 )
 
@@ -193,8 +178,7 @@ _MASK = data_input(
     """Mask (optional): an image in the deformed space whose active scalars multiply displacements,
     from 0 to 1; of integers, as of labels, what is not 0 counts as 1. Outside of it nothing moves.
     """,
-    xml("Hints", xml("Optional")),
-    clean_command="DisconnectMask",
+    is_optional=True,
     panel_visibility="advanced",
 )
 
@@ -204,19 +188,20 @@ _REFERENCE = data_input(
     "vtkImageData",
     """Image whose grid the output has (optional), with its directions, for an input that is an
     image: the target of a registration.""",
-    xml("Hints", xml("Optional")),
-    clean_command="DisconnectReference",
+    is_optional=True,
 )
+
+
+def _group(props, label, *hints, **attributes):
+    """Properties under a title."""
+    names = (xml("Property", name=prop.name) for prop in props)
+    return xml("PropertyGroup", *names, *hints, label=label, **attributes)
+
 
 _LIMITS = [prop for prop in tables.LIMITS if not isinstance(prop, (Value, Values))]
 _WHERE_IT_ACTS = [
     *elements(_LIMITS),
-    xml(
-        "PropertyGroup",
-        *(xml("Property", name=prop.name) for prop in _LIMITS),
-        label="Where It Acts",
-        panel_visibility="advanced",
-    ),
+    _group(_LIMITS, "Where It Acts", panel_visibility="advanced"),
 ]
 
 # ParaView shows the widget of the plane where the first property of its group stands: Input, which
@@ -345,8 +330,7 @@ LANDMARK_REPORT = [
         "vtkPointSet",
         """The points of the input, moved (optional): paired with those by their numbers, they are
         q, instead of a displacement array.""",
-        xml("Hints", xml("Optional")),
-        clean_command="DisconnectDeformedControlPoints",
+        is_optional=True,
     ),
     *_arrays_of("Input"),
     *elements(tables.LANDMARK_REPORT),
@@ -374,12 +358,7 @@ CONTROL_POINTS = [
     ),
     element(tables.MODE),
     *elements(tables.FILES),
-    xml(
-        "PropertyGroup",
-        *(xml("Property", name=prop.name) for prop in tables.FILES),
-        xml("Hints", *visibility(tables.SPACE)),
-        label="Files, Converted to LPS",
-    ),
+    _group(tables.FILES, "Files, Converted to LPS", xml("Hints", *visibility(tables.SPACE))),
     *_draggable(element(tables.LISTS[0]), element(tables.LISTS[1], default=_CUBE)),
     *elements(tables.LATTICE),
     element(tables.WEIGHTS),

@@ -52,9 +52,16 @@ def check_box(name, text, *children, default=0, **attributes):
     return vector("Int", name, default, text, domain, *children, **attributes)
 
 
-def data_input(name, port, data_type, text, *children, **attributes):
-    """An input port for one dataset; a vtkDataSet may come in blocks."""
-    settings = {"command": "SetInputConnection", **attributes}
+def data_input(name, port, data_type, text, *children, is_optional=False, **attributes):
+    """An input port for one dataset; a vtkDataSet may come in blocks.
+
+    The filter has a method Disconnect<name> if the input is optional.
+    """
+    settings = {"command": "SetInputConnection"}
+    if is_optional:
+        settings["clean_command"] = f"Disconnect{name}"
+        children = xml("Hints", xml("Optional")), *children
+    settings.update(attributes)
     groups = (xml("Group", name=group) for group in ("sources", "filters"))
     return xml(
         "InputProperty",
@@ -108,9 +115,9 @@ def bounds(modes):
 
 
 def shown_when(name, value, **options):
-    """A hint: show a property only while the property `name` has that value.
+    """A hint: show a property only while the property `name` has this value.
 
-    None is that of an input which is not connected.
+    The value of an input that is not connected is None.
     """
     value = "null" if value is None else value
     decorator = {"type": "GenericDecorator", "mode": "visibility", "property": name, "value": value}
@@ -118,7 +125,7 @@ def shown_when(name, value, **options):
 
 
 def visibility(prop):
-    """Hints that say when a property is shown."""
+    """The hints for the condition under which a property is shown."""
     if prop.shown_when:
         return [shown_when(*prop.shown_when)]
     if not prop.hidden_when:
@@ -131,9 +138,9 @@ def visibility(prop):
     return [hint]
 
 
-def joined(numbers):
+def joined(values):
     """Numbers as an XML attribute."""
-    return " ".join(f"{number:g}" for number in numbers)
+    return " ".join(f"{value:g}" for value in values)
 
 
 def elements(table):
@@ -158,57 +165,57 @@ def element(prop, domain="", default=""):
 
 
 @element.register
-def _(prop: properties.Number, domain=""):
-    return _numbers(prop, [prop.default], domain)
+def _(prop: properties.Number):
+    return _numeric(prop, [prop.default], "")
 
 
 @element.register
-def _(prop: properties.Slider, domain=""):
+def _(prop: properties.Slider):
     kind = _kind(prop.default)
     limits = xml(f"{kind}RangeDomain", name="range", min=prop.low, max=prop.high)
-    return _numbers(prop, [prop.default], limits)
+    return _numeric(prop, [prop.default], limits)
 
 
 @element.register
 def _(prop: properties.Vector, domain=""):
     labels = [_component_labels(prop.labels)] if len(prop.labels) > 3 else []
-    return _numbers(prop, prop.default, domain, *labels)
+    return _numeric(prop, prop.default, domain, *labels)
 
 
 @element.register
-def _(prop: properties.Choice, domain=""):
+def _(prop: properties.Choice):
     hints = _hints(prop)
     return choice(prop.name, prop.choices, prop.default, prop.help, hints, **_level(prop))
 
 
 @element.register
-def _(prop: properties.Flag, domain=""):
+def _(prop: properties.Flag):
     return check_box(prop.name, prop.help, default=int(prop.default))
 
 
 @element.register
-def _(prop: properties.Text, domain=""):
+def _(prop: properties.Text):
     return vector("String", prop.name, prop.default, prop.help, _hints(prop), **_level(prop))
 
 
 @element.register
-def _(prop: properties.FileName, domain=""):
+def _(prop: properties.FileName):
     return _file(prop, formats.extensions(formats.POINTS), "Handles")
 
 
 @element.register
-def _(prop: properties.TransformFile, domain=""):
+def _(prop: properties.TransformFile):
     return _file(prop, formats.extensions(formats.FIELD), "Transforms")
 
 
 @element.register
-def _(prop: properties.ArrayName, domain=""):
+def _(prop: properties.ArrayName):
     arrays = array_choice("scalars", "Input", none_string="none")
     return vector("String", prop.name, "none", prop.help, arrays, _hints(prop, xml("NoDefault")))
 
 
 @element.register
-def _(prop: properties.ArrayNames, domain=""):
+def _(prop: properties.ArrayNames):
     return vector(
         "String",
         prop.name,
@@ -249,7 +256,7 @@ def _file(prop, extensions, description):
     return vector("String", prop.name, "", prop.help, files, hints, **_level(prop))
 
 
-def _numbers(prop, default, domain, *hints):
+def _numeric(prop, default, domain, *hints):
     kind, text = _kind(default[0]), joined(default)
     return vector(kind, prop.name, text, prop.help, domain, _hints(prop, *hints), **_level(prop))
 

@@ -82,12 +82,16 @@ def blocks_of(data):
     """The datasets of a composite dataset, or the dataset itself."""
     if not isinstance(data, vtkCompositeDataSet):
         return [data]
-    blocks, iterator = [], data.NewIterator()
+    return [block for _, block in indexed_blocks(data)]
+
+
+def indexed_blocks(data):
+    """The flat indices and the datasets of a composite dataset."""
+    iterator = data.NewIterator()
     iterator.InitTraversal()
     while not iterator.IsDoneWithTraversal():
-        blocks.append(iterator.GetCurrentDataObject())
+        yield iterator.GetCurrentFlatIndex(), iterator.GetCurrentDataObject()
         iterator.GoToNextItem()
-    return blocks
 
 
 def selected_source(manager):

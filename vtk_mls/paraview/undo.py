@@ -1,8 +1,8 @@
 """Undo for edits that wait for Apply.
 
 ParaView's undo stack has only applied edits: after a drag, Ctrl+Z would undo the last Apply and
-leave the drag. So each edit is pushed on the stack as an empty step, and undone here when the stack
-comes to this step.
+keep the drag. Therefore each edit is an empty step on the stack, and is undone here when the stack
+reaches the step.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Watches the pipelines of ParaView's GUI for filters with handles, their widgets, and displays.
 
-A plugin in Python has no other notice of these than what the server manager registers.
+A plugin in Python learns of these only through the events of the server manager.
 """
 
 from __future__ import annotations
@@ -119,7 +119,7 @@ class _Session:
                 if source_id in sources and _shows_handles(widget, sources[source_id]):
                     controller.add_widget(widget)
                 elif source_id in sources and _shows_cut(widget, sources[source_id]):
-                    controller.add_cut_widget(widget)
+                    controller.observe_drags(widget)
 
     def _displays_changed(self, prop, event):
         displays = {display.GetGlobalID(): display for display in proxies_in(prop)}

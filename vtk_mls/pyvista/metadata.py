@@ -26,36 +26,38 @@ def flags(data):
 
 def copy(data, result):
     """Copy active arrays and types of arrays of a DataSet or MultiBlock to a result."""
-    for dataset, made in _pairs(data, result):
-        made.copy_meta_from(dataset, deep=True)
+    for dataset, output in _pairs(data, result):
+        output.copy_meta_from(dataset, deep=True)
     copy_types(data, result)
 
 
 def copy_types(data, result):
     """Make arrays bool or complex if they are in `data` and have the same VTK type."""
-    for dataset, made in _pairs(data, result):
+    for dataset, output in _pairs(data, result):
         for kind in (_BOOL, _COMPLEX):
             for key, names in getattr(dataset, kind).items():
-                copied = {name for name in names if _has_same_type(dataset, made, key, name)}
-                getattr(made, kind)[key] = copied
+                same = {name for name in names if _has_same_type(dataset, output, key, name)}
+                getattr(output, kind)[key] = same
 
 
 def _pairs(data, result):
-    """The datasets of `data` with those at the same place of `result`."""
+    """The datasets of `data`, each with the dataset at the same place of `result`."""
     if isinstance(data, pyvista.MultiBlock):
-        for block, made in zip(data, result):
-            yield from _pairs(block, made)
+        for pair in zip(data, result):
+            yield from _pairs(*pair)
     elif isinstance(data, pyvista.DataSet) and isinstance(result, pyvista.DataSet):
         yield data, result
 
 
-def _has_same_type(dataset, made, key, name):
-    """Whether an array has the type that it has in another dataset."""
-    old, new = _array(dataset, key, name), _array(made, key, name)
-    if old is None or new is None:
-        return False
-    has_same_type = old.GetDataType() == new.GetDataType()
-    return has_same_type and old.GetNumberOfComponents() == new.GetNumberOfComponents()
+def _has_same_type(dataset, output, key, name):
+    """Whether both datasets have an array of one type."""
+    old, new = _array(dataset, key, name), _array(output, key, name)
+    return (
+        old is not None
+        and new is not None
+        and old.GetDataType() == new.GetDataType()
+        and old.GetNumberOfComponents() == new.GetNumberOfComponents()
+    )
 
 
 def _array(dataset, key, name):

@@ -11,7 +11,7 @@ from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtk_mls.filters import cut_inputs, property_tables
 from vtk_mls.pyvista import options as arguments
 from vtk_mls.vtk import arrays
-from vtk_mls.vtk.control_point_polydata import DISPLACEMENT, WEIGHT
+from vtk_mls.vtk.control_point_polydata import DISPLACEMENT, WEIGHT, path_of
 
 # Properties of filters that are options of the editor.
 _OPTIONS = (
@@ -37,8 +37,8 @@ class Editing:
         """Deform datasets by the mouse, in this plotter's window.
 
         They are drawn as they move: images as volumes, all else as surfaces, on the editor's dark
-        background unless another is set after this. Call `show` of the plotter then; the key H
-        shows what mouse and keys do.
+        background unless another is set afterwards. Then call `show` of the plotter; the key H
+        lists mouse and keys.
 
         Parameters
         ----------
@@ -52,7 +52,7 @@ class Editing:
         Returns
         -------
         Edit
-            What is edited, also when the window is closed.
+            The edited state, also after the window is closed.
 
         Raises
         ------
@@ -65,7 +65,7 @@ class Editing:
         return self._edit
 
     def _check(self):
-        """Raise if there is no place for an editor."""
+        """Raise a ValueError if the plotter cannot have an editor."""
         if self._plotter.render_window is None:
             raise ValueError("the plotter is closed; make a new one to edit in")
         if len(self._plotter.renderers) > 1:
@@ -81,7 +81,7 @@ class Editing:
 
 
 class Edit:
-    """What is edited in a plotter.
+    """An edit in a plotter.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ class Edit:
         self._datasets, self._plotter = datasets, plotter
         self.editor = Editor(plotter.iren.interactor, datasets, state)
         self._is_open = True
-        plotter.camera_set = True  # the first picture is not to turn it
+        plotter.camera_set = True  # otherwise the first picture turns it
         plotter.set_background(BOTTOM, top=TOP)
         self.editor.say("H shows what mouse and keys do.")
 
@@ -153,7 +153,7 @@ class Edit:
             raise ValueError(self.editor.message)
 
     def close(self):
-        """Leave the plotter to itself; what is edited stays."""
+        """Detach the editor from the plotter; the edited state stays."""
         if self._is_open:
             self._is_open = False
             self.editor.detach()
@@ -169,7 +169,6 @@ class Edit:
 def _state(control_points, cuts, options):
     """A State of arguments and options."""
     from vtk_mls.editor import State
-    from vtk_mls.editor.handle_polydata import check_no_path
 
     names = [row.option for row in _OPTIONS]
     unknown = options.keys() - set(names)
@@ -184,10 +183,10 @@ def _state(control_points, cuts, options):
         state.deformation()  # raises errors now instead of at the first drag
         return state.with_handles_at(np.zeros((0, 3)))
     polydata = arguments.control_points(*control_points)
-    check_no_path(polydata)
     weight = WEIGHT if polydata.GetPointData().HasArray(WEIGHT) else None
     rest, deformed, weights = arrays.control_points(polydata, DISPLACEMENT, weight)
-    return State(rest, deformed, weights, cuts=shapes, **options)
+    path = path_of(polydata)
+    return State(rest, deformed, weights, cuts=shapes, path=path, **options)
 
 
 pyvista.register_plotter_component("mls")(Editing)

@@ -6,7 +6,7 @@ import pyvista
 
 from vtk_mls import io
 
-# Those of `pyvista.read`, which knows last endings only: tables and JSON are not ours alone.
+# Registered with `pyvista.read`, which sees only the last ending: other files can be .csv or .json.
 ENDINGS = (".fcsv",)
 
 

@@ -1,4 +1,4 @@
-"""Whether material of one grid arrives on another."""
+"""Check that the material of a grid arrives on another grid."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def arrives(deformation, source, target):
 
 
 def boxes(deformation, source, target):
-    """Where the material of a grid arrives, and where another grid is: two texts."""
+    """Bounds of the deformed material of a grid, and of another grid: two texts."""
     moved = deformation.forward(coarse(source, _BOX_SAMPLES).points())
     return _box_of(moved), _box_of(target.corners())
 

@@ -81,18 +81,18 @@ def void_distance_slabs(engine, deformation, grid, progress):
     """Slices along z of a grid, and the void distances there, equal to those of the whole grid."""
     if not deformation.cuts:
         return
+    for layers, slab, part in slabs(grid, progress):
+        yield layers, engine.displacement_field(deformation, slab, part)[1]
+
+
+def slabs(grid, progress):
+    """Slices along z of a grid, the parts of the grid there, and a Progress for each."""
     nx, ny, nz = grid.dimensions
-    step = max(1, MAX_SLAB_POINTS // (nx * ny))
-    lows = range(0, nz, step)
-    for low, part in zip(lows, progress.divided(*[1] * len(lows))):
-        high = min(low + step, nz)
-        slab = grid.part((0, 0, low), (nx, ny, high - low))
-        yield slice(low, high), engine.displacement_field(deformation, slab, part)[1]
+    for layers, part in progress.chunks(nz, max(1, MAX_SLAB_POINTS // (nx * ny))):
+        yield layers, grid.part((0, 0, layers.start), (nx, ny, layers.stop - layers.start)), part
 
 
 def overlap_slabs(deformation, grid, progress):
     """Slices of the points of a grid, x fastest, and `Deformation.overlap` there."""
-    starts = range(0, grid.size, MAX_SLAB_POINTS)
-    for start, part in zip(starts, progress.divided(*[1] * len(starts))):
-        stop = min(start + MAX_SLAB_POINTS, grid.size)
-        yield slice(start, stop), deformation.overlap(grid.points(start, stop), part)
+    for rows, part in progress.chunks(grid.size, MAX_SLAB_POINTS):
+        yield rows, deformation.overlap(grid.points(rows.start, rows.stop), part)

@@ -22,9 +22,9 @@ def fitted_grid(deformation, source, progress):
     size = np.array(source.dimensions, dtype=np.float64)
     low, high = np.full(3, -0.5), size - 0.5
     # far moves are found by control points
-    rest, deformed = deformation._known_positions(source)
-    known = source.index_of(deformed[_is_inside(source, rest)])
-    low, high = _enclosed(low, high, known)
+    rest, deformed = deformation._material_samples(source)
+    material = source.index_of(deformed[_is_inside(source, rest)])
+    low, high = _enclosed(low, high, material)
     margin = 0.25 * (high - low) + 1
     low, high = low - margin, high + margin
     growing, shrinking = progress.divided(MAX_GROWTHS, SHRINKINGS)
@@ -43,7 +43,7 @@ def fitted_grid(deformation, source, progress):
         found = [axis[np.any(inside, axis=others)] for axis, others in zip(axes, _OTHER_AXES)]
         low = np.array([axis[0] for axis in found]) - step
         high = np.array([axis[-1] for axis in found]) + step
-    low, high = _enclosed(low, high, known)
+    low, high = _enclosed(low, high, material)
     first, last = np.floor(low), np.ceil(high)
     flat = size == 1  # a slice stays a slice
     first, last = np.where(flat, 0, first), np.where(flat, 0, last)

@@ -13,13 +13,13 @@ from vtk_mls.model.options import MAX_STEPS
 
 # The smallest determinant of a step that is accepted: the more steps, the nearer to 1 all are.
 MIN_DETERMINANT = 0.1
-_LATTICE = 20  # points along each axis of a box or grid; their middles are looked at, too
+_LATTICE = 20  # points along each axis of a box or grid; their middles are sampled, too
 _MARGIN = 0.5  # around the handles, as a fraction of their box
 _MAX_POINTS = 1 << 18
 # Next to handles, as fractions of the way to each of the nearest others: on the way and on the
 # other side, and beside the way.
 _FRACTIONS = -0.25, 0.1, 0.25, 0.5
-_BESIDE = 0.15, 0.35, 0.6
+_LATERAL = 0.15, 0.35, 0.6
 _NEIGHBORS = 4
 _MAX_HANDLES = 1024  # the first to fold: those with the longest steps relative to the distance
 
@@ -54,13 +54,13 @@ def enough_steps(engine, deformation, where=None, progress=SILENT) -> tuple[int,
 def smallest_determinant(engine, deformation, where=None, progress=SILENT) -> float:
     """The smallest determinant of the Jacobian of a step, as of `enough_steps`.
 
-    Looked at are points of the deformed space, followed through all steps, and for each step points
-    near the handles.
+    It is sampled at points of the deformed space, which are followed through all steps, and for
+    each step at points near the handles.
     """
     whole, near = progress.divided(3, 1)
     smallest = engine.least_determinant(deformation, _points(deformation, where), whole).min()
     if deformation.in_rest_frame and deformation.obstacles:
-        return float(smallest)  # cuts see from the end of all steps
+        return float(smallest)  # positions after all steps decide what cuts separate
     for k in near.over(range(deformation.steps_used)):
         points = np.concatenate(
             [
@@ -75,7 +75,7 @@ def smallest_determinant(engine, deformation, where=None, progress=SILENT) -> fl
 
 
 def _points(deformation, where):
-    """Points (m, 3) of the deformed space that stand for a Grid, for points, or for a box."""
+    """Samples (m, 3) of a Grid, of points, or of a box around the handles."""
     if isinstance(where, Grid):
         size = np.array(where.dimensions) - 1
         step = np.maximum(size / (_LATTICE - 1), 1)
@@ -117,5 +117,5 @@ def _near_handles(handles):
     on_way = [start + share * away for share in _FRACTIONS]
     length = np.linalg.norm(away, axis=2, keepdims=True)
     sides = np.concatenate([np.eye(3), -np.eye(3)])
-    beside = [start + away / 2 + share * length * side for share in _BESIDE for side in sides]
-    return np.concatenate(on_way + beside).reshape(-1, 3)
+    lateral = [start + away / 2 + share * length * side for share in _LATERAL for side in sides]
+    return np.concatenate(on_way + lateral).reshape(-1, 3)

@@ -1,10 +1,10 @@
-"""What users are warned of: handles that limits hold, and rigid regions that overlap."""
+"""Warnings about handles: those that limits keep from their places, and overlapping regions."""
 
 from __future__ import annotations
 
 import numpy as np
 
-_MET = 1e-4  # largest miss of a handle that is met, as a fraction of the extent of all
+_MAX_MISS = 1e-4  # largest miss of a handle that is met, as a fraction of the extent of all
 _MAX_PAIRS = 5  # in a sentence
 
 
@@ -24,11 +24,11 @@ def _held_handles(deformation):
     miss = np.linalg.norm(deformation.backward(deformed) - rest, axis=1)
     misses = np.maximum.reduceat(np.where(np.min(factors, axis=0) < 1, miss, 0), starts)
     positions = np.concatenate(deformation.handle_set.positions)
-    held = misses > _MET * np.ptp(positions, axis=0).max()
-    if held.any():
+    is_missed = misses > _MAX_MISS * np.ptp(positions, axis=0).max()
+    if is_missed.any():
         yield (
-            f"{held.sum()} of {len(held)} handles are not met, by up to {misses.max():.3g}, for "
-            "the mask or a face holds them"
+            f"{is_missed.sum()} of {len(is_missed)} handles are not met, by up to "
+            f"{misses.max():.3g}, for the mask or a face holds them"
         )
 
 

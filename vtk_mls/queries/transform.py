@@ -1,4 +1,4 @@
-"""The questions that every transform answers: deformations, affine maps, fields and chains."""
+"""The methods of all transforms: deformations, affine maps, fields and chains."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def question(progress: ProgressLike) -> Iterator[Progress]:
 
 
 class Transform:
-    """A map between the undeformed and the deformed space: `Deformation` and what chains hold.
+    """A map between the undeformed and the deformed space.
 
     The backward map G gives for each point v of the deformed space the origin of its material.
 
@@ -468,6 +468,6 @@ class Transform:
         """`face_gradients.nearest_face` at `points`."""
         return face_gradients.nearest_face(self, points, origins)
 
-    def _known_positions(self, grid):
+    def _material_samples(self, grid):
         """Positions (n, 3) of some material before and after the transform, near a grid."""
         raise NotImplementedError

@@ -1,4 +1,11 @@
-"""Voids that cuts have opened in the cells between the points of a grid."""
+"""Voids that cuts have opened in the cells between the points of a grid.
+
+A cell is void if its center is: if the void distance there is negative. `classify_cells` finds them
+in two passes. `by_corners` decides cells that are far from every face of a void, from the void
+distances at their corners; a device runs it as opencl/grid/void_by_corners.cl. The map is evaluated
+at the centers of the others (`Engine.void_distance_listed`). The public method is
+`Transform.void_of_cells`; filters/resampling.py stores the result as the cell array "Void".
+"""
 
 from __future__ import annotations
 
@@ -50,13 +57,10 @@ def classify_cells(deformation, engine, grid, void_distance, progress):
     classifying, mapping = progress.divided(1, 3)
     flags = engine.void_by_corners(void_distance, _min_distance(deformation, grid), classifying)
     cells, layer_size = flags.reshape(-1), flags[0].size
-    slabs = range(0, flags.size, max(1, MAX_SLAB_CELLS // layer_size) * layer_size)
-    for first, part in zip(slabs, mapping.divided(*[1] * len(slabs))):
-        slab = cells[first : first + slabs.step]
-        rows = np.flatnonzero(slab >= UNKNOWN)
+    for slab, part in mapping.chunks(flags.size, max(1, MAX_SLAB_CELLS // layer_size) * layer_size):
+        rows = slab.start + np.flatnonzero(cells[slab] >= UNKNOWN)
         if len(rows):
-            distance = engine.void_distance_listed(deformation, grid.cells, first + rows, part)
-            slab[rows] |= distance < 0
+            cells[rows] |= engine.void_distance_listed(deformation, grid.cells, rows, part) < 0
     touched = (flags & TOUCHED).astype(bool)
     flags &= VOID
     return VoidCells(flags.view(bool), touched)
@@ -75,14 +79,14 @@ def _min_distance(deformation, grid):
     return max(np.linalg.norm(diagonals @ matrix.T, axis=1).max() for matrix in matrices)
 
 
-def by_corners(void_distance: NDArray[np.float32], least: float) -> NDArray[Any]:
+def by_corners(void_distance: NDArray[np.float32], min_distance: float) -> NDArray[Any]:
     """Classify cells by the void distances at their corners.
 
     Parameters
     ----------
     void_distance : (nz, ny, nx) float32, world units
         At the points of a grid.
-    least : float, world units
+    min_distance : float, world units
         Smallest distance of the corners of a cell that is far from every face.
 
     Returns
@@ -92,7 +96,7 @@ def by_corners(void_distance: NDArray[np.float32], least: float) -> NDArray[Any]
     """
     low, high = (_over_corners(pick, void_distance) for pick in (np.minimum, np.maximum))
     with np.errstate(invalid="ignore"):  # infinite distances have no difference, and stay unknown
-        far = np.maximum(FAR * _largest_of_neighbors(high - low), least)
+        far = np.maximum(FAR * _largest_of_neighbors(high - low), min_distance)
     is_void, is_full = high < -far, low > far
     flags = np.where(is_void, VOID, np.where(is_full, 0, UNKNOWN)).astype(np.uint8)
     is_touched = _over_corners(np.maximum, void_distance < 0)

@@ -14,12 +14,12 @@ import itertools
 import numpy as np
 
 from vtk_mls.base import interpolation
-from vtk_mls.base.linear_algebra import finite
 from vtk_mls.base.progress import SILENT
 from vtk_mls.model.regions import ON_PLANE
 from vtk_mls.queries import first_guesses as guesses
 from vtk_mls.queries import vector_fields, void_cells
-from vtk_mls.queries.known_inverses import known_inverses
+from vtk_mls.queries.direct_inverses import direct_inverses
+from vtk_mls.queries.newton import newton
 from vtk_mls.queries.vector_fields import sampled_parts
 from vtk_mls.reference import rest_frame
 from vtk_mls.reference.fit import StepFit, fit_of
@@ -27,14 +27,12 @@ from vtk_mls.reference.weights import EvaluationPoints
 
 NAME = "reference (numpy, float64)"
 
-# The search for the inverse; tolerances of the residual are in local units.
-_MAX_EVALUATIONS = 64
-_MIN_SHARE = 0.01  # of a Newton step, by backtracking
-_CONVERGED, _FOUND = 1e-12, 1e-5  # residuals that end the iteration, and of an inverse
+# The search for the inverse.
+_FOUND = 1e-5  # largest residual of an inverse, in local units
 _SAMPLES = 1 << 12  # of the map, to restart Newton's method where it fails
 _MAX_RESTARTS = 4  # in the samples of a level
 _EXTRA_LEVELS = 2  # beyond that of x with samples, for v may lie there
-_MAX_NUMBERS = 1 << 21  # in a temporary array
+_MAX_VALUES = 1 << 21  # in a temporary array
 _POINTS_OF_SEGMENT = 80  # of the quadrature
 
 
@@ -98,10 +96,10 @@ def forward(deformation, points, progress=SILENT):
                 v, residual = _inverse(deformation, region, x)
                 close = _FOUND * _size_of(region.control_points, x)
                 displacement[rows], found[rows] = v - x, residual <= close
-        rows, known = known_inverses(
+        rows, direct = direct_inverses(
             functools.partial(backward, deformation), deformation, points[part]
         )
-        displacement[part.start + rows], found[part.start + rows] = known, True
+        displacement[part.start + rows], found[part.start + rows] = direct, True
     return displacement, found
 
 
@@ -112,7 +110,7 @@ def _inverse(deformation, region, x):
         return _inverse_of_map(deformation, region, x)
     v, residual = x, np.zeros(len(x))
     for step in steps:
-        v, step_residual = _newton(deformation, region.sides, step, v, v, x)
+        v, step_residual = _solve_step(deformation, region.sides, step, v, v, x)
         residual += step_residual
     return v, residual
 
@@ -129,7 +127,7 @@ def _inverse_of_map(deformation, region, x):
     swapped = StepFit(deformation.with_deformed_cuts, region.swapped.control_points, x)
 
     def search(x, candidate):
-        return _newton(deformation, region.sides, control_points, x, candidate, x)
+        return _solve_step(deformation, region.sides, control_points, x, candidate, x)
 
     v, residual = search(x, x + swapped.displacement())
 
@@ -161,34 +159,20 @@ def _inverse_of_map(deformation, region, x):
     return v, residual
 
 
-def _newton(deformation, sides, control_points, x, candidate, origins):
+def _solve_step(deformation, sides, control_points, x, candidate, origins):
     """v with G(v) = x, from `candidate`, all (m, 3); the residuals |G(v) - x| (m,), world units.
 
-    G is the map of one step; cuts in the rest frame see from the `origins` (m, 3). Backtracking
-    halves a step that does not reduce the residual. Steps may cross cuts; only the end of the
-    search is checked against them.
+    G is the map of one step; cuts in the rest frame see from the `origins` (m, 3). Newton steps may
+    cross cuts; only the end of the search is checked against them.
     """
     at = _evaluation_points(deformation, origins)
     candidate = np.where(_is_blocked(deformation, x, candidate)[:, None], x, candidate)
-    v = candidate.copy()
-    residual, share, step = np.full(len(x), np.inf), np.ones(len(x)), np.zeros_like(x)
-    tolerance = _CONVERGED * _size_of(control_points, x)
-    active = np.arange(len(x))
-    for _ in range(_MAX_EVALUATIONS):
-        fit = StepFit(deformation, control_points, candidate[active], at and at.rows(active))
-        error = x[active] - candidate[active] - fit.displacement()
-        distance = np.linalg.norm(error, axis=1)
-        closer = distance < residual[active]
-        v[active[closer]], residual[active[closer]] = candidate[active[closer]], distance[closer]
-        share[active] = np.where(closer, 1, share[active] / 2)
-        goes_on = (residual[active] > tolerance[active]) & (share[active] > _MIN_SHARE)
-        if not goes_on.any():
-            break
-        jacobian = finite(fit.material_jacobian()[goes_on & closer])
-        newton = (np.linalg.pinv(jacobian) @ error[goes_on & closer][:, :, None])[:, :, 0]
-        step[active[goes_on & closer]] = newton
-        active = active[goes_on]
-        candidate[active] = v[active] + share[active, None] * step[active]
+
+    def evaluate(v, rows):
+        fit = StepFit(deformation, control_points, v, at and at.rows(rows))
+        return fit.displacement(), fit.material_jacobian
+
+    v, residual = newton(evaluate, x, candidate, _size_of(control_points, x))
     cut_off = _is_blocked(deformation, x, v)
     planes = [] if deformation.in_rest_frame else deformation.planes
     for plane, side in zip(planes, sides):
@@ -396,22 +380,22 @@ def _fit_in_region(deformation, region, v, start=None):
         fit, void_distance = fit_at(slice(None), None), np.full(len(v), np.inf)
     displacement = fit.displacement()
     if deformation.in_rest_frame:
-        ways = [(v, v + displacement)]
+        legs = [(v, v + displacement)]
     else:
-        ways = fit.ways
-        for cut, (after, before) in itertools.product(cuts, ways):
+        legs = fit.legs
+        for cut, (after, before) in itertools.product(cuts, legs):
             void_distance = np.minimum(void_distance, cut.void_distance(after, before))
     for plane, side in zip(deformation.planes, region.sides):
-        for _, before in ways:
+        for _, before in legs:
             void_distance = np.minimum(void_distance, side * plane.height(before))
     return displacement, void_distance, fit
 
 
 def _parts(count, deformation):
-    """Slices of points whose temporary arrays have at most `_MAX_NUMBERS` numbers."""
-    numbers_per_point = max(
+    """Slices of points whose temporary arrays have at most `_MAX_VALUES` values."""
+    values_per_point = max(
         (len(c) + _POINTS_OF_SEGMENT * len(c.handles.segments)) * max(c.kind.functions(c) + 3, 6)
         for c in (region.control_points for region in deformation.regions)
     )
-    step = max(1, _MAX_NUMBERS // numbers_per_point)
+    step = max(1, _MAX_VALUES // values_per_point)
     return [slice(start, min(count, start + step)) for start in range(0, count, step)]

@@ -22,20 +22,20 @@ class ComposedFit:
 
     Attributes
     ----------
-    ways : list of ((m, 3), (m, 3)) float64, world coordinates
+    legs : list of ((m, 3), (m, 3)) float64, world coordinates
         For each step, the points and their images.
     """
 
     def __init__(self, deformation, steps, v, at):
-        self.fits, self.ways = [], []
+        self.fits, self.legs = [], []
         for step in reversed(steps):
             fit = StepFit(deformation, step, v, at)
             self.fits.append(fit)
-            self.ways += fit.ways
-            v = fit.ways[0][1]
+            self.legs += fit.legs
+            v = fit.legs[0][1]
 
     def displacement(self):
-        return self.ways[-1][1] - self.ways[0][0]
+        return self.legs[-1][1] - self.legs[0][0]
 
     def jacobian(self):
         return moving_origin(*self.jacobians())
@@ -76,7 +76,7 @@ class StepFit:
         self._at = deformation, control_points, v, at
 
     @property
-    def ways(self):
+    def legs(self):
         """The points and their images."""
         return [(self.v, self.v + self.displacement())]
 

@@ -39,8 +39,8 @@ class Nearest(NamedTuple):
 def nearest_points(segments, v):
     """The `Nearest` of `segments`, a `Segments`, for the points `v` (m, 3)."""
     (p, dp), (q, dq) = ((x[:, 0], x[:, 1] - x[:, 0]) for x in (segments.rest, segments.deformed))
-    foot = np.einsum("msa,sa->ms", v[:, None] - q, dq) / np.einsum("sa,sa->s", dq, dq)
-    t = np.clip(foot, 0, 1)
+    projection = np.einsum("msa,sa->ms", v[:, None] - q, dq) / np.einsum("sa,sa->s", dq, dq)
+    t = np.clip(projection, 0, 1)
     q = q + t[:, :, None] * dq
     return Nearest(t, p + t[:, :, None] * dp, q, ((q - v[:, None]) ** 2).sum(axis=2))
 
@@ -69,12 +69,12 @@ def gauss_rule(segments, v, smoothing2, scale2, alpha, order):
     """
     q, along = segments.deformed[:, 0], segments.deformed[:, 1] - segments.deformed[:, 0]
     length2 = np.einsum("sa,sa->s", along, along)
-    foot = np.einsum("msa,sa->ms", v[:, None] - q, along) / length2
-    off = v[:, None] - q - foot[:, :, None] * along
+    projection = np.einsum("msa,sa->ms", v[:, None] - q, along) / length2
+    off = v[:, None] - q - projection[:, :, None] * along
     width2 = (np.einsum("msa,msa->ms", off, off) + smoothing2) / length2
     width = np.sqrt(np.maximum(width2, 1e-32))
-    start = np.clip(foot, 0, 1) - foot  # of the nearest point, from the foot on
-    ends = [np.arcsinh(s / width) for s in (-foot, start, 1 - foot)]
+    start = np.clip(projection, 0, 1) - projection  # of the nearest point, from the projection on
+    ends = [np.arcsinh(s / width) for s in (-projection, start, 1 - projection)]
     t, weights = [], []
     for low, high in itertools.pairwise(ends):
         half = (high - low)[:, :, None] / 2

@@ -24,8 +24,8 @@ _CORNERS = np.array([(i, j, k) for k in (0, 1) for j in (0, 1) for i in (0, 1)])
 class CoarseForward:
     """Deforms a surface by a forward map that is linear in each cell of a grid.
 
-    The exact map is used in cells where the error is too large, which a cut crosses, or with a
-    corner without inverse; and for outliers beyond the grid.
+    The exact map is used in cells with too large an error, with a cut, or with a corner without an
+    inverse; and for outliers beyond the grid.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ class CoarseForward:
         return self._is_crossed | np.append(np.any(corners, axis=0), True)
 
     def _move_exactly(self, deformation, rows, points, normals, values):
-        """Set points of some rows, and their normals and determinants or None, exactly."""
+        """Set points, normals and determinants, if any, of some rows by the exact map."""
         surface, material = self._surface, self._surface.material(deformation)[rows]
         before = surface.positions[rows]
         field = deformation.forward_field(material)

@@ -100,10 +100,13 @@ class DeformedVolume:
         volume_checks.check_mode(self._mapper)
         self._deformation, self._nodes, self._within = deformation, nodes, within
         if self._source is None:
-            self._take_source()
+            image = _image_of(self._producer)
+            volume_checks.check_image(image)
+            self._source, self._source_time = image, image.GetMTime()
         box = self._box
         if box is None or not box.ends_at(within):
-            box = MapBox.around(*self._geometry(), within)
+            _, is_cell_data = scalars_of(self._mapper, self._source)
+            box = MapBox.around(ImageGeometry.of_image(self._source), is_cell_data, within)
         rest, deformed = deformation.handle_set.positions
         inside = deformed[box.values.covers(box.values.index_of(rest))]
         for _ in range(_MAX_GROWTHS):
@@ -137,14 +140,14 @@ class DeformedVolume:
         observers, self._observers = self._observers, []
         for observer in observers:
             self._renderer.RemoveObserver(observer)
-        self._is_built()
+        self._finish_capture()
         if observers:
             del _drawn[self._volume]
             if self._mapper.GetInput() is self._stretched:
                 producer, port = self._producer
                 self._mapper.SetInputConnection(producer.GetOutputPort(port))
             volume_paint.remove(self._volume.GetShaderProperty())
-            shader.remove(self._volume.GetShaderProperty(), volume_paint.NAMES)
+            shader.remove(self._volume.GetShaderProperty())
             self._is_painted = False
             self._texture.free()
         self._box = self._source = self._stretched = None
@@ -158,17 +161,16 @@ class DeformedVolume:
         )
         if not self._observers:
             shader.install(self._volume.GetShaderProperty())
-            for event, callback in (
-                (vtkCommand.StartEvent, self._begin),
-                (vtkCommand.EndEvent, self._end),
-            ):
-                self._observers.append(self._renderer.AddObserver(event, callback))
+            self._observers = [
+                self._renderer.AddObserver(vtkCommand.StartEvent, self._begin),
+                self._renderer.AddObserver(vtkCommand.EndEvent, self._end),
+            ]
             self._checked_times = None
         self._update_paint(box, grid)
         self._volume.Modified()
 
     def _update_paint(self, box, grid):
-        """Set the shader code and the values of what is painted, for a box and its map's grid."""
+        """Set the shader code and the uniforms of the paint, for a box and the grid of its map."""
         material, is_painted = self._volume.GetShaderProperty(), self._paint != (None, False)
         if is_painted:
             shader.set_values(material, volume_paint.values_of(box, grid, *self._paint))
@@ -191,27 +193,15 @@ class DeformedVolume:
         volumes = (volume for renderer in renderers for volume in renderer.GetVolumes())
         volume_checks.check_own_mapper(self._volume, [*volumes, *_drawn])
 
-    def _take_source(self):
-        """Take the current image of the mapper's input."""
-        image = _image_of(self._producer)
-        volume_checks.check_image(image)
-        self._source, self._source_time = image, image.GetMTime()
-
-    def _geometry(self):
-        return ImageGeometry.of_image(self._source), _has_cell_values(self._mapper, self._source)
-
     def _follow_source(self):
         """Update after a change of the mapper's input."""
         if self._mapper.GetInput() is not self._stretched:
             self._producer, self._source = _producer_of(self._mapper), None
         else:
             image = _image_of(self._producer)
-            is_cell_data = _has_cell_values(self._mapper, image)
-            if (image, image.GetMTime(), is_cell_data) == (
-                self._source,
-                self._source_time,
-                self._box.is_cell_data,
-            ):
+            _, is_cell_data = scalars_of(self._mapper, image)
+            previous = self._source, self._source_time, self._box.is_cell_data
+            if (image, image.GetMTime(), is_cell_data) == previous:
                 return
             self._source = None
         self._box = None
@@ -239,15 +229,13 @@ class DeformedVolume:
         if not vars(self):
             return
         self._texture.release()
-        if not self._is_built():
+        if not self._finish_capture():
             self._fail("the graphics driver does not build the shader of the deformed volume")
 
-    def _is_built(self):
-        """Whether VTK reported no shader error, if messages of this picture were captured."""
+    def _finish_capture(self):
+        """End the capture of messages, if any; whether VTK reported no error of the shader."""
         messages, self._messages = self._messages, None
-        if messages is None:
-            return True
-        return not messages.finish("hader")
+        return messages is None or not messages.finish("hader")
 
     def _fail(self, reason):
         self.failure = f"{reason}; it is drawn undeformed"
@@ -255,14 +243,9 @@ class DeformedVolume:
         shader.report_error(f"DeformedVolume: {self.failure}")
 
 
-def _owner(volume):
-    """The DeformedVolume that draws a vtkVolume, or None."""
-    return _drawn[volume][2]() if volume in _drawn else None
-
-
 def _check_is_free(volume, drawer):
     """Raise ValueError if another DeformedVolume than `drawer` draws a volume."""
-    if _owner(volume) not in (None, drawer):
+    if volume in _drawn and _drawn[volume][2]() not in (None, drawer):
         raise ValueError("`volume` is drawn deformed already; update or detach that one")
 
 
@@ -283,18 +266,14 @@ def drawn_as(volume):
     return _drawn[volume][:2] if volume in _drawn else None
 
 
-def _has_cell_values(mapper, image):
-    """Whether the mapper draws cell data."""
+def scalars_of(mapper, image):
+    """The array of an image that a volume mapper draws, or None; and whether it is cell data."""
     is_cell_data = reference(0)
-    vtkAbstractVolumeMapper.GetScalars(
-        image,
-        mapper.GetScalarMode(),
-        mapper.GetArrayAccessMode(),
-        mapper.GetArrayId(),
-        mapper.GetArrayName(),
-        is_cell_data,
+    selection = mapper.GetScalarMode(), mapper.GetArrayAccessMode(), mapper.GetArrayId()
+    array = vtkAbstractVolumeMapper.GetScalars(
+        image, *selection, mapper.GetArrayName(), is_cell_data
     )
-    return is_cell_data.get() == 1
+    return array, is_cell_data.get() == 1
 
 
 def _placement(box, dimensions, layer_count):

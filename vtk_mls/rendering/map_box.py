@@ -57,7 +57,7 @@ class MapBox:
         return box._with_margin()
 
     def ends_at(self, within):
-        """Whether the limits are those of this Grid or None."""
+        """Whether a Grid, or None, has the same limits."""
         return np.array_equal(self.within, _ends(self.values, within))
 
     @property
@@ -114,7 +114,7 @@ class MapBox:
         return self
 
     def _filled(self, layers, grid):
-        """The shares of the box between which the volume is, plus a sample: (3,) each."""
+        """The ends of the volume, as shares of the box, extended by a sample: (3,) and (3,)."""
         axes = [np.unique(np.linspace(0, n - 1, _SAMPLES).astype(int)) for n in grid.dimensions]
         values = layers[np.ix_(range(len(layers)), *axes[::-1])].reshape(-1, 4)
         index = np.stack(np.meshgrid(*axes[::-1], indexing="ij"), axis=-1)[..., ::-1]

@@ -36,7 +36,7 @@ def show(actor, mapper, lines):
     ----------
     actor : vtkActor
     mapper : vtkPolyDataMapper
-        That draws for it, data with "RestPosition".
+        Of the actor; its input has the array "RestPosition".
     lines : RestLines or None
     """
     shader = actor.GetShaderProperty()

@@ -57,10 +57,11 @@ class MapPace:
         make_map(nodes)
         self.nodes, self.map_seconds = nodes, time.perf_counter() - start
 
-    def _nodes(self, seconds, fewest, most):
+    def _nodes(self, seconds, min_nodes, max_nodes):
         if self.map_seconds == 0:
-            return most
-        return int(np.clip((seconds / self.map_seconds) ** (1 / 3) * self.nodes, fewest, most))
+            return max_nodes
+        nodes = (seconds / self.map_seconds) ** (1 / 3) * self.nodes
+        return int(np.clip(nodes, min_nodes, max_nodes))
 
 
 class RaySpacing:
@@ -88,7 +89,7 @@ class RaySpacing:
         mapper.SetImageSampleDistance(pixels)
 
 
-def pixels_per_ray(seconds, limit, coarsest):
+def pixels_per_ray(seconds, limit, max_pixels):
     """Pixels per ray along each axis, for a picture within a time limit.
 
     Parameters
@@ -97,7 +98,7 @@ def pixels_per_ray(seconds, limit, coarsest):
         Time of a picture with a ray for each pixel; inf if unknown.
     limit : float
         Seconds.
-    coarsest : float
+    max_pixels : float
         Largest result.
 
     Returns
@@ -105,7 +106,7 @@ def pixels_per_ray(seconds, limit, coarsest):
     float
         An integer, as VTK rebuilds its shader at each change.
     """
-    return float(np.clip(np.ceil(np.sqrt(seconds / limit)), 1, coarsest))
+    return float(np.clip(np.ceil(np.sqrt(seconds / limit)), 1, max_pixels))
 
 
 def usual_step(image):

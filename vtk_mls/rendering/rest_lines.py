@@ -9,6 +9,8 @@ from vtkmodules.vtkCommonCore import VTK_DOUBLE
 from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkFiltersCore import vtkFlyingEdges2D
 
+from vtk_mls.base.grid import Grid
+from vtk_mls.base.interpolation import sample
 from vtk_mls.vtk import arrays
 
 _ROUNDING = 1e-3  # of a step, by which lines may leave the grid
@@ -79,7 +81,9 @@ class RestLines:
             inside = np.ones(len(ends), bool)
             for i, j in ((low, low), (low, high), (high, low), (high, high)):
                 inside &= usable[j[..., 1], i[..., 0]].all(axis=1)
-            inside &= self.covers(_linear(coordinates, ends.reshape(-1, 2))).reshape(-1, 2).all(1)
+            index = np.insert(ends.reshape(-1, 2), 2, 0, axis=1)
+            at_ends = sample(coordinates[None], index, "linear", 0, Grid((*shape, 1)))
+            inside &= self.covers(at_ends).reshape(-1, 2).all(axis=1)
             segments.append(ends[inside])
         index = np.zeros((sum(map(len, segments)), 2, 3))
         index[..., across] = np.concatenate(segments)
@@ -93,8 +97,8 @@ def _level_segments(values, levels):
     image.GetPointData().SetScalars(arrays.from_numpy(values.ravel(), VTK_DOUBLE))
     lines.SetInputData(image)
     lines.SetNumberOfContours(len(levels))
-    for number, level in enumerate(levels.tolist()):
-        lines.SetValue(number, level)
+    for index, level in enumerate(levels.tolist()):
+        lines.SetValue(index, level)
     lines.Update()
     output = lines.GetOutput()
     if output.GetNumberOfLines() == 0:
@@ -103,14 +107,3 @@ def _level_segments(values, levels):
     ids = arrays.to_numpy(output.GetLines().GetConnectivityArray())
     ends = points[ids.reshape(-1, 2)]
     return ends[np.isfinite(ends).all(axis=(1, 2))]
-
-
-def _linear(values, index):
-    """Values (n, 3) of an array (nj, ni, 3) at indices (n, 2) = (i, j)."""
-    last = np.array(values.shape[1::-1]) - 1
-    low = np.clip(np.floor(index).astype(int), 0, last - 1)
-    s, t = (index - low).T[..., None]
-    i, j = low.T
-    below = (1 - s) * values[j, i] + s * values[j, i + 1]
-    above = (1 - s) * values[j + 1, i] + s * values[j + 1, i + 1]
-    return (1 - t) * below + t * above

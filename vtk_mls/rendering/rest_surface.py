@@ -11,7 +11,7 @@ from vtkmodules.vtkFiltersGeometry import vtkDataSetSurfaceFilter
 from vtk_mls.base.progress import SILENT
 from vtk_mls.filters import gradients, warping
 from vtk_mls.vtk import arrays
-from vtk_mls.vtk.cells import is_empty, make_points_real, set_positions, without_empty
+from vtk_mls.vtk.cells import convert_integer_points, is_empty, set_positions, without_empty
 from vtk_mls.vtk.splitting import split
 
 REST_POSITION, DETERMINANT = "RestPosition", "JacobianDeterminant"  # names of arrays
@@ -49,7 +49,7 @@ class RestSurface:
         points = self.surface.GetPoints()
         self.positions = np.empty((0, 3))
         if points is not None and points.GetNumberOfPoints() > 0:
-            make_points_real(self.surface)
+            convert_integer_points(self.surface)
             self.positions = arrays.to_numpy(self.surface.GetPoints().GetData())
         self._on_cut = np.flatnonzero(side.any(axis=1))
         self._closest, self._side = closest[self._on_cut], side[self._on_cut]
@@ -72,13 +72,13 @@ class RestSurface:
         positions = self.positions + field.displacement
         set_positions(output, positions, self.surface.GetPoints().GetDataType())
         data = output.GetPointData(), output.GetCellData()
-        none = gradients.DirectionArrays((), (), False)
-        point_arrays, cell_arrays = (none.of(attributes) for attributes in data)
+        normals = gradients.DirectionArrays((), (), False)
+        point_arrays, cell_arrays = (normals.of(attributes) for attributes in data)
         if point_arrays:
             parts = jacobians(deformation, positions, self.positions, material)
             warping.transform(data[0], point_arrays, parts, unit=True)
         if cell_arrays:
-            moved, rest = (warping.centres(surface) for surface in (output, self.surface))
+            moved, rest = (warping.cell_centers(surface) for surface in (output, self.surface))
             parts = jacobians(deformation, moved, rest, rest)
             parts = warping.with_identity(parts, is_empty(output))
             warping.transform(data[1], cell_arrays, parts, unit=True)
@@ -137,11 +137,11 @@ def state_of(cuts):
 
 def _extract_surface(mesh, surface):
     """Set `surface` to the surface of a dataset, as mappers extract it; its point ids (n,)."""
-    numbered = mesh.NewInstance()
-    numbered.ShallowCopy(without_empty(mesh))
-    arrays.add(numbered.GetPointData(), _POINT, np.arange(mesh.GetNumberOfPoints()))
+    copy = mesh.NewInstance()
+    copy.ShallowCopy(without_empty(mesh))
+    arrays.add(copy.GetPointData(), _POINT, np.arange(mesh.GetNumberOfPoints()))
     extract = vtkDataSetSurfaceFilter()
-    extract.SetInputData(numbered)
+    extract.SetInputData(copy)
     extract.Update()
     surface.ShallowCopy(extract.GetOutput())
     rows = surface.GetPointData().GetArray(_POINT)

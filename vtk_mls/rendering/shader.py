@@ -27,11 +27,17 @@ bool mls_has_before = false;
 bool mls_is_empty = true;  // no material on the ray so far
 vec3 mls_p = vec3(0.0);    // origin of the sample
 
+// Texture coordinates of the first layer of the map.
+vec3 mlsMapCoordinates(vec3 t)
+{{
+  vec3 m = t * mls_map_scale + mls_map_bias;
+  return vec3(m.xy, clamp(m.z, mls_map_low, 1.0 / mls_layers - mls_map_low));
+}}
+
 // The map of the side whose void distance is largest.
 vec4 mlsMap(vec3 t)
 {{
-  vec3 m = t * mls_map_scale + mls_map_bias;
-  m.z = clamp(m.z, mls_map_low, 1.0 / mls_layers - mls_map_low);
+  vec3 m = mlsMapCoordinates(t);
   vec4 value = texture(mls_map, m);
   for (float layer = 1.0; layer < mls_layers; layer += 1.0)
   {{
@@ -118,11 +124,7 @@ _REPLACEMENTS = {
     "//VTK::Cropping::Impl": _SAMPLE,
     "//VTK::Shading::Exit": _AFTER_SAMPLES,
 }
-_NAMES = [
-    *("mls_map", "mls_layers", "mls_map_low", "mls_end", "mls_voxel", "mls_step", "mls_spacing"),
-    *("mls_map_scale", "mls_map_bias", "mls_origin_scale", "mls_origin_bias"),
-    *("mls_to_x", "mls_to_y", "mls_to_z"),
-]
+_PREFIX = "mls_"  # of the names of uniforms
 
 
 def install(shader):
@@ -131,12 +133,15 @@ def install(shader):
         shader.AddFragmentShaderReplacement(tag, True, text.format(tag=tag), False)
 
 
-def remove(shader, names=()):
-    """Undo `install`, and `set_values` of its own names and of others."""
+def remove(shader):
+    """Undo `install`, and remove the uniforms of this package."""
     for tag in _REPLACEMENTS:
         shader.ClearFragmentShaderReplacement(tag, True)
-    for name in (*_NAMES, *names):
-        shader.GetFragmentCustomUniforms().RemoveUniform(name)
+    uniforms = shader.GetFragmentCustomUniforms()
+    names = [uniforms.GetNthUniformName(i) for i in range(uniforms.GetNumberOfUniforms())]
+    for name in names:
+        if name.startswith(_PREFIX):
+            uniforms.RemoveUniform(name)
 
 
 def set_values(shader, values):

@@ -7,6 +7,7 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkCommand, vtkFloatArray
 
 from vtk_mls.rendering.volume_ray import opaque_at
+from vtk_mls.vtk.transforms import matrix_of
 
 
 class VisibleSurface:
@@ -25,7 +26,7 @@ class VisibleSurface:
         hidden = [prop for prop in without if prop.GetVisibility()]
         for prop in hidden:
             prop.VisibilityOff()
-        observer = renderer.AddObserver(vtkCommand.EndEvent, self._drawn)
+        observer = renderer.AddObserver(vtkCommand.EndEvent, self._read_depths)
         window = renderer.GetRenderWindow()
         swaps = window.GetSwapBuffers()
         window.SetSwapBuffers(False)
@@ -35,7 +36,7 @@ class VisibleSurface:
         for prop in hidden:
             prop.VisibilityOn()
 
-    def _drawn(self, renderer, event):
+    def _read_depths(self, renderer, event):
         self._origin, self._size = np.array(renderer.GetOrigin()), np.array(renderer.GetSize())
         last = (self._origin + self._size - 1).tolist()
         depth = vtkFloatArray()
@@ -44,8 +45,7 @@ class VisibleSurface:
         matrix = renderer.GetActiveCamera().GetCompositeProjectionTransformMatrix(
             renderer.GetTiledAspectRatio(), 0, 1
         )
-        matrix = [[matrix.GetElement(i, j) for j in range(4)] for i in range(4)]
-        self._to_world = np.linalg.inv(matrix)
+        self._to_world = np.linalg.inv(matrix_of(matrix))
 
     def at(self, x, y):
         """The position of the surface at a pixel.

@@ -22,9 +22,9 @@ _NODES = (
     (2.0, (0.93, 0.49, 0.00)),
 )
 _STEPS = 33  # of the table for VTK, which interpolates linearly in the determinant
-_SMALLEST = 1e-6  # determinant that is drawn as not folded
+_MIN_DETERMINANT = 1e-6  # determinant that is drawn as not folded
 TABLE_SIZE, _TABLE_MARGIN = 1024, 0.125  # of tables of determinants, linear in these
-_DARKEST = 0.35  # share of a color that is visible on black
+_MIN_BRIGHTNESS = 0.35  # share of a color that is visible on black
 
 
 def doublings(determinants):
@@ -34,7 +34,7 @@ def doublings(determinants):
 
 
 def colors_of(determinants):
-    """Colors (n, 3), 0 to 1, of determinants (n,) of J_G; those of folds for NaN."""
+    """Colors (n, 3), 0 to 1, of determinants (n,) of J_G; NaN is a fold."""
     change = doublings(np.asarray(determinants, float))
     nodes, colors = [node for node, _ in _NODES], np.array([color for _, color in _NODES])
     result = np.stack([np.interp(change, nodes, channel) for channel in colors.T], axis=-1)
@@ -45,10 +45,10 @@ def colors_of(determinants):
 def tinted(colors, determinants):
     """Colors (n, 3), 0 to 255, of a picture that shows determinants (n,) by its hue.
 
-    They are unchanged where the volume is; dark colors become lighter elsewhere.
+    Colors stay where the volume does; elsewhere dark colors become lighter.
     """
     change = np.minimum(np.abs(doublings(determinants)), 1)
-    lift = (_DARKEST * np.where(np.isnan(change), 1, change))[:, None]
+    lift = (_MIN_BRIGHTNESS * np.where(np.isnan(change), 1, change))[:, None]
     shade = lift + (1 - lift) * np.asarray(colors, float) / 255
     white = colors_of([1.0])
     return np.rint(255 * shade * np.minimum(colors_of(determinants) / white, 1)).astype(np.uint8)
@@ -57,7 +57,7 @@ def tinted(colors, determinants):
 def table():
     """(determinant, red, green, blue) in increasing order, for linear interpolation."""
     change = np.linspace(MAX_DOUBLINGS, -MAX_DOUBLINGS, _STEPS)
-    determinants = np.concatenate([[-_TABLE_MARGIN, 0.0, _SMALLEST], 2.0**-change])
+    determinants = np.concatenate([[-_TABLE_MARGIN, 0.0, _MIN_DETERMINANT], 2.0**-change])
     return np.column_stack([determinants, colors_of(determinants)])
 
 
@@ -66,8 +66,8 @@ def lookup_table():
     table = vtkLookupTable()
     table.SetTableRange(-_TABLE_MARGIN, 2**MAX_DOUBLINGS + _TABLE_MARGIN)
     table.SetNumberOfTableValues(TABLE_SIZE)
-    for number, color in enumerate(colors_of(np.linspace(*table.GetTableRange(), TABLE_SIZE))):
-        table.SetTableValue(number, *color)
+    for index, color in enumerate(colors_of(np.linspace(*table.GetTableRange(), TABLE_SIZE))):
+        table.SetTableValue(index, *color)
     return table
 
 

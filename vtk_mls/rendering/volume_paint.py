@@ -1,6 +1,6 @@
 """Shader code that paints the deformed grid and the change of volume on a deformed volume.
 
-The names are those of `shader`. A sample is painted before it is lit.
+It uses the functions and uniforms of `shader`. A sample is painted before it is lit.
 """
 
 from __future__ import annotations
@@ -15,19 +15,19 @@ _LINE_WIDTH = 0.035  # of a step of the grid
 
 _FUNCTIONS = """
 {volume_color}
-// The map of one side, and the side of a point.
+// The map of one side.
 vec3 mlsDisplacement(vec3 t, float layer)
 {{
-  vec3 m = t * mls_map_scale + mls_map_bias;
-  m.z = clamp(m.z, mls_map_low, 1.0 / mls_layers - mls_map_low) + layer / mls_layers;
+  vec3 m = mlsMapCoordinates(t);
+  m.z += layer / mls_layers;
   return texture(mls_map, m).xyz;
 }}
 
+// The side of a point: the layer with the largest void distance.
 float mlsLayer(vec3 t)
 {{
-  vec3 m = t * mls_map_scale + mls_map_bias;
-  m.z = clamp(m.z, mls_map_low, 1.0 / mls_layers - mls_map_low);
   if (mls_layers == 1.0) return 0.0;
+  vec3 m = mlsMapCoordinates(t);
   float found = 0.0, largest = texture(mls_map, m).a;
   for (float layer = 1.0; layer < mls_layers; layer += 1.0)
   {{
@@ -88,11 +88,6 @@ vec4 mlsPainted(vec4 color)
 #define computeLighting(color, part, label) computeLighting(mlsPainted(color), part, label)
 {tag}
 """
-NAMES = (
-    *("mls_node", "mls_node_size", "mls_axis_x", "mls_axis_y", "mls_axis_z", "mls_paints_volume"),
-    *("mls_line_x", "mls_line_y", "mls_line_z", "mls_line_bias", "mls_line_step"),
-    "mls_line_width",
-)
 
 
 def install(shader):

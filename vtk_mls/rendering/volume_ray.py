@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
-from vtkmodules.vtkCommonCore import reference
 from vtkmodules.vtkCommonDataModel import vtkCompositeDataSet, vtkImageData
-from vtkmodules.vtkRenderingCore import vtkAbstractVolumeMapper
 from vtkmodules.vtkRenderingVolume import vtkVolumeMapper
 
 from vtk_mls.base.interpolation import sample
 from vtk_mls.rendering import deformed_volume
+from vtk_mls.rendering.material import material_at
 from vtk_mls.vtk.arrays import ImageGeometry
+from vtk_mls.vtk.transforms import matrix_of
 
 _OPAQUE = 0.5  # accumulated opacity that counts as opaque
 _STEP = 0.5  # of the smallest spacing
@@ -39,20 +39,20 @@ def opaque_at(volume, start, end):
     if data is None:
         return None
     values, grid = data
-    to_data = np.linalg.inv(_matrix(volume))
+    to_data = np.linalg.inv(matrix_of(volume.GetMatrix()))
     ends = np.stack([start, end]) @ to_data[:3, :3].T + to_data[:3, 3]
     property_ = volume.GetProperty()
-    passage = light_along(
+    light = light_along(
         lambda points: _opacity(property_, points, values, grid, deformation),
         ends,
         _corners(grid, deformation),
         _STEP * min(grid.spacing),
         property_.GetScalarOpacityUnitDistance(0),
     )
-    if passage is None:
+    if light is None:
         return None
-    t, light = passage
-    return np.interp(_OPAQUE, 1 - light, t) if light[-1] <= 1 - _OPAQUE else None
+    t, transmitted = light
+    return np.interp(_OPAQUE, 1 - transmitted, t) if transmitted[-1] <= 1 - _OPAQUE else None
 
 
 def light_along(opacity_at, ends, corners, step, unit):
@@ -87,8 +87,8 @@ def light_along(opacity_at, ends, corners, step, unit):
     t = np.linspace(near, far, count + 1)
     middles = (t[1:] + t[:-1]) / 2
     opacity = opacity_at(ends[0] + middles[:, None] * (ends[1] - ends[0]))
-    passed = (1 - np.clip(opacity, 0, 1)) ** ((far - near) * length / count / unit)
-    return t, np.cumprod([1, *passed])
+    transmitted = (1 - np.clip(opacity, 0, 1)) ** ((far - near) * length / count / unit)
+    return t, np.cumprod([1, *transmitted])
 
 
 def _drawn(volume):
@@ -107,22 +107,13 @@ def _drawn(volume):
 
 def _values(mapper, image):
     """The component for opacity, (nz, ny, nx), and its Grid; None without an array."""
-    is_cell_data = reference(0)
-    selection = mapper.GetScalarMode(), mapper.GetArrayAccessMode(), mapper.GetArrayId()
-    array = vtkAbstractVolumeMapper.GetScalars(
-        image, *selection, mapper.GetArrayName(), is_cell_data
-    )
+    array, is_cell_data = deformed_volume.scalars_of(mapper, image)
     if array is None:
         return None
     grid = ImageGeometry.of_image(image).grid
-    grid = grid.cells if is_cell_data.get() == 1 else grid
+    grid = grid.cells if is_cell_data else grid
     values = vtk_to_numpy(array).reshape(*grid.shape, -1)
     return values[..., -1], grid
-
-
-def _matrix(volume):
-    matrix = volume.GetMatrix()
-    return np.array([[matrix.GetElement(i, j) for j in range(4)] for i in range(4)])
 
 
 def _corners(grid, deformation):
@@ -145,12 +136,9 @@ def _passage(ends, corners):
 
 def _opacity(property_, points, values, grid, deformation):
     """Opacity of points (m, 3), per unit distance: (m,)."""
-    hidden = np.zeros(len(points), bool)
-    if deformation is not None:
-        hidden = deformation.void(points) if deformation.cuts else hidden
-        points = deformation.backward(points)
-    index = grid.index_of(points)
-    inside = grid.covers(index) & ~hidden
+    origins, has_material = material_at(deformation, points)
+    index = grid.index_of(origins)
+    inside = grid.covers(index) & has_material
     samples = sample(values, index[inside], "linear", 0, grid)
     function = property_.GetScalarOpacity(0)
     opacity = np.zeros(len(points))

@@ -70,7 +70,7 @@ class Chain(PointwiseTransform):
         return f"<Chain of {', '.join(map(repr, self.transforms))}>"
 
     def _origins(self, points, progress):
-        for member, part in zip(self.transforms[::-1], self._parts(progress)):
+        for member, part in progress.parts(self.transforms[::-1]):
             points = member._engine.backward(member, points, part)
         return points
 
@@ -83,10 +83,10 @@ class Chain(PointwiseTransform):
     def _search(self, points, progress):
         x = v = points.astype(np.float64)
         found = np.ones(len(x), bool)
-        for member, part in zip(self.transforms, self._parts(progress)):
+        for member, part in progress.parts(self.transforms):
             displacement, is_found = member._engine.forward(member, v, part)
-            is_lost = ~np.isfinite(displacement).all(axis=1)  # too far away for a device
-            displacement = np.where(is_lost[:, None] & np.isfinite(v), 0, displacement)
+            is_too_far = ~np.isfinite(displacement).all(axis=1)  # too far away for a device
+            displacement = np.where(is_too_far[:, None] & np.isfinite(v), 0, displacement)
             v, found = v + displacement, found & is_found
         return v - x, found
 
@@ -105,16 +105,12 @@ class Chain(PointwiseTransform):
             jacobian = chain._jacobians(points, slopes) @ jacobian
         return chain._origins(points, origins), distance, jacobian
 
-    def _parts(self, progress):
-        return progress.divided(*[1] * len(self.transforms))
-
     def _backward(self, points, progress):
         """The transforms from the last to the first, the points v of each, and a progress."""
-        for i, part in zip(reversed(range(len(self.transforms))), self._parts(progress)):
+        for i, (member, part) in enumerate(progress.parts(self.transforms[::-1]), start=1):
             answering, mapping = part.divided(2, 1)
-            member = self.transforms[i]
             yield member, points, answering
-            if i > 0:
+            if i < len(self.transforms):
                 points = member._engine.backward(member, points, mapping)
 
     def _void_distance(self, points, progress=SILENT):

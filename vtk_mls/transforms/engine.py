@@ -11,11 +11,14 @@ from vtk_mls.base import interpolation
 from vtk_mls.base.linear_algebra import transformed
 from vtk_mls.base.progress import SILENT
 from vtk_mls.engine.dispatch import engine_for
-from vtk_mls.queries import vector_fields, void_cells
-from vtk_mls.queries.fields import MAX_SLAB_POINTS
+from vtk_mls.queries import fields
 from vtk_mls.queries.vector_fields import sampled_parts
+from vtk_mls.reference import engine as reference
 
 NAME = "pointwise (numpy, float64)"
+
+gradient, sample = reference.gradient, reference.sample
+void_by_corners = reference.void_by_corners
 
 
 def backward(transform, points, progress=SILENT):
@@ -55,22 +58,9 @@ def resample(transform, arrays, sampling, progress=SILENT, void_distance=None, c
     return sampled_parts(arrays, versions, sampling, parts, sample, void_distance, covariant)
 
 
-def gradient(array, grid, progress=SILENT):
-    return vector_fields.gradient(array, grid, progress)
-
-
-def sample(array, index, method, background, source, version=None):
-    return interpolation.sample(array, index, method, background, source)
-
-
-def void_by_corners(void_distance, min_distance, progress=SILENT):
-    return void_cells.by_corners(void_distance, min_distance)
-
-
 def void_distance_listed(transform, grid, indices, progress=SILENT):
-    starts, result = range(0, len(indices), MAX_SLAB_POINTS), np.empty(len(indices), np.float32)
-    for start, part in zip(starts, progress.divided(*[1] * len(starts))):
-        rows = slice(start, start + MAX_SLAB_POINTS)
+    result = np.empty(len(indices), np.float32)
+    for rows, part in progress.chunks(len(indices), fields.MAX_SLAB_POINTS):
         result[rows] = transform._void_distance(grid.points_of(indices[rows]), part)
     return result
 
@@ -110,11 +100,9 @@ def _sources(transform, sampling, progress, with_jacobian=False):
 
 def _slabs(transform, grid, progress, with_jacobian=False):
     """Slices of the points of a grid, the points, and what `_on_grid` returns there."""
-    nx, ny, nz = grid.dimensions
-    step = max(1, MAX_SLAB_POINTS // (nx * ny))
-    lows = range(0, nz, step)
-    for low, part in zip(lows, progress.divided(*[1] * len(lows))):
-        slab = grid.part((0, 0, low), (nx, ny, min(step, nz - low)))
-        start, v = low * nx * ny, slab.points()
+    start = 0
+    for _, slab, part in fields.slabs(grid, progress):
+        v = slab.points()
         results = transform._on_grid(slab, v, part, with_jacobian)
         yield slice(start, start + slab.size), v, *results
+        start += slab.size

@@ -9,16 +9,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vtk_mls.base.grid import Grid, checked_grid
-from vtk_mls.base.linear_algebra import finite
 from vtk_mls.base.validation import as_float, freeze
+from vtk_mls.queries.newton import newton
 from vtk_mls.transforms.pointwise import PointwiseTransform
 
 _CHUNK = 1 << 18  # points whose corners are in memory at once
-# The search for the inverse: residuals that end it and that count as found, as fractions of the
-# size of the grid.
-_CONVERGED, _FOUND = 1e-12, 1e-6
-_MAX_EVALUATIONS, _MIN_SHARE = 64, 0.01  # of Newton's method; the least share of a step
-_STAGES = 16  # of a search that the field is turned on for step by step
+_FOUND = 1e-6  # largest residual of an inverse, as a fraction of the size of the grid
+_STAGES = 16  # of a search in which the displacement grows from 0 to its full value
 
 
 @dataclass(frozen=True, eq=False, repr=False, init=False)
@@ -74,43 +71,25 @@ class Field(PointwiseTransform):
         size = np.maximum(np.ptp(self.grid.corners(), axis=0).max(), np.abs(x).max(axis=1) / 1e3)
         solving, continuing = progress.divided(1, 1)
         solving.report(0)
-        v, residual = self._newton(x, x - self._displacement(x)[0], size)
+        v, residual = self._solve(x, x - self._displacement(x)[0], size)
         rows = np.flatnonzero(~(residual <= _FOUND * size))
         rows = rows[np.isfinite(x[rows]).all(axis=1)]
         candidate = x[rows]
         for stage in continuing.over(range(1, _STAGES + 1)) if len(rows) else ():
-            candidate, last = self._newton(x[rows], candidate, size[rows], stage / _STAGES)
+            candidate, last = self._solve(x[rows], candidate, size[rows], stage / _STAGES)
         if len(rows):
             better = last < residual[rows]
             v[rows[better]], residual[rows[better]] = candidate[better], last[better]
         return v - x, residual <= _FOUND * size
 
-    def _newton(self, x, candidate, size, factor=1.0):
-        """v (m, 3) with v + `factor` d(v) = x, from `candidate`; the residuals (m,).
+    def _solve(self, x, v, size, factor=1.0):
+        """v (m, 3) with v + `factor` d(v) = x, from the guess `v`; the residuals (m,)."""
 
-        Backtracking halves a step that does not reduce the residual.
-        """
-        candidate, v = candidate.copy(), candidate.copy()
-        residual, share, step = np.full(len(x), np.inf), np.ones(len(x)), np.zeros_like(x)
-        active = np.arange(len(x))
-        for _ in range(_MAX_EVALUATIONS):
-            moved, slopes = self._displacement(candidate[active], with_slopes=True)
-            error = x[active] - candidate[active] - factor * moved
-            distance = np.linalg.norm(error, axis=1)
-            closer = distance < residual[active]
-            v[active[closer]] = candidate[active[closer]]
-            residual[active[closer]] = distance[closer]
-            share[active] = np.where(closer, 1, share[active] / 2)
-            goes_on = residual[active] > _CONVERGED * size[active]
-            goes_on &= share[active] > _MIN_SHARE
-            if not goes_on.any():
-                break
-            jacobian = finite(np.eye(3) + factor * slopes[goes_on & closer])
-            newton = (np.linalg.pinv(jacobian) @ error[goes_on & closer][:, :, None])[:, :, 0]
-            step[active[goes_on & closer]] = newton
-            active = active[goes_on]
-            candidate[active] = v[active] + share[active, None] * step[active]
-        return v, residual
+        def evaluate(v, rows):
+            displacement, slopes = self._displacement(v, with_slopes=True)
+            return factor * displacement, lambda: np.eye(3) + factor * slopes
+
+        return newton(evaluate, x, v, size)
 
     def _displacement(self, points, progress=None, with_slopes=False):
         """d (m, 3) at `points` (m, 3), and its slopes (m, 3, 3) or None; 0 outside."""

@@ -1,4 +1,4 @@
-"""Transforms that are evaluated point by point: what `Affine`, `Field` and `Chain` share."""
+"""Base of `Affine`, `Field` and `Chain`, which are evaluated point by point."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class PointwiseTransform(Transform):
     def _engine(self):
         return engine
 
-    def _known_positions(self, grid):
+    def _material_samples(self, grid):
         axes = [np.linspace(0, count - 1, _SAMPLES) for count in grid.dimensions]
         x = grid.at(np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 3))
         displacement, found = self._search(x, SILENT)

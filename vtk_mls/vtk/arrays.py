@@ -1,4 +1,4 @@
-"""VTK <-> numpy, in both directions, only here."""
+"""VTK arrays as numpy arrays, and back."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ class ImageGeometry:
     extent : (6,) ints
         First and last index along each axis; the first need not be 0.
     origin, spacing : (3,) floats, world coordinates and units
-        The origin is the place of index (0, 0, 0), in the extent or not. Along an axis of one point
-        the spacing may be 0, which counts as 1.
+        The origin is the position of index (0, 0, 0), which need not be in the extent. Along an
+        axis of one point the spacing may be 0, which counts as 1.
     direction : (9,) floats
         Direction matrix, row by row.
     """
@@ -159,13 +159,13 @@ def to_numpy(array):
 def from_numpy(values, vtk_type):
     """A vtkDataArray of the type `vtk_type` that shares the memory of `values` if it can.
 
-    Memory is shared from VTK 9.7 on. Before, nothing could keep it alive for shallow copies of the
-    array, which ParaView makes, and it is copied.
+    Memory is shared from VTK 9.7 on. Older versions cannot keep it alive for shallow copies of the
+    array, which ParaView makes: they copy it.
 
     Parameters
     ----------
     values : (n,) or (n, components) array
-        Of the dtype that `to_numpy` gives for the type; VTK would read another as if it were that.
+        Of the dtype that `to_numpy` returns for the type.
 
     Raises
     ------
@@ -192,18 +192,19 @@ def from_numpy(values, vtk_type):
 
 
 def ids(values):
-    """A vtkIdTypeArray of integers (n,), whatever their size and that of vtkIdType."""
+    """A vtkIdTypeArray of integers (n,) of any size."""
     return from_numpy(values.astype(_ID, copy=False), VTK_ID_TYPE)
 
 
 def add(attributes, name, values):
-    """Add (n,) or (n, components) values: float32, float64, uint8 or bool, int64 as vtkIdType.
+    """Add (n,) or (n, components) values, or one number: float32, float64, uint8, bool or integers.
 
-    The array may share their memory, as `from_numpy` says.
+    Integers become vtkIdType. The array may share the memory of `values`, as `from_numpy` says.
     """
+    values = np.atleast_1d(values)
     if values.dtype == bool:
         values = values.view(np.uint8)
-    if values.dtype == np.int64:
+    if values.dtype.kind == "i":
         array = ids(values)
     else:
         vtk_type = {"f4": VTK_FLOAT, "f8": VTK_DOUBLE, "u1": VTK_UNSIGNED_CHAR}
@@ -223,7 +224,7 @@ def add_texts(attributes, name, texts):
 
 
 def texts(attributes, name):
-    """The texts of an array (n,); none if there is no such array, or one of something else."""
+    """The texts of an array (n,); an empty list without such an array of strings."""
     array = attributes.GetAbstractArray(name)
     if not isinstance(array, vtkStringArray):
         return []
@@ -233,7 +234,7 @@ def texts(attributes, name):
 
 
 def replace(attributes, name, values):
-    """Give an array of point or cell data other values; it stays an active attribute if it is."""
+    """Replace the values of an array of point or cell data; active attributes stay active."""
     old = attributes.GetArray(name)
     array = from_numpy(values, old.GetDataType())
     array.SetName(name)
@@ -242,7 +243,7 @@ def replace(attributes, name, values):
 
 
 def name_normals(dataset):
-    """Give active normals that have no name one, in a copy: VTK's filters would lose them."""
+    """Name active normals that have no name, in a copy: VTK's filters would lose them."""
     for attributes in (dataset.GetPointData(), dataset.GetCellData()):
         normals = attributes.GetNormals()
         if normals is not None and not normals.GetName():
@@ -271,7 +272,7 @@ def image_values(attributes, grid):
         own tuples.
     """
     values = []
-    for array in _arrays(attributes):
+    for array in all_arrays(attributes):
         if array.GetNumberOfTuples() != grid.size:
             raise ValueError(
                 f"array `{array.GetName()}` must have one tuple for each of the {grid.size} points "
@@ -283,12 +284,12 @@ def image_values(attributes, grid):
 
 
 def check_lengths(dataset):
-    """Raise if a point or cell array of a vtkDataSet is too short: VTK would read past its end."""
+    """Raise ValueError for a point or cell array that is too short: VTK would read past its end."""
     for attributes, what, count in (
         (dataset.GetPointData(), "points", dataset.GetNumberOfPoints()),
         (dataset.GetCellData(), "cells", dataset.GetNumberOfCells()),
     ):
-        for array in _arrays(attributes):
+        for array in all_arrays(attributes):
             if array.GetNumberOfTuples() < count:
                 raise ValueError(
                     f"array `{array.GetName()}` must have one tuple for each of the {count} {what} "
@@ -312,7 +313,7 @@ def set_image_values(attributes, values, source):
 
 def set_rows(attributes, source, rows):
     """Fill point or cell data with the tuples `rows` (n,) of those of `source`."""
-    values = [to_numpy(old)[rows] if is_numeric(old) else rows for old in _arrays(source)]
+    values = [to_numpy(old)[rows] if is_numeric(old) else rows for old in all_arrays(source)]
     set_values(attributes, values, source)
 
 
@@ -321,20 +322,20 @@ def set_values(attributes, values, source):
 
     Otherwise as `set_image_values`.
     """
-    for new, old in zip(values, _arrays(source)):
+    for new, old in zip(values, all_arrays(source)):
         if is_numeric(old):
             array = from_numpy(new, old.GetDataType())
             array.SetLookupTable(old.GetLookupTable())
         else:
-            array = _picked(old, new)
+            array = _pick_tuples(old, new)
         array.SetName(old.GetName())
         array.CopyComponentNames(old)
         attributes.AddArray(array)
     for kind in range(vtkDataSetAttributes.NUM_ATTRIBUTES):
         active = source.GetAbstractAttribute(kind)
-        # the same id at several points is no global id any more
+        # several points may have the same id now
         if active is not None and kind != vtkDataSetAttributes.GLOBALIDS:
-            position = [array is active for array in _arrays(source)].index(True)
+            position = [array is active for array in all_arrays(source)].index(True)
             attributes.SetActiveAttribute(position, kind)
 
 
@@ -432,7 +433,8 @@ def _control_point_values(polydata, name, components):
     return to_numpy(array)
 
 
-def _arrays(attributes):
+def all_arrays(attributes):
+    """The vtkAbstractArrays of point, cell or field data."""
     return [attributes.GetAbstractArray(i) for i in range(attributes.GetNumberOfArrays())]
 
 
@@ -448,7 +450,7 @@ def _dtype(array):
 _ID = _dtype(vtkIdTypeArray())
 
 
-def _picked(array, index):
+def _pick_tuples(array, index):
     """The tuples `index` of a vtkAbstractArray; none where negative."""
     result = array.NewInstance()
     result.SetNumberOfComponents(array.GetNumberOfComponents())

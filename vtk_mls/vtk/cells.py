@@ -20,7 +20,7 @@ from vtkmodules.vtkCommonDataModel import (
     vtkUnstructuredGrid,
 )
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm
-from vtkmodules.vtkFiltersCore import vtkAppendFilter
+from vtkmodules.vtkFiltersCore import vtkAppendFilter, vtkTriangleFilter
 
 from vtk_mls.vtk import arrays
 
@@ -29,17 +29,17 @@ try:
 except ImportError:  # in the releases of VTK 9.2
     from vtkmodules.vtkFiltersExtraction import vtkExtractCells
 
-FACES = (  # of polyhedra, without the copies that the older methods make since VTK 9.4
+FACES = (  # getters for polyhedra; since VTK 9.4 the older ones return copies
     (vtkUnstructuredGrid.GetPolyhedronFaces, vtkUnstructuredGrid.GetPolyhedronFaceLocations)
     if hasattr(vtkUnstructuredGrid, "GetPolyhedronFaces")
     else (vtkUnstructuredGrid.GetFaces, vtkUnstructuredGrid.GetFaceLocations)
 )
-# For each type of box along the axes, the type of any box and its order of corners.
-_BOXES = {
+# For each type of box along the axes, the type of any box, and the order of its points.
+BOXES = {
     VTK_PIXEL: (VTK_QUAD, (0, 1, 3, 2)),
     VTK_VOXEL: (VTK_HEXAHEDRON, (0, 1, 3, 2, 4, 5, 7, 6)),
 }
-# The cells of vtkPolyData in the order of their data, and the types of those with any size.
+# Cell arrays of vtkPolyData in the order of its cell data, and the cell types of any size.
 _KINDS = {
     "Verts": VTK_POLY_VERTEX,
     "Lines": VTK_POLY_LINE,
@@ -89,7 +89,25 @@ def set_positions(mesh, positions, vtk_type):
     mesh.SetPoints(points)
 
 
-def make_points_real(mesh):
+def triangle_polydata(points, triangles):
+    """vtkPolyData of points (n, 3) and triangles (m, 3)."""
+    polydata = vtkPolyData()
+    set_positions(polydata, np.asarray(points), VTK_DOUBLE)
+    polydata.SetPolys(cell_array(np.ravel(triangles), 3 * np.arange(len(triangles) + 1)))
+    return polydata
+
+
+def triangulated(polydata):
+    """A vtkTriangleFilter of the polygons and strips of a vtkPolyData."""
+    bare, triangles = vtkPolyData(), vtkTriangleFilter()
+    bare.SetPoints(polydata.GetPoints())
+    bare.SetPolys(polydata.GetPolys())
+    bare.SetStrips(polydata.GetStrips())
+    triangles.SetInputData(without_empty(bare))
+    return triangles
+
+
+def convert_integer_points(mesh):
     """Convert the points of a vtkPointSet to float64 if they are integers."""
     if mesh.GetPoints().GetDataType() not in (VTK_FLOAT, VTK_DOUBLE):
         set_positions(mesh, positions_of(mesh), VTK_DOUBLE)
@@ -177,25 +195,25 @@ def append_empty(grid, mesh):
         faces,
     )
     data = grid.GetCellData()
-    indices = range(data.GetNumberOfArrays())
-    arrays_and_roles = [(data.GetAbstractArray(i), data.IsArrayAnAttribute(i)) for i in indices]
+    roles = [data.IsArrayAnAttribute(i) for i in range(data.GetNumberOfArrays())]
+    arrays_and_roles = [*zip(arrays.all_arrays(data), roles)]
     data.Initialize()
     for array, role in arrays_and_roles:
-        longer = _with_tuples(array, _of_same_kind(mesh.GetCellData(), array, role), rows)
+        longer = _append_tuples(array, _of_same_kind(mesh.GetCellData(), array, role), rows)
         position = data.AddArray(longer)
         if role >= 0:
             data.SetActiveAttribute(position, role)
 
 
 def _of_same_kind(attributes, array, role):
-    """The array with the name of another, or, if that has none, with its role; None if unknown."""
+    """The array with the name of another or, if that has no name, with its role; None without."""
     if array.GetName():
         return attributes.GetAbstractArray(array.GetName())
     return attributes.GetAbstractAttribute(role) if role >= 0 else None
 
 
-def _with_tuples(array, source, rows):
-    """A copy of an array, and behind it the tuples `rows` of another; zeros if that is None."""
+def _append_tuples(array, source, rows):
+    """A copy of an array with the tuples `rows` of another appended, or zeros if that is None."""
     longer = array.NewInstance()
     longer.DeepCopy(array)
     count = array.GetNumberOfTuples()
@@ -218,11 +236,11 @@ def make_boxes_free(grid):
     if grid.GetNumberOfCells() == 0:
         return
     types = arrays.cell_types(grid).copy()
-    if not np.isin(types, list(_BOXES)).any():
+    if not np.isin(types, list(BOXES)).any():
         return
     connectivity, offsets = connectivity_of(grid.GetCells())
     connectivity = connectivity.copy()
-    for kind, (free, order) in _BOXES.items():
+    for kind, (free, order) in BOXES.items():
         boxes = np.flatnonzero((types == kind) & (np.diff(offsets) == len(order)))
         first = offsets[boxes][:, None]
         connectivity[first + np.arange(len(order))] = connectivity[first + order]
@@ -235,7 +253,7 @@ def _types(mesh):
     """Types of cells; for vtkPolyData the types for cells of any size."""
     if isinstance(mesh, vtkUnstructuredGrid):
         types = arrays.cell_types(mesh)
-        return np.where(types == VTK_POLYHEDRON, VTK_EMPTY_CELL, types)  # which must have faces
+        return np.where(types == VTK_POLYHEDRON, VTK_EMPTY_CELL, types)  # polyhedra need faces
     kinds = polydata_cells(mesh)
     return np.repeat([kind for kind, _ in kinds], [cells.GetNumberOfCells() for _, cells in kinds])
 

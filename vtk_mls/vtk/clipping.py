@@ -141,29 +141,34 @@ def _divide_solid(inside_out, grid):
     triangulate.SetInputData(grid)
     triangulate.Update()
     grid = triangulate.GetOutput()
-    corners = connectivity_of(grid.GetCells())[0].reshape(-1, 4).copy()
+    tetrahedra = connectivity_of(grid.GetCells())[0].reshape(-1, 4).copy()
     is_wrong = (_signed_volumes(grid) < 0) != inside_out[_original_cells(grid)]
-    corners[is_wrong, :2] = corners[is_wrong, 1::-1]
-    grid.SetCells(VTK_TETRA, cell_array(corners.ravel(), 4 * np.arange(len(corners) + 1)))
+    tetrahedra[is_wrong, :2] = tetrahedra[is_wrong, 1::-1]
+    _set_tetrahedra(grid, tetrahedra)
     return grid
 
 
 def _divide_flat(grid):
     """Tetrahedra without volume, which vtkDataSetTriangleFilter drops."""
     types, (connectivity, offsets) = arrays.cell_types(grid), connectivity_of(grid.GetCells())
-    corners, rows = [], []
+    tetrahedra, rows = [], []
     for cell_type in (VTK_TETRA, VTK_WEDGE):
         cells = np.flatnonzero(types == cell_type)
         for four in TETRAHEDRA[cell_type]:
-            corners.append(connectivity[offsets[cells][:, None] + four])
+            tetrahedra.append(connectivity[offsets[cells][:, None] + four])
             rows.append(cells)
-    corners, rows = np.concatenate(corners), np.concatenate(rows)
     flat = vtkUnstructuredGrid()
     flat.SetPoints(grid.GetPoints())
     flat.GetPointData().ShallowCopy(grid.GetPointData())
-    flat.SetCells(VTK_TETRA, cell_array(corners.ravel(), 4 * np.arange(len(corners) + 1)))
-    arrays.set_rows(flat.GetCellData(), grid.GetCellData(), rows)
+    _set_tetrahedra(flat, np.concatenate(tetrahedra))
+    arrays.set_rows(flat.GetCellData(), grid.GetCellData(), np.concatenate(rows))
     return flat
+
+
+def _set_tetrahedra(grid, tetrahedra):
+    """Set the cells (n, 4) of a vtkUnstructuredGrid."""
+    cells = cell_array(tetrahedra.ravel(), 4 * np.arange(len(tetrahedra) + 1))
+    grid.SetCells(VTK_TETRA, cells)
 
 
 def _signed_volumes(grid):

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from vtkmodules.vtkCommonCore import VTK_DOUBLE, vtkPoints
+from vtkmodules.vtkCommonCore import VTK_DOUBLE
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
 from vtk_mls.handles.handle_cells import HandleCells
 from vtk_mls.vtk import arrays
+from vtk_mls.vtk.cells import positions_of, set_positions
 from vtk_mls.vtk.handle_cells import cells_of, set_cells
 
 # Names of the point arrays.
@@ -32,9 +33,7 @@ def fill_polydata(polydata, rest, deformed, weights, labels=(), cells=None, path
         Intermediate places. They become the point array "Path" of 3 k components, the displacements
         from p to each.
     """
-    points = vtkPoints()
-    points.SetData(arrays.from_numpy(rest, VTK_DOUBLE))
-    polydata.SetPoints(points)
+    set_positions(polydata, rest, VTK_DOUBLE)
     set_cells(polydata, cells or HandleCells.points(len(rest)))
     arrays.add(polydata.GetPointData(), DISPLACEMENT, deformed - rest)
     polydata.GetPointData().SetActiveVectors(DISPLACEMENT)
@@ -75,7 +74,7 @@ def path_of(point_set):
     moves = arrays.to_numpy(array).astype(np.float64).reshape(count, -1, 3)
     if not np.isfinite(moves).all():
         raise ValueError(f"array `{PATH}` of `ControlPoints` must be finite")
-    return arrays.to_numpy(point_set.GetPoints().GetData()) + moves.swapaxes(0, 1)
+    return positions_of(point_set) + moves.swapaxes(0, 1)
 
 
 def is_moving(polydata):

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkPolyData, vtkUnstructuredGrid
-from vtkmodules.vtkFiltersCore import vtkTriangleFilter
 from vtkmodules.vtkFiltersGeometry import vtkGeometryFilter
 
 from vtk_mls.handles.handle_cells import HandleCells
 from vtk_mls.vtk import arrays
-from vtk_mls.vtk.cells import cell_array, connectivity_of, without_empty
+from vtk_mls.vtk.cells import cell_array, connectivity_of, polydata_cells, triangulated
 
 _ROWS = "vtkOriginalPointIds"
 
@@ -28,13 +27,15 @@ def cells_of(point_set):
         surface, rows = _surface(point_set)
     vertices, _ = connectivity_of(surface.GetVerts())
     lines, offsets = connectivity_of(surface.GetLines())
-    triangles = rows[_triangles(surface)]
+    triangulate = triangulated(surface)
+    triangulate.Update()
+    triangles, _ = connectivity_of(triangulate.GetOutput().GetPolys())
     is_free = np.ones(count, bool)
     is_free[_used_points(point_set)] = False
     return HandleCells(
         np.union1d(rows[vertices], np.flatnonzero(is_free)),
         tuple(rows[line] for line in np.split(lines, offsets[1:-1]) if len(line)),
-        triangles,
+        rows[triangles].reshape(-1, 3),
     )
 
 
@@ -46,8 +47,8 @@ def set_cells(polydata, cells):
         offsets = np.cumsum([0, *map(len, cells.lines)])
         polydata.SetLines(cell_array(np.concatenate(cells.lines), offsets))
     if len(cells.triangles):
-        corners = cells.triangles.ravel()
-        polydata.SetPolys(cell_array(corners, np.arange(0, len(corners) + 1, 3)))
+        connectivity = cells.triangles.ravel()
+        polydata.SetPolys(cell_array(connectivity, np.arange(0, len(connectivity) + 1, 3)))
 
 
 def _surface(point_set):
@@ -63,23 +64,10 @@ def _surface(point_set):
     return surface, np.zeros(0, int) if rows is None else arrays.to_numpy(rows)
 
 
-def _triangles(polydata):
-    """Triangles (t, 3) of the polygons and strips of a vtkPolyData, as rows of its points."""
-    bare, triangles = vtkPolyData(), vtkTriangleFilter()
-    bare.SetPoints(polydata.GetPoints())
-    bare.SetPolys(polydata.GetPolys())
-    bare.SetStrips(polydata.GetStrips())
-    triangles.SetInputData(without_empty(bare))
-    triangles.Update()
-    connectivity, _ = connectivity_of(triangles.GetOutput().GetPolys())
-    return connectivity.reshape(-1, 3)
-
-
 def _used_points(point_set):
     """Rows of the points of all cells."""
     if isinstance(point_set, vtkPolyData):
-        names = ("Verts", "Lines", "Polys", "Strips")
-        parts = [connectivity_of(getattr(point_set, f"Get{name}")())[0] for name in names]
+        parts = [connectivity_of(cells)[0] for _, cells in polydata_cells(point_set)]
         return np.concatenate(parts)
     if isinstance(point_set, vtkUnstructuredGrid):
         return connectivity_of(point_set.GetCells())[0]

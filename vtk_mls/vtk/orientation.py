@@ -1,13 +1,14 @@
-"""Which cells of a mesh a deformation has turned inside out."""
+"""Cells of a mesh that a deformation has turned inside out."""
 
 from __future__ import annotations
+
+import functools
 
 import numpy as np
 from vtkmodules.vtkCommonDataModel import (
     VTK_HEXAGONAL_PRISM,
     VTK_HEXAHEDRON,
     VTK_PENTAGONAL_PRISM,
-    VTK_PIXEL,
     VTK_POLYGON,
     VTK_POLYHEDRON,
     VTK_PYRAMID,
@@ -15,7 +16,6 @@ from vtkmodules.vtkCommonDataModel import (
     VTK_TETRA,
     VTK_TRIANGLE,
     VTK_TRIANGLE_STRIP,
-    VTK_VOXEL,
     VTK_WEDGE,
     vtkCellArray,
     vtkDataSetAttributes,
@@ -26,16 +26,14 @@ from vtkmodules.vtkCommonDataModel import (
 )
 
 from vtk_mls.vtk import arrays
-from vtk_mls.vtk.cells import FACES, connectivity_of, polydata_cells
+from vtk_mls.vtk.cells import BOXES, FACES, connectivity_of, polydata_cells
 
 _CHUNK = 1 << 14  # hexahedra, or cells with as many points, per pass
-# Lengths below this many roundings of float32 have no direction.
+# Shorter lengths, in roundings of float32, have no direction.
 _ROUNDINGS = 8
 
 _TETRAHEDRON = [(0, 1, 2, 3)]
 _HEXAHEDRON = [(0, 1, 3, 4), (1, 2, 3, 6), (1, 6, 4, 5), (3, 4, 6, 7), (1, 3, 4, 6)]
-_VOXEL_ORDER = (0, 1, 3, 2, 4, 5, 7, 6)
-_VOXEL = [tuple(_VOXEL_ORDER[corner] for corner in four) for four in _HEXAHEDRON]
 _WEDGE = [(0, 1, 2, 5), (0, 1, 5, 4), (0, 4, 5, 3)]
 _PYRAMID = [(0, 1, 2, 4), (0, 2, 3, 4)]
 
@@ -44,7 +42,6 @@ _PYRAMID = [(0, 1, 2, 4), (0, 2, 3, 4)]
 TETRAHEDRA = {
     **dict.fromkeys((10, 24, 71, 78), _TETRAHEDRON),
     **dict.fromkeys((12, 25, 29, 33, 72, 79), _HEXAHEDRON),
-    11: _VOXEL,
     **dict.fromkeys((13, 26, 31, 32, 73, 80), _WEDGE),
     **dict.fromkeys((14, 27, 37, 74, 81), _PYRAMID),
 }
@@ -58,28 +55,22 @@ def _prism(sides):
     return lower + upper
 
 
-# Corners at which three edges span a parallelepiped of the sign of the Jacobian there.
-_SPANS = {
+# A corner and the ends of its three edges, whose triple product has the sign of the Jacobian.
+_CORNER_EDGES = {
     VTK_TETRA: _TETRAHEDRON,
     VTK_HEXAHEDRON: _prism(4),
-    VTK_VOXEL: [tuple(_VOXEL_ORDER[corner] for corner in four) for four in _prism(4)],
     VTK_WEDGE: _prism(3),
     VTK_PYRAMID: [(i, (i + 1) % 4, (i - 1) % 4, 4) for i in range(4)],
     VTK_PENTAGONAL_PRISM: _prism(5),
     VTK_HEXAGONAL_PRISM: _prism(6),
 }
 # Corners at both ends of the axes of a hexahedron.
-_OPPOSITE = (
+_AXIS_ENDS = (
     ([0, 3, 4, 7], [1, 2, 5, 6]),
     ([0, 1, 4, 5], [2, 3, 6, 7]),
     ([0, 1, 2, 3], [4, 5, 6, 7]),
 )
-# Corners of flat cells in their order along the edge.
-_AREAS = {
-    VTK_TRIANGLE: (0, 1, 2),
-    VTK_QUAD: (0, 1, 2, 3),
-    VTK_PIXEL: (0, 1, 3, 2),
-}
+_FLAT_SIZES = {VTK_TRIANGLE: 3, VTK_QUAD: 4}
 
 
 def count_inverted(mesh, before, after, jacobian, ghosts=None):
@@ -111,14 +102,11 @@ def count_inverted(mesh, before, after, jacobian, ghosts=None):
     margins = _Margins(before, after, jacobian)
     result = np.full(mesh.GetNumberOfCells(), np.nan)
     for cell_type, rows, points in _groups(mesh):
-        step = max(8 * _CHUNK // points.size, 1)
-        for start in range(0, len(rows), step):
-            part = slice(start, min(start + step, len(rows)))
-            result[rows[part]] = margins.of_cells(cell_type, points[part])
+        result[rows] = margins.of_cells(cell_type, points)
     if isinstance(mesh, vtkUnstructuredGrid):
         for rows, faces in _polyhedra(mesh):
             result[rows] = margins.of_polyhedra(faces)
-    counts = ~_blanked(mesh)
+    counts = ~_has_blank_points(mesh)
     if ghosts is not None:
         flags = vtkDataSetAttributes.DUPLICATECELL | vtkDataSetAttributes.HIDDENCELL
         counts &= (ghosts & flags) == 0
@@ -127,10 +115,10 @@ def count_inverted(mesh, before, after, jacobian, ghosts=None):
 
 
 class _Margins:
-    """Margins of cells: above 0 if a cell kept its orientation, NaN if that is unknown.
+    """Margins of cells: above 0 if a cell kept its orientation, NaN if it cannot be checked.
 
-    A margin comes from measures: tuples of the sizes before and after, and the rounding error of
-    the size before.
+    A margin is computed from measures: tuples of the signed sizes before and after, and the
+    rounding error of the size before.
     """
 
     def __init__(self, before, after, jacobian):
@@ -140,10 +128,10 @@ class _Margins:
 
     def of_cells(self, cell_type, points):
         """Margins of cells of one type with the points (n, k)."""
-        if cell_type in _SPANS:
-            return self._of_spans(cell_type, points)
+        if cell_type in _CORNER_EDGES:
+            return self._of_corners(cell_type, points)
         if cell_type in TETRAHEDRA:  # curved: only a negative total volume is certain
-            measures, _ = self._spanned(points, TETRAHEDRA[cell_type])
+            measures, _ = self._volumes(points, TETRAHEDRA[cell_type])
             margin = _least([tuple(np.sum(column, axis=0) for column in zip(*measures))])
             return np.where(margin <= 0, margin, np.nan)
         if cell_type == VTK_TRIANGLE_STRIP:
@@ -151,16 +139,15 @@ class _Margins:
             margins, finite = _margins(*self._areas(triangles.reshape(-1, 3)))
             shape = triangles.shape[:2]
             return _least_of(margins.reshape(shape).T, finite.reshape(shape).T)
-        points = points[:, _AREAS.get(cell_type, range(points.shape[1]))]
-        return _least(self._areas(points, at_corners=cell_type in (VTK_QUAD, VTK_PIXEL)))
+        return _least(self._areas(points, at_corners=cell_type == VTK_QUAD))
 
     def of_polyhedra(self, faces):
         """Margins of the polyhedra of a `_Faces`."""
         owner, edges = faces.edges_of_simple_corners()
-        measures = [(owner, self._spanned(edges, _TETRAHEDRON)[0][0])]
+        measures = [(owner, self._volumes(edges, _TETRAHEDRON)[0][0])]
         owner, corners = faces.other_corners()
         if len(owner) > 0:
-            measures.append((owner, self._towards_middle(faces, owner, corners)))
+            measures.append((owner, self._middle_volume(faces, owner, corners)))
         least = np.full(faces.count, np.inf)
         is_finite = np.ones(faces.count, bool)
         for owner, measure in measures:
@@ -170,24 +157,23 @@ class _Margins:
             is_finite[owner[~finite]] = False
         return np.where(is_finite & np.isfinite(least), least, np.nan)
 
-    def _of_spans(self, cell_type, points):
-        measures, positions = self._spanned(points, _SPANS[cell_type])
-        if cell_type in (VTK_HEXAHEDRON, VTK_VOXEL):
-            order = _VOXEL_ORDER if cell_type == VTK_VOXEL else slice(None)
-            measures.append(self._at_middle(points, [x[:, order] for x in positions]))
+    def _of_corners(self, cell_type, points):
+        measures, positions = self._volumes(points, _CORNER_EDGES[cell_type])
+        if cell_type == VTK_HEXAHEDRON:
+            measures.append(self._axes_volume(points, positions))
         return _least(measures)
 
-    def _spanned(self, points, spans):
+    def _volumes(self, points, edges):
         """Volumes spanned by the edges from one point of cells to three others.
 
         Parameters
         ----------
         points : (n, k) integers
-        spans : list of (corner, end, end, end)
+        edges : list of (corner, end, end, end)
 
         Returns
         -------
-        measures : list, one for each of `spans`
+        measures : list, one for each of `edges`
         positions : list of (3, k, n) float64
             Positions of the points before and after.
         """
@@ -195,22 +181,22 @@ class _Margins:
         positions = [np.take(x, points, axis=1) for x in self._columns]
         rounding = np.take(self._rounding, points).max(axis=0)
         measures = []
-        for corner, *ends in spans:
+        for corner, *ends in edges:
             before, after = ([x[:, end] - x[:, corner] for end in ends] for x in positions)
             error = rounding * _error_factor(*before)
             measures.append((_triple(*before), _triple(*after), error))
         return measures, positions
 
-    def _at_middle(self, points, positions):
+    def _axes_volume(self, points, positions):
         """Volume spanned by the axes of hexahedra, positions (3, 8, n), through their middles."""
         before, after = (
-            [x[:, high].sum(axis=1) - x[:, low].sum(axis=1) for low, high in _OPPOSITE]
+            [x[:, high].sum(axis=1) - x[:, low].sum(axis=1) for low, high in _AXIS_ENDS]
             for x in positions
         )
         rounding = 4 * np.take(self._rounding, points.T).max(axis=0)
         return _triple(*before), _triple(*after), rounding * _error_factor(*before)
 
-    def _towards_middle(self, faces, owner, corners):
+    def _middle_volume(self, faces, owner, corners):
         """Volume spanned by two edges of faces (m, 3) and the line to the middle of their cell."""
         before, after = (
             [x[:, first] - x[:, corner], x[:, last] - x[:, corner]]
@@ -232,13 +218,13 @@ class _Margins:
         before, after = (x[points].astype(np.float64) for x in self._rows)
         normal = _vector_area(before)
         length = np.linalg.norm(normal, axis=1)
-        carried = np.einsum("nij,ni->nj", self._jacobian[points].mean(axis=1), normal)
+        mapped_normal = np.einsum("nij,ni->nj", self._jacobian[points].mean(axis=1), normal)
         perimeter = np.linalg.norm(np.roll(before, -1, axis=1) - before, axis=2).sum(axis=1)
         error = self._rounding[points].max(axis=1) * perimeter
-        measures = [(length, np.einsum("nj,nj->n", _vector_area(after), carried), error)]
+        measures = [(length, np.einsum("nj,nj->n", _vector_area(after), mapped_normal), error)]
         if at_corners:
             sizes = np.einsum("nkj,nj->kn", _corner_normals(before), normal) / length
-            areas = np.einsum("nkj,nj->kn", _corner_normals(after), carried)
+            areas = np.einsum("nkj,nj->kn", _corner_normals(after), mapped_normal)
             measures += [(size, area, error) for size, area in zip(sizes, areas)]
         return measures
 
@@ -299,7 +285,7 @@ def _corner_normals(x):
     return np.cross(np.roll(x, -1, axis=1) - x, np.roll(x, 1, axis=1) - x)
 
 
-def _blanked(mesh):
+def _has_blank_points(mesh):
     """Which cells of a vtkStructuredGrid have a point that is hidden: (n,) bool."""
     if not (isinstance(mesh, vtkStructuredGrid) and mesh.HasAnyBlankPoints()):
         return np.zeros(mesh.GetNumberOfCells(), bool)
@@ -315,10 +301,13 @@ def _blanked(mesh):
 
 
 def _groups(mesh):
-    """Type, indices (n,) and points (n, k) of cells with the same type and number of points."""
+    """Type, indices (n,) and points (n, k) of cells of one type and size, in chunks.
+
+    Voxels and pixels are hexahedra and quads.
+    """
     if isinstance(mesh, vtkUnstructuredGrid):
         if mesh.GetNumberOfCells():
-            yield from _by_size(arrays.cell_types(mesh), *connectivity_of(mesh.GetCells()), 0)
+            yield from _by_size(arrays.cell_types(mesh), *connectivity_of(mesh.GetCells()))
     elif isinstance(mesh, vtkPolyData):
         first = 0
         for cell_type, cells in polydata_cells(mesh):
@@ -330,61 +319,53 @@ def _groups(mesh):
     elif isinstance(mesh, vtkExplicitStructuredGrid):
         connectivity, offsets = connectivity_of(mesh.GetCells())
         types = np.full(len(offsets) - 1, VTK_HEXAHEDRON)
-        yield from _by_size(types, connectivity, offsets, 0)
+        yield from _by_size(types, connectivity, offsets)
     elif isinstance(mesh, vtkStructuredGrid):
-        lattice = _Lattice(mesh.GetExtent())
-        if lattice.cell_type:
-            yield lattice.cell_type, np.arange(mesh.GetNumberOfCells()), lattice
+        yield from _structured(mesh.GetExtent(), np.arange(mesh.GetNumberOfCells()))
 
 
-def _by_size(types, connectivity, offsets, first):
+def _by_size(types, connectivity, offsets, first=0):
+    """`_groups` of cells; `first` is the index of the first."""
     sizes = np.diff(offsets)
     for cell_type in np.unique(types).tolist():
         for size in np.unique(sizes[types == cell_type]).tolist():
-            rows = np.flatnonzero((types == cell_type) & (sizes == size))
-            if _is_complete(cell_type, size):
-                yield cell_type, first + rows, _Rows(connectivity, offsets[rows], size)
+            free_type, order = BOXES.get(cell_type, (cell_type, slice(None)))
+            if _is_complete(free_type, size):
+                for rows in _chunks(np.flatnonzero((types == cell_type) & (sizes == size)), size):
+                    points = connectivity[offsets[rows][:, None] + np.arange(size)]
+                    yield free_type, first + rows, points[:, order]
+
+
+def _structured(extent, cells):
+    """`_groups` of the quads or hexahedra of a vtkStructuredGrid."""
+    dimensions = np.subtract(extent[1::2], extent[::2]) + 1
+    axes = np.flatnonzero(dimensions > 1)
+    cell_type = {2: VTK_QUAD, 3: VTK_HEXAHEDRON}.get(len(axes))
+    if cell_type is None:
+        return
+    steps = np.cumprod([1, *dimensions[:2]])[axes]
+    square = np.array([0, steps[0], steps[0] + steps[1], steps[1]])
+    offsets = np.concatenate([square + up for up in (0, *steps[2:])])
+    for rows in _chunks(cells, len(offsets)):
+        index = np.unravel_index(rows, np.maximum(dimensions - 1, 1), order="F")
+        first = np.ravel_multi_index(index, dimensions, order="F")
+        yield cell_type, rows, first[:, None] + offsets
+
+
+def _chunks(rows, size):
+    """Parts of the indices of cells with `size` points."""
+    step = max(8 * _CHUNK // size, 1)
+    return (rows[start : start + step] for start in range(0, len(rows), step))
 
 
 def _is_complete(cell_type, size):
     """Whether a cell with `size` points has all points that its type needs."""
     if cell_type in (VTK_POLYGON, VTK_TRIANGLE_STRIP):
         return size > 2
-    if cell_type in _AREAS:
-        return size == len(_AREAS[cell_type])
-    tables = _SPANS.get(cell_type) or TETRAHEDRA.get(cell_type)
+    if cell_type in _FLAT_SIZES:
+        return size == _FLAT_SIZES[cell_type]
+    tables = _CORNER_EDGES.get(cell_type) or TETRAHEDRA.get(cell_type)
     return tables is not None and size > max(map(max, tables))
-
-
-class _Rows:
-    """Points (n, k) of cells; slices are made on access."""
-
-    def __init__(self, connectivity, first, size):
-        self._connectivity, self._first, self.size = connectivity, first, size
-
-    def __getitem__(self, part):
-        return self._connectivity[self._first[part][:, None] + np.arange(self.size)]
-
-
-class _Lattice:
-    """Points (n, k) of the cells of a vtkStructuredGrid; slices are made on access."""
-
-    def __init__(self, extent):
-        self._dimensions = np.subtract(extent[1::2], extent[::2]) + 1
-        axes = np.flatnonzero(self._dimensions > 1)
-        steps = np.cumprod([1, *self._dimensions[:2]])[axes]
-        self._cells = np.maximum(self._dimensions - 1, 1)
-        self.cell_type = {2: VTK_QUAD, 3: VTK_HEXAHEDRON}.get(len(axes))
-        if self.cell_type:
-            square = np.array([0, steps[0], steps[0] + steps[1], steps[1]])
-            self._corners = np.concatenate([square + up for up in (0, *steps[2:])])
-            self.size = len(self._corners)
-
-    def __getitem__(self, part):
-        cells = np.arange(part.start, part.stop)
-        i, j, k = np.unravel_index(cells, self._cells, order="F")
-        first = i + self._dimensions[0] * (j + self._dimensions[1] * k)
-        return first[:, None] + self._corners
 
 
 class _Faces:
@@ -405,14 +386,14 @@ class _Faces:
 
     def edges_of_simple_corners(self):
         """Cell (m,), and corner and ends of edges (m, 4), of corners with three edges."""
-        rows, first, counts = self._distinct_edges()
+        rows, first, counts = self._distinct_edges
         first = first[counts == 3]
         ends = rows[2][first[:, None] + np.arange(3)]
         return rows[0][first], np.column_stack([rows[1][first], ends])
 
     def other_corners(self):
         """Cell (m,), and corner of a face between its neighbors (m, 3), of the other corners."""
-        rows, first, counts = self._distinct_edges()
+        rows, first, counts = self._distinct_edges
         others = first[counts != 3]
         span = self._corner.max(initial=0) + 1
         is_other = np.isin(
@@ -427,6 +408,7 @@ class _Faces:
         sums = [np.bincount(self._owner, axis[self._corner], self.count) for axis in x]
         return np.stack(sums) / weights
 
+    @functools.cached_property
     def _distinct_edges(self):
         """Cell, corner and end of each edge (3, m), sorted; first edge and count at each corner."""
         rows = np.stack(

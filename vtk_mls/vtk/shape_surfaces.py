@@ -5,8 +5,7 @@ from __future__ import annotations
 import functools
 
 import numpy as np
-from vtkmodules.vtkCommonCore import VTK_DOUBLE, vtkPoints
-from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkImageData, vtkPolyData
+from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkFiltersCore import vtkCleanPolyData, vtkFlyingEdges3D, vtkTriangleFilter
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 
@@ -15,6 +14,7 @@ from vtk_mls.base.linear_algebra import unit
 from vtk_mls.handles.shapes import Capsule, Labels, Solid
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
+from vtk_mls.vtk.cells import connectivity_of, positions_of
 
 _RESOLUTION = 32  # around a ball
 
@@ -35,16 +35,6 @@ def surface_of(shape):
     raise TypeError(f"`shape` must be a Ball, Capsule, Solid or Labels, got {shape!r}")
 
 
-def polydata_of(points, triangles):
-    """vtkPolyData of points (n, 3) and triangles (m, 3)."""
-    surface, corners, cells = vtkPolyData(), vtkPoints(), vtkCellArray()
-    corners.SetData(arrays.from_numpy(np.asarray(points, float), VTK_DOUBLE))
-    cells.SetData(arrays.ids(3 * np.arange(len(triangles) + 1)), arrays.ids(np.ravel(triangles)))
-    surface.SetPoints(corners)
-    surface.SetPolys(cells)
-    return surface
-
-
 def triangles_of(algorithm):
     """Points (n, 3) and triangles (m, 3) of the polygons that an algorithm makes.
 
@@ -63,9 +53,8 @@ def triangles_of(algorithm):
     surface = triangulate.GetOutput()
     if surface.GetNumberOfPolys() == 0:
         return np.zeros((0, 3)), np.zeros((0, 3), np.int64)
-    points = arrays.to_numpy(surface.GetPoints().GetData()).astype(float)
-    connectivity = arrays.to_numpy(surface.GetPolys().GetConnectivityArray())
-    return points, connectivity.reshape(-1, 3).astype(np.int64)
+    connectivity, _ = connectivity_of(surface.GetPolys())
+    return positions_of(surface).astype(float), connectivity.reshape(-1, 3).astype(np.int64)
 
 
 def _of_capsule(shape):

@@ -5,18 +5,17 @@ side. A half-plane divides the cells on its whole plane, which keeps the mesh co
 edge they are joined again. A surface divides the cells that touch its bounding box; its bends
 within one cell are ignored.
 
-Clipping gives two separate meshes. To join them away from the cut, whatever types their cells have,
-each point gets a key, the same for points that become one, and VTK merges points with the keys as
-coordinates.
+Clipping returns two separate meshes. To join them away from the cut, each point gets a key, which
+is equal for points to be merged; VTK merges points with the keys as coordinates.
 
-Points without cells, poly-vertices, and cells that clipping cannot divide (some flat ones) are kept
-as they are.
+Points without cells, poly-vertices, and cells that clipping cannot divide (some flat ones) stay as
+they are.
 """
 
 from __future__ import annotations
 
 import numpy as np
-from vtkmodules.vtkCommonCore import VTK_DOUBLE, vtkPoints
+from vtkmodules.vtkCommonCore import VTK_DOUBLE
 from vtkmodules.vtkCommonDataModel import (
     VTK_LINE,
     VTK_POLY_LINE,
@@ -49,6 +48,7 @@ from vtk_mls.vtk.cells import (
     is_empty,
     positions_of,
     set_positions,
+    triangle_polydata,
     without_empty,
 )
 from vtk_mls.vtk.clipping import HEIGHT, clip_cells
@@ -93,8 +93,8 @@ def split(mesh, cuts, progress=SILENT):
     dividing, joining = progress.divided(4, 1)
     if grid.GetNumberOfCells() == 0:
         cuts = ()
-    for cut, part in zip(cuts, dividing.divided(*[1] * len(cuts))):
-        grid = _divided(grid, cut, extent, part)
+    for cut, part in dividing.parts(cuts):
+        grid = _divide(grid, cut, extent, part)
     joining.report(0)
     if grid is not whole:  # dividing drops points without cells
         grid = append_meshes([grid, _without_cells(whole)])
@@ -160,7 +160,7 @@ def _extent(positions):
     return min(np.ptp(x, axis=0).max(), 30 * spread if spread > 0 else np.inf) or 1.0
 
 
-def _divided(grid, cut, extent, progress):
+def _divide(grid, cut, extent, progress):
     """`grid` with its points on `cut` doubled."""
     progress.report(0)
     height, low, high = _heights(grid, cut, _ON_CUT * extent)
@@ -182,7 +182,7 @@ def _divided(grid, cut, extent, progress):
     parts = [(side, part) for side, part in parts if part.GetNumberOfPoints() > 0]
     keys = _keys(parts, cut, positions, extent)
     progress.report(0.8)
-    return _joined([part for _, part in parts], keys)
+    return _join([part for _, part in parts], keys)
 
 
 def _keys(parts, cut, positions, extent):
@@ -223,7 +223,7 @@ def _same(x, y):
     return ((x == y) | (np.isnan(x) & np.isnan(y))).all(axis=1)
 
 
-def _joined(parts, keys):
+def _join(parts, keys):
     """The parts as one mesh in which points with the same key are one."""
     grid = append_meshes(parts)
     keys = np.concatenate(keys).astype(np.int64)
@@ -270,7 +270,7 @@ def height_function(cut):
     if plane is not None:
         return plane.height
     oriented, distance = vtkPolyDataNormals(), vtkImplicitPolyDataDistance()
-    oriented.SetInputData(_surface(cut))
+    oriented.SetInputData(triangle_polydata(cut.points, cut.triangles))
     oriented.SplittingOff()
     oriented.Update()
     distance.SetInput(oriented.GetOutput())
@@ -324,16 +324,6 @@ def _values(grid, name):
 
 def _set_array(grid, name, values):
     arrays.add(grid.GetPointData(), name, values.astype(np.float64, copy=False))
-
-
-def _surface(cut):
-    """The triangles of a cut as vtkPolyData."""
-    polydata, points = vtkPolyData(), vtkPoints()
-    points.SetData(arrays.from_numpy(cut.points, VTK_DOUBLE))
-    polydata.SetPoints(points)
-    offsets = 3 * np.arange(len(cut.triangles) + 1)
-    polydata.SetPolys(cell_array(cut.triangles.flatten(), offsets))
-    return polydata
 
 
 def _polydata(grid):

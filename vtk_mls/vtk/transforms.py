@@ -1,4 +1,4 @@
-"""Transforms of VTK made from transforms of this package."""
+"""Transforms of VTK made from transforms of this package, and matrices of VTK as arrays."""
 
 from __future__ import annotations
 
@@ -60,6 +60,11 @@ def to_vtk_transform(transform: Transform, grid: Grid | None = None) -> vtkGener
         for part in parts:
             result.Concatenate(_linear(part) if isinstance(part, np.ndarray) else part)
     return result
+
+
+def matrix_of(matrix):
+    """The array (4, 4) of a vtkMatrix4x4."""
+    return np.array([[matrix.GetElement(i, j) for j in range(4)] for i in range(4)])
 
 
 def _sampled(members, grid):

@@ -52,8 +52,8 @@ def _apply(session, editor, name, value):
             editor.change(editor.state.changed(**{name: value}))
     elif name == "cut" and value in _CUTS:
         _set_cut(editor, value)
-    elif name == "look":
-        session.set_look(int(value))
+    elif name == "preset":
+        session.set_preset(int(value))
     elif name == "distortion":
         editor.set_distortion(int(value))
     elif name == "select":

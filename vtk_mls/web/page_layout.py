@@ -25,22 +25,23 @@ CONFIG = {
         },
     }
 }
-# Buttons of the bar: icon, title, key, edit.
+# Buttons of the bar: icon, title, edit, and the class of those that narrow pages hide.
 _TOOLS = (
-    ("mdi-undo", "Undo", "Z", "undo"),
-    ("mdi-redo", "Redo", "Y", "redo"),
-    ("mdi-restore", "Put all handles back", "0", "reset"),
-    ("mdi-fit-to-page-outline", "Show everything", "R", "reset_camera"),
-    ("mdi-compare", "Before and after", "B", "compare"),
-    ("mdi-eye-outline", "Hide or show handles", "Space", "hide_handles"),
+    ("mdi-undo", "Undo (Z)", "undo", ""),
+    ("mdi-redo", "Redo (Y)", "redo", ""),
+    ("mdi-restore", "Put all handles back (0)", "reset", "d-none d-md-inline-flex"),
+    ("mdi-fit-to-page-outline", "Show everything (R)", "reset_camera", "d-none d-md-inline-flex"),
+    ("mdi-compare", "Before and after (B)", "compare", "d-none d-md-inline-flex"),
+    ("mdi-eye-outline", "Hide or show handles (Space)", "hide_handles", "d-none d-md-inline-flex"),
 )
 # Keys of the window that the page lacks.
 _WINDOW_KEYS = "Q", "H   ?", "E"
+_STATUS = ['role="status"']  # trame has no keyword for it
 _NARROW = 900  # pixels; on narrower pages the panel covers the picture
 _IS_NARROW = f"$vuetify.display.width < {_NARROW}"
 
 
-def build(server, edit, begin, max_bytes):
+def build(server, edit, begin):
     """Build the page.
 
     Parameters
@@ -48,8 +49,6 @@ def build(server, edit, begin, max_bytes):
     server : trame's Server
     edit, begin : callable
         `edit(name, value)`; `begin(name)` of a task that may be long, or of "stop".
-    max_bytes : int
-        Limit for uploaded data.
     """
     with VAppLayout(server, vuetify_config=CONFIG) as layout:
         layout.root.theme = ("theme",)
@@ -62,7 +61,7 @@ def build(server, edit, begin, max_bytes):
             width=("Math.min(348, $vuetify.display.width - 42)",),
             mobile_breakpoint=(str(_NARROW),),  # a number for the page, not a string
         ):
-            panel.build(edit, begin, max_bytes)
+            panel.build(edit, begin)
         with v.VMain(style="height: 100dvh;"), html.Div(classes="mls-work"):
             with html.Div(classes="mls-stage"):
                 _stage(edit, begin)
@@ -80,31 +79,16 @@ def _bar(edit, begin):
         classes="ml-3 text-caption text-secondary d-none d-sm-inline",
     )
     v.VSpacer()
-    for icon, text, key, name in _TOOLS:
-        is_first = name in ("undo", "redo")
-        v.VBtn(
-            icon=icon,
-            density="comfortable",
-            classes="" if is_first else "d-none d-md-inline-flex",
-            title=f"{text} ({key})",
-            aria_label=text,
-            click=(edit, f"['{name}']"),
-        )
+    for icon, title, name, classes in _TOOLS:
+        _icon_button(icon, title, (edit, f"['{name}']"), classes)
     v.VDivider(vertical=True, inset=True, classes="mx-2 d-none d-md-block")
-    v.VBtn(
-        icon=("theme === 'dark' ? 'mdi-weather-sunny' : 'mdi-weather-night'",),
-        density="comfortable",
-        classes="d-none d-sm-inline-flex",
-        title="Light or dark",
-        click="theme = theme === 'dark' ? 'light' : 'dark'",
+    _icon_button(
+        ("theme === 'dark' ? 'mdi-weather-sunny' : 'mdi-weather-night'",),
+        "Light or dark",
+        "theme = theme === 'dark' ? 'light' : 'dark'",
+        "d-none d-sm-inline-flex",
     )
-    v.VBtn(
-        icon="mdi-keyboard-outline",
-        density="comfortable",
-        classes="d-none d-sm-inline-flex",
-        title="Keys (H)",
-        click="has_legend = true",
-    )
+    _icon_button("mdi-keyboard-outline", "Keys (H)", "has_legend = true", "d-none d-sm-inline-flex")
     v.VBtn(
         "Save",
         prepend_icon="mdi-content-save-outline",
@@ -115,13 +99,15 @@ def _bar(edit, begin):
         title="Handles, deformed data, displacement field, picture, script (S)",
         click=(begin, "['save']"),
     )
-    v.VBtn(
-        icon="mdi-tune-variant",
-        density="comfortable",
-        title="Panel",
-        aria_label="Panel",
-        click=f"{_IS_NARROW} ? (has_sheet = !has_sheet) : (has_panel = !has_panel)",
+    _icon_button(
+        "mdi-tune-variant",
+        "Panel",
+        f"{_IS_NARROW} ? (has_sheet = !has_sheet) : (has_panel = !has_panel)",
     )
+
+
+def _icon_button(icon, title, click, classes=""):
+    v.VBtn(icon=icon, density="comfortable", classes=classes, title=title, click=click)
 
 
 def _stage(edit, begin):
@@ -129,11 +115,11 @@ def _stage(edit, begin):
         "mls-picture",
         trame_server=None,
         name=("title",),
-        __events=["save", "legend", ("look_key", "look")],
+        __events=["save", "legend", ("preset_key", "preset")],
         __properties=["name"],
         save=(begin, "['save']"),
         legend="has_legend = !has_legend",
-        look_key=(edit, "['look', (look + 1) % looks.length]"),
+        preset_key=(edit, "['preset', (preset + 1) % presets.length]"),
     )
     v.VProgressLinear(
         v_if="is_saving",
@@ -144,7 +130,7 @@ def _stage(edit, begin):
         absolute=True,
         style="z-index: 5;",
     )
-    with html.Div(v_if="is_saving", classes="mls-prepared mls-task", role="status"):
+    with html.Div(v_if="is_saving", classes="mls-prepared mls-task", raw_attrs=_STATUS):
         html.Span("{{ task }} {{ progress }} %")
         v.VBtn("Stop", size="x-small", variant="tonal", click=(begin, "['stop']"))
     with html.Div(classes="mls-messages"):
@@ -152,11 +138,11 @@ def _stage(edit, begin):
             "{{ message }}",
             v_if="message && message !== offer",
             classes="mls-message",
-            role="status",
+            raw_attrs=_STATUS,
             click=(edit, "['say', '']"),
         )
         _offer(edit)
-    with html.Div(v_if="prepared < 100 && !is_saving", classes="mls-prepared", role="status"):
+    with html.Div(v_if="prepared < 100 && !is_saving", classes="mls-prepared", raw_attrs=_STATUS):
         v.VProgressCircular(size=16, width=2, model_value=("prepared",), color="primary")
         html.Span("Building kernels of other kinds and cuts: {{ prepared }} %")
     html.Div("{{ status }}", classes="mls-status")
@@ -164,7 +150,7 @@ def _stage(edit, begin):
 
 def _offer(edit):
     """The offer of unsaved handles of another session; other messages do not hide it."""
-    with html.Div(v_if="offer && offer !== put_off", classes="mls-message", role="status"):
+    with html.Div(v_if="offer && offer !== hidden_offer", classes="mls-message", raw_attrs=_STATUS):
         html.Span("{{ offer }}")
         v.VBtn(
             "Bring them back",
@@ -173,7 +159,7 @@ def _offer(edit):
             classes="ml-3",
             click=(edit, "['accept']"),
         )
-        v.VBtn("Later", variant="text", size="small", classes="ml-1", click="put_off = offer")
+        v.VBtn("Later", variant="text", size="small", classes="ml-1", click="hidden_offer = offer")
         v.VBtn("Drop them", variant="text", size="small", click=(edit, "['decline']"))
 
 
@@ -195,7 +181,7 @@ def _legend():
 def _saved_files():
     """A dialog with the files that were saved last, for download."""
     dialog = v.VDialog(v_model=("has_files", False), max_width=480, scrollable=True)
-    with dialog, v.VCard(title="Saved", subtitle=("'in ' + files_at",)):
+    with dialog, v.VCard(title="Saved", subtitle=("'in ' + saved_folder",)):
         with v.VCardText(classes="px-2 py-0"), v.VList(density="compact", nav=True):
             v.VListItem(
                 v_for="file in files",

@@ -6,6 +6,7 @@ from trame.widgets import html
 from trame.widgets import vuetify3 as v
 
 from vtk_mls.editor.target import MODES
+from vtk_mls.web.controls import slider, small_button, toggle
 
 _HEIGHT, _NARROW_HEIGHT = 216, 168  # of the table, pixels
 _IS_NARROW = "$vuetify.display.width < 700"
@@ -40,37 +41,21 @@ def build(edit, begin):
 
 
 def _comparison(edit):
-    with v.VBtnToggle(
-        model_value=("comparison",),
-        update_modelValue=(edit, "['comparison', $event]"),
-        mandatory=True,
-        divided=True,
-        variant="outlined",
-        density="compact",
-        color="primary",
-    ):
-        for mode in MODES:
-            v.VBtn(mode.capitalize(), value=mode, size="small")
-    v.VSlider(
+    toggle("comparison", [(mode, mode.capitalize()) for mode in MODES], edit)
+    slider(
+        "share",
+        "Share of the target",
+        (0, 1, 0.05),
+        edit,
         v_if="comparison === 'fade'",
-        min=0,
-        max=1,
-        step=0.05,
-        model_value=("share",),
-        end=(edit, "['share', $event]"),
-        density="compact",
-        hide_details=True,
-        color="primary",
-        raw_attrs=['aria-label="Share of the target"'],
         style="width: 140px; flex: none;",
     )
-    v.VBtn(
+    small_button(
         "Slices",
-        size="small",
+        "mdi-view-grid-outline",
+        (edit, "['toggle_slices']"),
         variant=("has_slices ? 'flat' : 'tonal'",),
-        prepend_icon="mdi-view-grid-outline",
         title="Show or hide slices (M)",
-        click=(edit, "['toggle_slices']"),
     )
 
 
@@ -85,14 +70,12 @@ def _refinement(begin):
         ("Refine", "refine", "is_saving || !selected.length"),
         ("Refine all", "refine_all", "is_saving || !pairs.length"),
     ):
-        v.VBtn(
+        small_button(
             text,
-            size="small",
-            variant="tonal",
-            prepend_icon="mdi-crosshairs-gps",
+            "mdi-crosshairs-gps",
+            (begin, f"['{name}']"),
             disabled=(condition,),
             title="Move landmarks on the target to the best match of the images around them",
-            click=(begin, f"['{name}']"),
         )
 
 
@@ -146,8 +129,7 @@ def _cells(edit):
         html.Span("{{ item.name }} ...", v_else=True, classes="text-secondary")
     for key in _ALIGNED_RIGHT:
         with _cell(key):
-            text = f"{{{{ item.{key} === null ? '' : Number(item.{key}.toPrecision(3)) }}}}"
-            html.Span(text)
+            html.Span(f"{{{{ item.{key} === null ? '' : Number(item.{key}.toPrecision(3)) }}}}")
             if key == "score":
                 v.VIcon(
                     "mdi-alert-outline",
@@ -158,27 +140,20 @@ def _cells(edit):
                     title=("'not moved: ' + item.refused",),
                 )
     with _cell("actions"):
-        for icon, text, name in (
-            ("mdi-target", "Jump to", "jump"),
-            ("mdi-delete-outline", "Delete", "delete_pair"),
+        for icon, text, click, condition in (
+            ("mdi-target", "Jump to", "['jump', [item.row]]", "item.row >= 0"),
+            ("mdi-delete-outline", "Delete", "['delete_pair', [item.row]]", "item.row >= 0"),
+            ("mdi-close", "Remove (Esc)", "['cancel_landmark']", "item.row < 0"),
         ):
             v.VBtn(
-                v_if="item.row >= 0",
+                v_if=condition,
                 icon=icon,
                 size="x-small",
                 variant="text",
                 title=text,
                 raw_attrs=[_label(text)],
-                click=(edit, f"['{name}', [item.row]]"),
+                click=(edit, click),
             )
-        v.VBtn(
-            v_if="item.row < 0",
-            icon="mdi-close",
-            size="x-small",
-            variant="text",
-            title="Remove (Esc)",
-            click=(edit, "['cancel_landmark']"),
-        )
 
 
 def _label(text):

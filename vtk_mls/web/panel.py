@@ -1,4 +1,4 @@
-"""The panel beside the picture: map, cut, handles, look, files."""
+"""The panel beside the picture: map, cut, handles, colors, files."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from trame_client.widgets.core import HtmlElement
 
 from vtk_mls.editor.distortion import MODES
 from vtk_mls.model import options
-from vtk_mls.web.transfers import MAX_HANDLE_BYTES
+from vtk_mls.web.controls import FIELD, slider, small_button, toggle, wide_button
+from vtk_mls.web.transfers import MAX_DATA_BYTES, MAX_HANDLE_BYTES
 
 _CUTS = ("none", "None"), ("plane", "Plane"), ("half-plane", "Half-plane")
-_FIELDS = {"density": "compact", "variant": "outlined", "hide_details": True}
 
 
-def build(edit, begin, max_bytes):
+def build(edit, begin):
     """Build the panel.
 
     Parameters
     ----------
-    edit, begin, max_bytes
+    edit, begin
         As of `page_layout.build`.
     """
     with html.Div(classes="pa-4 d-flex flex-column", style="gap: 14px;"):
@@ -32,21 +32,21 @@ def build(edit, begin, max_bytes):
         _shapes(edit)
         _section("Look")
         v.VSelect(
-            items=("looks.map((title, value) => ({ title, value }))",),
-            model_value=("look",),
-            update_modelValue=(edit, "['look', $event]"),
+            items=("presets.map((title, value) => ({ title, value }))",),
+            model_value=("preset",),
+            update_modelValue=(edit, "['preset', $event]"),
             label="Colors and opacities",
-            **_FIELDS,
+            **FIELD,
         )
         v.VSelect(
             items=("distortions", _items(text.capitalize() for text in MODES)),
             model_value=("distortion",),
             update_modelValue=(edit, "['distortion', $event]"),
             label="Show of the deformation (J)",
-            **_FIELDS,
+            **FIELD,
         )
         _section("Files")
-        _files(edit, begin, max_bytes)
+        _files(edit, begin)
 
 
 def _items(titles):
@@ -63,7 +63,7 @@ def _options(edit, section):
     for option in options.OPTIONS:
         if option.section == section:
             if option.slider:
-                _slider(edit, option.name, option.label, option.slider)
+                _slider(edit, option)
             elif option.choices:
                 _select(edit, option)
             else:
@@ -83,28 +83,17 @@ def _select(edit, option):
         update_modelValue=(edit, f"['{option.name}', $event]"),
         label=option.label,
         **condition,
-        **_FIELDS,
+        **FIELD,
     )
 
 
-def _slider(edit, name, title, steps):
-    low, high, step = steps
+def _slider(edit, option):
     with html.Div():
         with html.Div(classes="d-flex text-body-2"):
-            html.Span(title)
+            html.Span(option.label)
             v.VSpacer()
-            html.Span(f"{{{{ Number({name}).toFixed(2) }}}}", classes="text-primary")
-        v.VSlider(
-            min=low,
-            max=high,
-            step=step,
-            model_value=(name,),
-            end=(edit, f"['{name}', $event]"),
-            color="primary",
-            density="compact",
-            hide_details=True,
-            aria_label=title,
-        )
+            html.Span(f"{{{{ Number({option.name}).toFixed(2) }}}}", classes="text-primary")
+        slider(option.name, option.label, option.slider, edit)
 
 
 def _number(edit, option):
@@ -113,38 +102,19 @@ def _number(edit, option):
         label=option.label,
         title=" ".join(option.help.split()),
         change=(edit, f"['{option.name}', $event.target.value]"),
-        **_FIELDS,
+        **FIELD,
     )
 
 
 def _cut(edit):
-    with v.VBtnToggle(
-        model_value=("cut",),
-        update_modelValue=(edit, "['cut', $event]"),
-        mandatory=True,
-        divided=True,
-        variant="outlined",
-        density="compact",
-        color="primary",
-        classes="d-flex",
-    ):
-        for value, text in _CUTS:
-            v.VBtn(text, value=value, classes="flex-grow-1", size="small")
+    toggle("cut", _CUTS, edit)
     with html.Div(v_if="cut === 'half-plane'"):
-        v.VBtn(
-            "Another half",
-            prepend_icon="mdi-rotate-3d-variant",
-            block=True,
-            variant="tonal",
-            click=(edit, "['change_half']"),
-        )
-    v.VBtn(
+        wide_button("Another half", "mdi-rotate-3d-variant", (edit, "['change_half']"))
+    wide_button(
         "Draw a line and cut along it",
-        prepend_icon="mdi-content-cut",
-        block=True,
-        variant="tonal",
+        "mdi-content-cut",
+        (edit, "['incise']"),
         title="Click on the surface, then here again (P)",
-        click=(edit, "['incise']"),
     )
     with html.Div(
         v_if="cut !== 'none' || has_lines",
@@ -158,17 +128,24 @@ def _handles(edit):
     _table(edit)
     _selected(edit)
     with html.Div(classes="d-flex flex-wrap", style="gap: 8px;"):
-        _small("mdi-pin-outline", "Fix", "fix", edit)
-        _small("mdi-rotate-orbit", "Turn", "turn_handle", edit)
-        _small("mdi-delete-outline", "Delete", "delete", edit)
-        v.VBtn(
+        for text, icon, name in (
+            ("Fix", "mdi-pin-outline", "fix"),
+            ("Turn", "mdi-rotate-orbit", "turn_handle"),
+            ("Delete", "mdi-delete-outline", "delete"),
+        ):
+            small_button(
+                text,
+                icon,
+                (edit, f"['{name}']"),
+                classes="flex-grow-1",
+                disabled=("selected.length === 0",),
+            )
+        small_button(
             "Lattice",
-            prepend_icon="mdi-grid",
-            size="small",
-            variant="tonal",
+            "mdi-grid",
+            (edit, "['lay_lattice']"),
             classes="flex-grow-1",
             title="Lay a lattice of handles, again a finer one (L)",
-            click=(edit, "['lay_lattice']"),
         )
 
 
@@ -184,7 +161,7 @@ def _selected(edit):
             model_value=("rows[selected[0]].name",),
             label="Name",
             change=(edit, "['name', [selected[0], $event.target.value]]"),
-            **_FIELDS,
+            **FIELD,
         )
         _position(edit, "at", "position", "")
         with html.Div(v_if="!rows[selected[0]].is_mask"):
@@ -194,48 +171,38 @@ def _selected(edit):
 def _position(edit, column, name, suffix):
     """Three fields for a position in a column of the table."""
     with html.Div(classes="d-flex", style="gap: 8px;"):
-        for axis, coordinate in enumerate("xyz"):
-            numbers = [f"rows[selected[0]].{column}[{i}]" for i in range(3)]
-            values = ["selected[0]", *numbers]
+        for axis, letter in enumerate("xyz"):
+            coordinates = [f"rows[selected[0]].{column}[{i}]" for i in range(3)]
+            values = ["selected[0]", *coordinates]
             values[1 + axis] = "$event.target.value"
             v.VTextField(
-                model_value=(numbers[axis],),
-                label=coordinate + suffix,
+                model_value=(coordinates[axis],),
+                label=letter + suffix,
                 change=(edit, f"['{name}', [{', '.join(values)}]]"),
-                **_FIELDS,
+                **FIELD,
             )
 
 
 def _shapes(edit):
     """Buttons for regions, curves and the mask."""
-    for icon, text, name, title in (
-        (
-            "mdi-bone",
-            "Make rigid: click on a mesh or label",
-            "make_clicked_rigid",
-            "Then move and turn it by its box (G)",
-        ),
-        (
-            "mdi-vector-polyline",
-            "{{ is_drawing ? 'End the curve' : 'Draw a curve' }}",
-            "draw_curve",
-            "Click its nodes on the surface or in slices (D)",
-        ),
-        (
-            "mdi-circle-expand",
-            "{{ has_mask ? 'Act everywhere' : 'Act in a ball only' }}",
-            "change_mask",
-            "A ball around the selected handle; drag its violet points (W)",
-        ),
-    ):
-        v.VBtn(
-            text,
-            prepend_icon=icon,
-            block=True,
-            variant="tonal",
-            title=title,
-            click=(edit, f"['{name}']"),
-        )
+    wide_button(
+        "Make rigid: click on a mesh or label",
+        "mdi-bone",
+        (edit, "['make_clicked_rigid']"),
+        title="Then move and turn it by its box (G)",
+    )
+    wide_button(
+        "{{ is_drawing ? 'End the curve' : 'Draw a curve' }}",
+        "mdi-vector-polyline",
+        (edit, "['draw_curve']"),
+        title="Click its nodes on the surface or in slices (D)",
+    )
+    wide_button(
+        "{{ has_mask ? 'Act everywhere' : 'Act in a ball only' }}",
+        "mdi-circle-expand",
+        (edit, "['change_mask']"),
+        title="A ball around the selected handle; drag its violet points (W)",
+    )
 
 
 def _table(edit):
@@ -253,30 +220,11 @@ def _table(edit):
         v.VIcon("mdi-pin", v_if="item.fixed", size="x-small", classes="ml-2")
 
 
-def _small(icon, text, name, edit):
-    v.VBtn(
-        text,
-        prepend_icon=icon,
-        size="small",
-        variant="tonal",
-        classes="flex-grow-1",
-        disabled=("selected.length === 0",),
-        click=(edit, f"['{name}']"),
-    )
-
-
-def _files(edit, begin, max_bytes):
-    v.VBtn(
-        "Saved files ...",
-        v_if="files.length",
-        prepend_icon="mdi-download",
-        block=True,
-        variant="tonal",
-        click="has_files = true",
-    )
+def _files(edit, begin):
+    wide_button("Saved files ...", "mdi-download", "has_files = true", v_if="files.length")
     for kind, title, icon, limit in (
         ("handles", "Open handles ...", "mdi-vector-point", MAX_HANDLE_BYTES),
-        ("data", "Open an image or a mesh ...", "mdi-folder-open-outline", max_bytes),
+        ("data", "Open an image or a mesh ...", "mdi-folder-open-outline", MAX_DATA_BYTES),
         ("session", "Open session ...", "mdi-folder-clock-outline", MAX_HANDLE_BYTES),
     ):
         HtmlElement(
@@ -289,11 +237,9 @@ def _files(edit, begin, max_bytes):
             __properties=["kind", "label", "icon", "limit"],
             __events=["answer"],
         )
-    v.VBtn(
+    wide_button(
         "Save session",
-        prepend_icon="mdi-content-save-move-outline",
-        block=True,
-        variant="tonal",
+        "mdi-content-save-move-outline",
+        (begin, "['save_session']"),
         title="Data, pairs, options, cuts and views in one file, .mls.json",
-        click=(begin, "['save_session']"),
     )

@@ -12,7 +12,7 @@ from vtk_mls.model.options import values_of as values_of_options
 _DIGITS = 5  # after the first digit of the distance between handles
 
 
-def values_of(editor, previous, look):
+def values_of(editor, previous, preset):
     """Values by their names in the page's templates.
 
     Parameters
@@ -20,12 +20,12 @@ def values_of(editor, previous, look):
     editor : Editor
     previous : dict
         The values before; rows do not change while a handle is dragged.
-    look : int
+    preset : int
         Index of the preset of colors.
     """
     state = editor.state
     values = values_of_options(state)
-    looks = max((item.preset_names for item in editor.scene.items), key=len)
+    presets = max((item.preset_names for item in editor.scene.items), key=len)
     values.update(
         cut=shape_of(state.cuts),
         has_lines=any(isinstance(cut, Surface) for cut in state.cuts),
@@ -33,8 +33,8 @@ def values_of(editor, previous, look):
         message=editor.message,
         offer=editor.offer,
         status=editor.status,
-        looks=looks,
-        look=look % len(looks),
+        presets=presets,
+        preset=preset % len(presets),
         distortion=editor.view.distortion.mode,
         count=len(state),
         has_mask=state.mask is not None,
@@ -51,7 +51,7 @@ def values_of(editor, previous, look):
         values["rows"] = _rows(state)
         values["pairs"] = _pairs(state, editor.scores) if has_target else []
         median = state.pairs.median_error if has_target else None
-        values["median_error"] = _short(median)
+        values["median_error"] = "" if median is None else f"{median:.3g}"
     return values
 
 
@@ -112,10 +112,6 @@ def _pairs(state, scores):
 
 def _place(point, decimals):
     return "" if point is None else ", ".join(f"{x + 0.0:.{decimals}f}" for x in point)
-
-
-def _short(number):
-    return "" if number is None else f"{number:.3g}"
 
 
 def _decimals(positions):

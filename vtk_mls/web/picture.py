@@ -58,8 +58,8 @@ class Picture:
         if previous is not None:
             await previous.close(code=TAKEN_OVER)
         self._release_buttons()
-        self._page_is_ready = True
-        self._session.call(self._send_anew)
+        self._page_is_ready = self._has_frame = True
+        self._session.call(self.send_frame)
         async for message in socket:
             if message.type != WSMsgType.TEXT or socket is not self._socket:
                 break
@@ -105,10 +105,6 @@ class Picture:
             with suppress(*_INVALID):
                 if not event["type"] == following.get("type") == "move":
                     self._session.send(event)
-        self.send_frame()
-
-    def _send_anew(self):
-        self._has_frame = True
         self.send_frame()
 
     def _note_frame(self):

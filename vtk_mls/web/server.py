@@ -13,7 +13,7 @@ from pathlib import Path
 from aiohttp import web
 from trame.app import get_server
 
-from vtk_mls.editor import saving, sessions
+from vtk_mls.editor import saving
 from vtk_mls.editor.autosave import Autosave
 from vtk_mls.web import access, edits, page_layout, preparation
 from vtk_mls.web.picture import Picture
@@ -23,15 +23,10 @@ from vtk_mls.web.transfers import Transfers
 LOOPBACK, PORT = "127.0.0.1", 8080
 _LOCAL_HOSTS = LOOPBACK, "localhost", "::1"
 _ALL_ADDRESSES = "0.0.0.0", "::"
-MAX_DATA_BYTES = 2 << 30  # in an upload
 _PAGE = "vtk_mls_page"  # path of the page's own files
-# What the page waits for, and can stop, by the name of the request.
-_TASKS = {
-    "save": "Saving",
-    "save_session": "Saving",
-    "refine": "Refining",
-    "refine_all": "Refining",
-}
+# Titles of the long tasks, which the page can stop, by the methods of the editor.
+_SAVING = {"save": "Saving", "save_session": "Saving"}
+_TASKS = {**_SAVING, "refine": "Refining", "refine_all": "Refining"}
 _READY = 100  # percent of the kernels are built
 
 
@@ -44,18 +39,16 @@ class Page:
         For uploads.
     results : Path
         Gets a folder for each uploaded dataset that is saved.
-    max_bytes : int
-        Limit for uploaded data.
     """
 
-    def __init__(self, folder, results, max_bytes=MAX_DATA_BYTES):
+    def __init__(self, folder, results):
         os.environ.setdefault("TRAME_ARGS", "--server")  # hides our options from trame
         os.environ["WSLINK_READY_MSG"] = ""
         self._results, self._loop, self._preparation = results, None, None
         self._task, self._is_stopping = None, False
         self.session = Session(self._update)
         self._picture = Picture(self.session)
-        self._transfers = Transfers(self.session, folder, max_bytes, self._note_upload)
+        self._transfers = Transfers(self.session, folder, self._note_upload)
         self._server = get_server("vtk-mls", client_type="vue3")
         self._server.enable_module(
             {
@@ -70,14 +63,14 @@ class Page:
                 "trame__favicon": f"{_PAGE}/icon.svg",
                 "theme": "dark",
                 "is_saving": False,
-                "task": "",  # what goes on while `is_saving`
+                "task": "",  # title of the running task, while `is_saving`
                 "progress": 0,
                 "prepared": _READY,
                 "has_panel": True,  # on wide pages; on narrow ones:
                 "has_sheet": False,
-                "put_off": "",  # the offer that is hidden for now
+                "hidden_offer": "",  # hidden until there is another one
                 "files": [],
-                "files_at": "",
+                "saved_folder": "",
             }
         )
 
@@ -88,14 +81,14 @@ class Page:
             self.session.open(datasets, state, paths, Autosave(paths[0]), target)
             self.session.editor.saver.folder = folder
             if session is not None:
-                sessions.resume(self.session.editor, *session)
+                self.session.editor.resume_session(*session)
 
         self.session.call(show).result()
         name = Path(paths[0]).name
         self._server.state.update({"title": name, "trame__title": f"{name} - vtk-mls"})
 
-    def serve(self, host, port, ready):
-        """Answer until the process is ended; `ready` is called with the address of the page."""
+    def serve(self, host, port):
+        """Print the address of the page, and answer until the process is ended."""
         token = access.new_token()
 
         def bind(server):
@@ -105,19 +98,22 @@ class Page:
 
         def begin(**_):
             self._loop = asyncio.get_running_loop()
-            ready(f"http://{_address_name(host)}:{self._server.port}/?token={token}")
+            address = f"http://{_address_name(host)}:{self._server.port}/?token={token}"
+            print(
+                f"The page is at {address}\n(Ctrl-C ends it; unsaved handles are kept.)", flush=True
+            )
             self._preparation = self._loop.create_task(self._prepare())
 
         self._server.controller.on_server_bind.add(bind)
         self._server.controller.on_server_ready.add(begin)
-        page_layout.build(self._server, self._edit, self._begin, self._transfers.max_bytes)
+        page_layout.build(self._server, self._edit, self._begin)
         self._server.start(
             port=port, host=host, open_browser=False, show_connection_info=False, timeout=0
         )
 
     def _note_upload(self, name):
         """Called when uploaded data are shown."""
-        self._show(title=name, files=[], put_off="")
+        self._show(title=name, files=[], hidden_offer="")
         saver = self.session.editor.saver
         saver.within, saver.copies_data = self._results, True
 
@@ -130,7 +126,7 @@ class Page:
         future.add_done_callback(_print_failure)
 
     def _begin(self, name):
-        """Begin one of `_TASKS`, or stop the one that goes on."""
+        """Begin one of `_TASKS`, or stop the running one."""
         if name == "stop":
             self._is_stopping = True
         elif name in _TASKS and self._task is None:
@@ -139,34 +135,23 @@ class Page:
 
     async def _run(self, name):
         self._show(is_saving=True, progress=0, task=_TASKS[name])
-        calls = {
-            "save": self._save,
-            "save_session": self._save_session,
-            "refine": lambda: self.session.editor.refine(progress=self._progress),
-            "refine_all": lambda: self.session.editor.refine_all(progress=self._progress),
-        }
         with suppress(Exception):  # the editor shows the reason
-            await asyncio.wrap_future(self.session.call(lambda: self._reported(calls[name])))
+            await asyncio.wrap_future(self.session.call(lambda: self._run_in_editor(name)))
         self._task = None
         self._show(is_saving=False)
 
-    def _reported(self, call):
-        """Call in the editor's thread, and show errors."""
+    def _run_in_editor(self, name):
+        """Run one of `_TASKS` in the editor's thread; the editor shows errors."""
         editor = self.session.editor
         editor.finish()
         with editor.document.reporting_errors():
-            call()
-
-    def _save(self):
-        self.session.editor.saver.progress = self._progress
-        self._show_files(self.session.save())
-
-    def _save_session(self):
-        self._show_files(self.session.save_session())
-
-    def _show_files(self, folder):
-        files = _files(self.session.editor.saver.files)
-        self._update({"files": files, "files_at": str(folder.resolve()), "has_files": True})
+            if name not in _SAVING:
+                getattr(editor, name)(progress=self._progress)
+                return
+            editor.saver.progress = self._progress
+            folder = self.session.save(as_session=name == "save_session")
+            files = _files(editor.saver.files)
+            self._update({"files": files, "saved_folder": str(folder.resolve()), "has_files": True})
 
     async def _prepare(self):
         """Build the kernels of the other maps, and show the progress."""
@@ -226,17 +211,13 @@ def serve(
     page = Page(Path(temporary), folder or Path())
     page.open(datasets, state, paths, folder, target, session)
     _warn_if_remote(host)
-    page.serve(host, port, _print_address)
+    page.serve(host, port)
 
 
 def _print_failure(future):
     """Print the traceback of an error that the editor does not show."""
     if future.exception() is not None:
         traceback.print_exception(future.exception())
-
-
-def _print_address(address):
-    print(f"The page is at {address}\n(Ctrl-C ends it; unsaved handles are kept.)", flush=True)
 
 
 def _warn_if_remote(host):
@@ -262,9 +243,8 @@ def _free_port(host, port):
     """A port that the server can listen on."""
     for candidate in (PORT, 0) if port is None else (port,):
         try:
-            family, _, _, _, address = socket.getaddrinfo(host, candidate, type=socket.SOCK_STREAM)[
-                0
-            ]
+            addresses = socket.getaddrinfo(host, candidate, type=socket.SOCK_STREAM)
+            family, _, _, _, address = addresses[0]
             with socket.create_server(address[:2], family=family) as listener:
                 return listener.getsockname()[1]
         except OSError as error:

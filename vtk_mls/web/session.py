@@ -49,15 +49,15 @@ class Session:
 
     Notes
     -----
-    OpenGL belongs to the thread that drew first, and so do VTK's objects that hold buffers and
-    textures. Python's collector would free those of reference cycles in any thread. It is therefore
-    switched off for the process, which serves one page, and called by this thread when it is idle.
+    An OpenGL context belongs to the thread that drew first, and so do VTK's objects with buffers
+    and textures. Python's garbage collector would free such objects in any thread. Therefore it is
+    off in this process, which serves one page, and this thread calls it when it is idle.
     """
 
     def __init__(self, on_change):
         self.editor = self.window = self._interactor = None
         self.on_draw = self.on_idle = lambda: None
-        self._on_change, self._panel, self._saved, self.look = on_change, {}, None, 0
+        self._on_change, self._panel, self._saved, self.preset = on_change, {}, None, 0
         self._calls = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._work, name="editor", daemon=True)
         self._thread.start()
@@ -91,7 +91,7 @@ class Session:
         if previous is not None:
             previous.detach()
             self.window.Finalize()
-        self.editor, self.window, self._interactor, self.look = editor, window, interactor, 0
+        self.editor, self.window, self._interactor, self.preset = editor, window, interactor, 0
         del previous
         gc.collect()
         _remove_texts(self.editor)
@@ -114,41 +114,29 @@ class Session:
             self._interactor.UpdateSize(*size)
             self.window.Render()
 
-    def set_look(self, number):
+    def set_preset(self, index):
         """Draw the data with one of their presets; in the editor's thread."""
-        self.look = number
-        self.editor.say(self.editor.scene.set_preset(number))
+        self.preset = index
+        self.editor.say(self.editor.scene.set_preset(index))
         self.editor.slices.show(is_final=True)
         self.editor.select(self.editor.selected)  # draws
 
-    def save(self):
-        """Save all in a folder, and return it; in the editor's thread.
+    def save(self, as_session=False):
+        """Save all files, or a session file, and return their folder; in the editor's thread.
 
         Raises
         ------
         OSError
             With the editor's sentence.
         """
-        if not self.editor.save():
-            raise OSError(self.editor.message)
-        self._saved = self.editor.state
-        saver = self.editor.saver
-        if not saver.takes_session:
-            self.editor.say("Saved.")
-        return saver.files[0].parent if saver.takes_session else saver.folder
-
-    def save_session(self):
-        """Save a session file, and return its folder; in the editor's thread.
-
-        Raises
-        ------
-        OSError
-            With the editor's sentence.
-        """
-        if not self.editor.save_session():
-            raise OSError(self.editor.message)
-        self._saved = self.editor.state
-        return self.editor.saver.session.parent
+        editor, saver = self.editor, self.editor.saver
+        if not (editor.save_session() if as_session else editor.save()):
+            raise OSError(editor.message)
+        self._saved = editor.state
+        if as_session or saver.takes_session:
+            return saver.files[0].parent
+        editor.say("Saved.")
+        return saver.folder
 
     # The thread
 
@@ -183,7 +171,7 @@ class Session:
             self._interactor.InvokeEvent("TimerEvent")
             self._update_panel()
             self.on_idle()
-        except Exception as error:  # the thread goes on: no other one does its work
+        except Exception as error:  # the thread must not end
             self._report(error)
 
     def _report(self, error):
@@ -196,7 +184,7 @@ class Session:
     def _update_panel(self):
         if self.editor is None:
             return
-        values = panel_values.values_of(self.editor, self._panel, self.look)
+        values = panel_values.values_of(self.editor, self._panel, self.preset)
         values["is_saved"] = self.editor.state is self._saved
         changed = {
             name: value
@@ -234,7 +222,7 @@ class Session:
             if not len(state.grips):
                 state = state.with_handle(bounds[0], bounds[0])
             state = state.moved([0], state.grips.rest[:1] + step)
-        self._interactor.InvokeEvent("TimerEvent")  # pictures are coarse where time goes on
+        self._interactor.InvokeEvent("TimerEvent")  # with a running timer pictures are coarse first
         with suppress(ValueError, RuntimeError):  # the first edit reports it
             self.editor.document.preview(state.changed(anchored=None))
             self._interactor.InvokeEvent("TimerEvent")

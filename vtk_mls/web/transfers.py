@@ -9,6 +9,7 @@ import shutil
 import tempfile
 import zipfile
 from pathlib import Path
+from urllib.parse import quote
 
 from aiohttp import web
 
@@ -21,8 +22,9 @@ from vtk_mls.files import session_files
 from vtk_mls.files.paths import replacing
 
 ALL = "all.zip"
-MAX_HANDLE_BYTES = 64 << 20
+MAX_DATA_BYTES, MAX_HANDLE_BYTES = 2 << 30, 64 << 20  # in an upload
 _READERS = {"data": "vtk_mls.io:read_dataset", "handles": "vtk_mls.io:read_control_points"}
+_KINDS = *_READERS, "session"
 _READING_TIMEOUT = 300  # seconds
 
 
@@ -34,14 +36,14 @@ class Transfers:
     session : Session
     folder : Path
         For uploads.
-    max_bytes : int
-        Limit for data.
     on_open : callable
         Called with the name of uploaded data that are shown.
+    max_bytes : int, optional
+        Limit for data.
     """
 
-    def __init__(self, session, folder, max_bytes, on_open):
-        self._session, self._folder, self.max_bytes = session, folder, max_bytes
+    def __init__(self, session, folder, on_open, max_bytes=MAX_DATA_BYTES):
+        self._session, self._folder, self._max_bytes = session, folder, max_bytes
         self._on_open, self._current = on_open, None  # the folder of the data that are shown
         self._upload_lock = asyncio.Lock()
 
@@ -54,34 +56,26 @@ class Transfers:
         ]
 
     async def download(self, request):
-        """One of the files that were saved last, or all of them."""
+        """One of the saved files, or all of them."""
         saver, name = self._session.editor.saver, request.match_info["name"]
         files = {path.name: path for path in saver.files}
         if not files:
             raise web.HTTPNotFound(text="Nothing is saved yet.")
         if name == ALL:
-            return await self._zipped(saver)
+            path = self._folder / ALL
+            await asyncio.to_thread(_zip, path, saver.files)
+            headers = _as_attachment(f"{saver.folder.resolve().name}.zip")
+            return web.FileResponse(path, headers=headers)
         if name not in files:
             raise web.HTTPNotFound(text="There is no such file.")
         return web.FileResponse(files[name], headers=_as_attachment(name))
 
-    async def _zipped(self, saver):
-        """All files in one archive."""
-        path = self._folder / ALL
-        await asyncio.to_thread(_zip, path, saver.files)
-        headers = _as_attachment(f"{saver.folder.resolve().name}.zip")
-        return web.FileResponse(path, headers=headers)
-
     async def upload(self, request):
         """Show uploaded data, or handles on the current data; the answer is a sentence."""
         kind, name = request.match_info["kind"], Path(request.match_info["name"]).name
-        limit = {
-            "data": self.max_bytes,
-            "handles": MAX_HANDLE_BYTES,
-            "session": MAX_HANDLE_BYTES,
-        }.get(kind)
-        if limit is None or not name.strip("."):
+        if kind not in _KINDS or not name.strip("."):
             raise web.HTTPNotFound()
+        limit = self._max_bytes if kind == "data" else MAX_HANDLE_BYTES
         async with self._upload_lock:  # at most one file beside the current data
             folder = Path(tempfile.mkdtemp(dir=self._folder))
             try:
@@ -130,21 +124,20 @@ class Transfers:
     def _resume(self, path):
         """Show the edit and the views of a session of the data that are shown."""
         editor, session = self._session.editor, session_files.read(path)
-        shown = [*editor.saver.paths]
+        names, current_names = _names(session.paths), _names(editor.saver.paths)
         if editor.target is not None:
-            shown.append(Path(editor.target.path))
-        names = [[file.name for file in files] for files in (session.paths, shown)]
-        if names[0] != names[1]:
+            current_names += _names([editor.target.path])
+        if names != current_names:
             raise ValueError(
-                f"`{path.name}` is a session of {_listed(names[0])}, and {_listed(names[1])} is "
-                "shown: open it with `vtk-mls view`"
+                f"`{path.name}` is a session of {' and '.join(names)}, and "
+                f"{' and '.join(current_names)} is shown: open it with `vtk-mls view`"
             )
         state = sessions.state_of(session, path.name)
         editor.finish()
         editor.select([])
         if not editor.change(state):
             raise ValueError(editor.message)
-        sessions.show_views(editor, session.views)
+        editor.show_views(session.views)
 
     async def _show_data(self, path, digest):
         dataset = await asyncio.to_thread(io.read_dataset, path)
@@ -180,18 +173,16 @@ def _state_of(polydata, state):
     return state.changed(**values, anchored=None, enabled=None)
 
 
-def _listed(names):
-    return " and ".join(f"`{name}`" for name in names)
+def _names(paths):
+    return [f"`{Path(path).name}`" for path in paths]
 
 
 def _zip(archive, files):
-    how = {"compression": zipfile.ZIP_DEFLATED, "compresslevel": 1}
-    with replacing(archive) as new, zipfile.ZipFile(new, "w", **how) as written:
+    options = {"compression": zipfile.ZIP_DEFLATED, "compresslevel": 1}
+    with replacing(archive) as new, zipfile.ZipFile(new, "w", **options) as zip_file:
         for path in files:
-            written.write(path, path.name)
+            zip_file.write(path, path.name)
 
 
 def _as_attachment(name):
-    from urllib.parse import quote
-
     return {"Content-Disposition": f"attachment; filename*=UTF-8''{quote(name)}"}

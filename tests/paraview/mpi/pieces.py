@@ -28,7 +28,7 @@ import vtk_mls
 from vtk_mls.filters import MLSControlPoints, MLSDeform, MLSDisplacementField
 from vtk_mls.filters.algorithm import Algorithm
 from vtk_mls.filters.cut_inputs import surfaces
-from vtk_mls.filters.parallel import on_all
+from vtk_mls.filters.parallel import all_gather
 
 controller = vtkMultiProcessController.GetGlobalController()
 RANK, SIZE = controller.GetLocalProcessId(), controller.GetNumberOfProcesses()
@@ -134,7 +134,7 @@ def pieces(deform, ghosts=0):
     cells = {}
     if output.GetNumberOfCells() and output.GetCellData().HasArray("Void"):
         cells = {"Void": np.asarray(output.GetCellData().GetArray("Void")).copy()}
-    return on_all((output.GetExtent(), points, cells))
+    return all_gather((output.GetExtent(), points, cells))
 
 
 def check(deform, alone, ghosts=0):
@@ -234,7 +234,7 @@ if SIZE > 1:
     ]
     # cells are between the points
     assert all(abs(a - b) <= 1 for a, b in zip(requested, expected)), (requested, extent)
-    sizes = on_all(int(np.prod(np.array(requested[1::2]) - requested[::2])))
+    sizes = all_gather(int(np.prod(np.array(requested[1::2]) - requested[::2])))
     assert max(sizes) < 0.75 * 17 * 16 * 16, sizes
 field = pipeline(MLSDisplacementField, source(), polydata())
 update(field)
@@ -263,7 +263,7 @@ for cut in (None, scalpel()):
     deform = pipeline(MLSDeform, tetrahedra(), handles, cut and only_on(-1, cut))
     update(deform)
     alone = pipeline(MLSDeform, tetrahedra(), polydata(), cut)
-    measured = sum(on_all(volume(deform.GetOutput())))
+    measured = sum(all_gather(volume(deform.GetOutput())))
     alone.Update()
     # the division of voxels into tetrahedra depends on the extent
     np.testing.assert_allclose(measured, volume(alone.GetOutput()), rtol=1e-3)
@@ -272,7 +272,7 @@ for cut in (None, scalpel()):
 alone, size = sampled(), {"SampleDimensions": (18, 17, 17)}
 cells, corners = tetrahedra(), Corners()
 check(pipeline(MLSDisplacementField, cells, only_on(0, polydata()), **size), alone)
-assert sum(on_all(cells.GetOutput().GetNumberOfCells())) == 5 * 17 * 16 * 16
+assert sum(all_gather(cells.GetOutput().GetNumberOfCells())) == 5 * 17 * 16 * 16
 field = pipeline(MLSDisplacementField, corners, only_on(0, polydata()), **size)
 check(field, alone)
 assert field.UpdateTimeStep(1.0, RANK, SIZE, 0)

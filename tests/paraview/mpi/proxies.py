@@ -57,7 +57,7 @@ def check(deform, field, value=value):
         assert expected.void.any() or value.in_rest_frame  # all that the cut parts moves alike
 
 
-# Control points that every process has, and those of a table, which one process reads.
+# Control points on every process, and from a table that one process reads.
 deform = simple.MLSDeform(Input=source, ControlPoints=control_points())
 field = simple.MLSDisplacementField(Input=source, ControlPoints=deform.ControlPoints)
 deform.MapTolerance = field.MapTolerance = 0
@@ -108,10 +108,10 @@ large = simple.Wavelet(WholeExtent=[-24, 23, -20, 21, -22, 22])
 field = simple.MLSDisplacementField(Input=large, ControlPoints=handles)
 image = data(field)
 exact = value.displacement_field(grid(image)).displacement
-within = dataclasses.replace(value, map_tolerance=field.MapTolerance)
-within = within.displacement_field(grid(image)).displacement
-np.testing.assert_array_equal(array(image, "BackwardDisplacement"), within)
-assert not np.array_equal(within, exact)
+coarse_value = dataclasses.replace(value, map_tolerance=field.MapTolerance)
+expected = coarse_value.displacement_field(grid(image)).displacement
+np.testing.assert_array_equal(array(image, "BackwardDisplacement"), expected)
+assert not np.array_equal(expected, exact)
 
 folder.cleanup()
 print(f"done with {SIZE}")

@@ -40,7 +40,7 @@ STEP_TIMEOUT = 120
 RETRY_SECONDS = 24 * 3600
 MARK = "vtk_mls device check: "  # before each JSON line of the child
 # Children that share the checks of a CPU: compilers build one kernel at a time in a process.
-_MOST_CHILDREN = 4
+_MAX_CHILDREN = 4
 _TIMED_OUT = "it does not come to an end"
 _CHECK = "vtk_mls.commands.kernel_checks:main"  # called by the child
 # The child is not a process of the parent's MPI job.
@@ -249,7 +249,7 @@ def _check_device(device):
 
 def _run_children(device, lanes):
     """Points per second of a device that computes right, with caches of the children's own."""
-    count = min(_processors(), _MOST_CHILDREN) if device.kind == "cpu" else 1
+    count = min(_processors(), _MAX_CHILDREN) if device.kind == "cpu" else 1
     request = {"device": description(device), "lanes": lanes}
     with tempfile.TemporaryDirectory(prefix="vtk_mls-", ignore_cleanup_errors=True) as folder:
         options = {"env": _child_environment(folder), "text": True, "errors": "replace"}
@@ -271,7 +271,7 @@ def _run_children(device, lanes):
                 stack.callback(child.kill)
             found = as_completed([pool.submit(_speed_from, child) for child in children])
             speed = max(speed.result() for speed in found)  # the last child is alone
-        _keep_kernels(Path(folder))
+        _save_kernels(Path(folder))
         return speed
 
 
@@ -282,17 +282,17 @@ def _processors():
     return os.cpu_count() or 1
 
 
-def _keep_kernels(folder):
+def _save_kernels(folder):
     """Move kernels that children have built to the user's `caches.kernel_folder`."""
     cache = caches.folder()
     for built in folder.glob("vtk_mls/kernels/*/binary") if cache else ():
-        kept = cache / built.parent.relative_to(folder)
-        new = kept.with_suffix(f".{os.getpid()}")  # as another process never sees a part of it
+        target = cache / built.parent.relative_to(folder)
+        new = target.with_suffix(f".{os.getpid()}")  # as another process never sees a part of it
         with contextlib.suppress(OSError):
-            kept.parent.mkdir(parents=True, exist_ok=True)
-            if not kept.exists():
+            target.parent.mkdir(parents=True, exist_ok=True)
+            if not target.exists():
                 shutil.move(built.parent, new)
-                new.replace(kept)
+                new.replace(target)
 
 
 def _child_environment(folder):

@@ -36,7 +36,7 @@ _loaded_in = None
 
 
 class DeviceError(RuntimeError):
-    """The device does not exist or its driver failed; says what was found and what to install."""
+    """The device does not exist or its driver failed; lists what was found and what to install."""
 
 
 class OutOfDeviceMemory(DeviceError):
@@ -174,7 +174,7 @@ def _listed():
             handles = platform.get_devices()
         except cl.Error:  # a platform without devices
             continue
-        devices += [_described(f"{p}:{d}", platform, handle) for d, handle in enumerate(handles)]
+        devices += [_device(f"{p}:{d}", platform, handle) for d, handle in enumerate(handles)]
     return devices, "OpenCL has no device"
 
 
@@ -199,7 +199,7 @@ def _pyopencl():
     return cl
 
 
-def _described(key, platform, handle):
+def _device(key, platform, handle):
     import pyopencl as cl
 
     # Oclgrind reports all types

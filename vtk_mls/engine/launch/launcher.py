@@ -1,4 +1,4 @@
-"""Kernels of an OpenCL device: built when first asked for, launched in slabs."""
+"""Kernels of an OpenCL device: built at their first use, launched in slabs."""
 
 from __future__ import annotations
 
@@ -10,24 +10,22 @@ import numpy as np
 from vtk_mls.engine.device import devices
 from vtk_mls.engine.launch import array_types, kernel_arguments
 from vtk_mls.engine.launch.memory import Memory
+from vtk_mls.engine.launch.structs import filled
 from vtk_mls.engine.map.coarse_map import CoarseMap
 from vtk_mls.engine.map.cut_tables import cut_tables
-from vtk_mls.engine.map.handle_tables import handle_tables
+from vtk_mls.engine.map.handle_tables import map_tables
 from vtk_mls.engine.map.origin_nodes import OriginNodes
 
 # Control points times functions times points of one launch: some tenths of a second on two CPU
-# cores, so that progress shows and abort is heard.
-_WORK_PER_LAUNCH = 3e8
-_POINTS_OF_SEGMENT = 4  # that take as long
+# cores, so that progress is reported and an abort takes effect.
+_MAX_WORK = 3e8
+_POINTS_OF_SEGMENT = 4  # control points that take as long as a segment
 # Points whose source indices stay in the cache of a CPU between the two kernels of a resampling.
-_CACHED = 1 << 19
+_MAX_CACHED_POINTS = 1 << 19
 # Structs of kernels that do not use them.
-_NO_CUTS, _NO_NODES, _NO_CELLS = map(
-    kernel_arguments.filled,
-    (kernel_arguments.CUT_PARAMS, kernel_arguments.NODES, kernel_arguments.COARSE),
-)
-# Points whose forward images are searched for at a time.
-_SEARCHED = 1 << 18
+_NO_CUTS, _NO_NODES, _NO_CELLS = map(filled, ("cut_params_t", "nodes_t", "coarse_t"))
+# Points of one search for forward images.
+_MAX_SEARCHED_POINTS = 1 << 18
 
 
 class Launcher:
@@ -43,37 +41,36 @@ class Launcher:
 
     def __init__(self, device):
         self.device, self.memory = device, Memory(device)
-        self.constant = self.memory.constant
         self._kernels = {}
-        self._uploaded = weakref.WeakKeyDictionary()  # control points -> buffers
+        self._uploaded = weakref.WeakKeyDictionary()  # control points -> buffer, starts
         self.lattices = weakref.WeakKeyDictionary()
 
     # Slices of the work
 
-    def slabs(self, count, deformation, bytes_per_item, most=None):
-        """Slices of `count` items that fit the memory and take a moment each."""
+    def slabs(self, count, deformation, bytes_per_item, max_count=None):
+        """Slices of `count` items, each within the limits of memory and of work."""
         cost = max(
             (len(c) + _POINTS_OF_SEGMENT * len(c.handles.segments)) * (1 + c.kind.functions(c))
             for c in (region.control_points for region in deformation.regions)
         )
         cost *= deformation.steps_used
         limit = min(
-            _WORK_PER_LAUNCH / cost,
+            _MAX_WORK / cost,
             self.memory.limit / 4 / bytes_per_item,
             self.device.handle.max_mem_alloc_size / bytes_per_item,
-            most or count,
+            max_count or count,
         )
         step = max(1024, int(limit) // 1024 * 1024)
         return [slice(start, min(count, start + step)) for start in range(0, count, step)]
 
     def sampled_slabs(self, count, deformation, bytes_per_item):
         """Slabs of `count` points of a grid at which arrays are sampled."""
-        most = _CACHED if self.memory.in_place else None
-        return self.slabs(count, deformation, bytes_per_item, most)
+        max_count = _MAX_CACHED_POINTS if self.memory.in_place else None
+        return self.slabs(count, deformation, bytes_per_item, max_count)
 
     def search_slabs(self, count, deformation):
         """Slabs of `count` points whose forward images are searched for."""
-        return self.slabs(count, deformation, 64, _SEARCHED)
+        return self.slabs(count, deformation, 64, _MAX_SEARCHED_POINTS)
 
     # Kernels
 
@@ -98,9 +95,10 @@ class Launcher:
         """Build constants and shared kernel arguments of the map in a region."""
         control_points, alpha = region.control_points, deformation.alpha
         kind, steps = control_points.kind, control_points.steps(deformation.steps_used)
-        handles, tables = control_points.handles, self._handle_tables(deformation, control_points)
-        params = kernel_arguments.filled(
-            kernel_arguments.MAP_PARAMS,
+        handles = control_points.handles
+        tables, starts = self._map_tables(deformation, control_points)
+        params = filled(
+            "map_params_t",
             count=handles.term_count,
             region_count=len(handles.regions),
             segment_count=len(handles.segments),
@@ -108,6 +106,7 @@ class Launcher:
             step_count=len(steps),
             alpha=alpha,
             smoothing2=(deformation.smoothing / control_points.scale) ** 2,
+            **starts,
             **kind.params(steps[0]),
         )
         constants = [
@@ -120,23 +119,18 @@ class Launcher:
             *self.sums(self.device.has_float64 and kind.needs_float64(alpha)),
             *kind.constants().items(),
         ]
-        arguments = [params, *tables]
+        cut_params, cut_table = _NO_CUTS, None
         if deformation.cuts:
-            extra, cut_params, tables = cut_tables(deformation, region, grid, second_pass)
+            extra, cut_params, table = cut_tables(deformation, region, grid, second_pass)
             constants += extra
-            arguments += [cut_params, *map(self.constant, tables)]
-        else:
-            arguments += [_NO_CUTS, None, None]
-        return tuple(constants), arguments
+            cut_table = self.memory.constant(table)
+        return tuple(constants), [params, tables, cut_params, cut_table]
 
-    def _handle_tables(self, deformation, control_points):
-        """Buffers of the tables that maps share, uploaded once: control points to steps."""
+    def _map_tables(self, deformation, control_points):
+        """A buffer of the `map_tables`, uploaded once, and where each begins."""
         if control_points not in self._uploaded:
-            always, others = handle_tables(deformation, control_points)
-            self._uploaded[control_points] = [
-                *(self.constant(kernel_arguments.not_empty(table)) for table in always),
-                *(self.constant(table) if table.size else None for table in others),
-            ]
+            table, starts = map_tables(deformation, control_points)
+            self._uploaded[control_points] = self.memory.constant(table), starts
         return self._uploaded[control_points]
 
 
@@ -166,30 +160,29 @@ class RegionMap:
         has_nodes = deformation.map_tolerance > 0 and not is_fast
         self._coarse_map = CoarseMap(self) if has_nodes else None
 
-    def launch_at(self, name, points, arguments=(), changed=(), outputs=()):
-        """Launch a kernel at `points` (3, m) of the local frame.
+    def launch_at(self, name, inputs, arguments=(), changed=(), outputs=()):
+        """Launch a kernel at points of the local frame, the first of `inputs` (3, m) each.
 
-        After the points it takes `arguments`, arrays that it changes, and arrays that it writes.
+        It takes the inputs, `arguments`, arrays that it changes, and arrays that it writes.
         """
-        count = points.shape[1]
+        count = inputs[0].shape[1]
         if count == 0:
             return
-        with ExitStack() as buffers:
-            read = buffers.enter_context(self.memory.input_buffer(points))
-            arrays = [
-                *map(self.memory.inout_buffer, changed),
-                *map(self.memory.output_buffer, outputs),
-            ]
-            outputs = [buffers.enter_context(array) for array in arrays]
-            self.launch(name, (None, False), count, np.int64(count), read, *arguments, *outputs)
+        memory = self.memory
+        with ExitStack() as stack:
+            input_buffers = [stack.enter_context(memory.input_buffer(array)) for array in inputs]
+            buffers = *map(memory.inout_buffer, changed), *map(memory.output_buffer, outputs)
+            output_buffers = [stack.enter_context(buffer) for buffer in buffers]
+            arguments = *input_buffers, *arguments, *output_buffers
+            self.launch(name, (None, False), count, np.int64(count), *arguments)
 
-    def at_points(self, name, planes, points):
-        """What a kernel writes at `points` (m, 3) of the world: (planes, m) float32."""
-        return self.at_local_points(name, planes, self.local_points(points))
+    def at_points(self, name, planes, *points):
+        """The output of a kernel at `points` (m, 3) each of the world: (planes, m) float32."""
+        return self.at_local_points(name, planes, *map(self.local_points, points))
 
-    def at_local_points(self, name, planes, points):
-        """The same at `points` (3, m) of the local frame."""
-        result = np.empty((planes, points.shape[1]), np.float32)
+    def at_local_points(self, name, planes, *points):
+        """The same at `points` (3, m) each of the local frame."""
+        result = np.empty((planes, points[0].shape[1]), np.float32)
         self.launch_at(name, points, outputs=[result])
         return result
 
@@ -202,7 +195,7 @@ class RegionMap:
         if starts is None or not self.deformation.obstacles:
             planes = self.at_points("point_displacement", self.displacements, points)
         else:
-            planes = self._at_pairs("point_search", self.displacements, points, starts)
+            planes = self.at_points("point_search", self.displacements, points, starts)
         displacement = control_points.mean_displacement + control_points.scale * planes[:3].T
         distance = None
         if self.displacements == 4:
@@ -213,16 +206,7 @@ class RegionMap:
         """d(G - v)/dv at `points` (m, 3), of the material of `origins` if given: (9, m) float32."""
         if origins is None or not self.deformation.obstacles:
             return self.at_points("point_jacobian", 9, points)
-        return self._at_pairs("origin_jacobian", 9, points, origins)
-
-    def _at_pairs(self, name, planes, points, others):
-        """What a kernel writes at `points` and `others` (m, 3) of the world: (planes, m)."""
-        result = np.empty((planes, len(points)), np.float32)
-        if len(points) > 0:
-            at, other = self.local_points(points), self.local_points(others)
-            with self.memory.input_buffer(other) as buffer:
-                self.launch_at(name, at, [buffer], outputs=[result])
-        return result
+        return self.at_points("origin_jacobian", 9, points, origins)
 
     def void_outputs(self, buffer):
         """Kernel arguments for void distances: a buffer or None, and the scale."""
@@ -263,15 +247,15 @@ class RegionMap:
     def local_points(self, points, offset=0):
         """`points` (m, 3) less `offset` in the local frame, (3, m) float32."""
         device = self.launcher.device
-        centre = self.control_points.center + offset
+        center = self.control_points.center + offset
         if not device.has_float64:
-            points, centre = (points - centre).astype(np.float32), np.zeros(3)
+            points, center = (points - center).astype(np.float32), np.zeros(3)
         local = np.empty((3, len(points)), np.float32)
         if len(points) == 0:
             return local
-        real = np.float64 if device.has_float64 else np.float32
-        frame = kernel_arguments.local_frame(centre)
-        density = real(1 / self.control_points.scale)
+        float_type = np.float64 if device.has_float64 else np.float32
+        frame = kernel_arguments.local_frame(center)
+        density = float_type(1 / self.control_points.scale)
         constants = [("LANES", device.lanes), ("VALUE", array_types.c_type(points))]
         if device.has_float64:
             constants.append(("USE_FP64", 1))
@@ -290,12 +274,9 @@ class RegionMap:
         return local
 
     def launch(self, name, grid_and_pass, count, *arguments, constants=()):
-        map_constants, shared = self.shared_arguments(*grid_and_pass)
-        self.launcher.launch(name, (*map_constants, *constants), count, *shared, *arguments)
-
-    def shared_arguments(self, *grid_and_pass):
-        """Build constants and shared kernel arguments of the map, as `Launcher.map` has them."""
+        """Launch a kernel of the map, for a whole grid or None and the first or second pass."""
         if grid_and_pass not in self._shared_arguments:
             shared = self.launcher.map(self.deformation, self.region, *grid_and_pass)
             self._shared_arguments[grid_and_pass] = shared
-        return self._shared_arguments[grid_and_pass]
+        map_constants, shared = self._shared_arguments[grid_and_pass]
+        self.launcher.launch(name, (*map_constants, *constants), count, *shared, *arguments)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vtk_mls.engine.launch import kernel_arguments
+from vtk_mls.engine.launch.structs import filled
 
 
 class Box:
@@ -38,15 +38,13 @@ class Box:
         return Box(factor * self.first, factor * self.stop)
 
     def rows(self, inner):
-        """Where another box lies in arrays of this one."""
+        """The slices of another box in arrays of this one."""
         begin, end = inner.first - self.first, inner.stop - self.first
         return tuple(slice(a, b) for a, b in zip(begin[::-1], end[::-1]))
 
     def record(self, **members):
-        """A COARSE with this box as its cells."""
-        return kernel_arguments.filled(
-            kernel_arguments.COARSE, first_cell=self.first, cells=self.cells, **members
-        )
+        """A coarse_t with this box as its cells."""
+        return filled("coarse_t", first_cell=self.first, cells=self.cells, **members)
 
 
 class ListedCells:
@@ -56,40 +54,40 @@ class ListedCells:
     ----------
     memory : Memory
     box : Box
-    chosen : array (nz, ny, nx) of bool
+    mask : array (nz, ny, nx) of bool
     members : dict
         Of the records beside the list.
 
     Attributes
     ----------
-    numbers : (n,) int32
+    indices : (n,) int32
     buffer : Buffer
     """
 
-    def __init__(self, memory, box, chosen, **members):
+    def __init__(self, memory, box, mask, **members):
         self.box, self._members = box, members
-        self.numbers = np.flatnonzero(chosen).astype(np.int32)
-        self.buffer = memory.constant(kernel_arguments.not_empty(self.numbers))
+        self.indices = np.flatnonzero(mask).astype(np.int32)
+        self.buffer = memory.constant(np.append(self.indices, np.int32(0)))  # never empty
 
     def records(self, layers):
-        """A COARSE with the cells in a slice of layers along z; none without cells."""
+        """A coarse_t with the cells in a slice of layers along z; none without cells."""
         layer = self.box.cells[0] * self.box.cells[1]
-        a, b = np.searchsorted(self.numbers, [layers.start * layer, layers.stop * layer])
+        a, b = np.searchsorted(self.indices, [layers.start * layer, layers.stop * layer])
         return [self.record(slice(a, b))] if a < b else []
 
     def record(self, part):
-        """A COARSE with a slice of the list."""
+        """A coarse_t with a slice of the list."""
         count = part.stop - part.start
         return self.box.record(first_listed=part.start, listed=count, **self._members)
 
 
-def beside(cells):
-    """Which cells are set or beside one that is."""
-    return spread(cells, [(-1, 2)] * 3)
+def dilated(cells):
+    """Which cells are set or have a neighbor that is."""
+    return dilated_by(cells, [(-1, 2)] * 3)
 
 
-def spread(cells, offsets):
-    """Which cells have a set one a number of cells before; a range (start, stop) along z, y, x."""
+def dilated_by(cells, offsets):
+    """Which cells are some cells after a set one: ranges (start, stop) of offsets along z, y, x."""
     for axis, (start, stop) in enumerate(offsets):
         cells = np.moveaxis(cells, axis, 0)
         result = np.zeros_like(cells)
@@ -102,9 +100,9 @@ def spread(cells, offsets):
 
 
 def near_handles(map_, whole, box, step):
-    """Which cells of `step` points have a handle, or are beside one that has.
+    """Which cells of `step` points have a handle, or a neighbor that has one.
 
-    Narrow peaks and kinks there may be between all nodes.
+    Peaks and kinks there may be narrower than the distance of nodes.
     """
     box = box.widened(1, 1)
     near = np.zeros(box.shape, bool)
@@ -113,4 +111,4 @@ def near_handles(map_, whole, box, step):
     at = whole.index_of(np.concatenate(places)) // step - box.first
     at = at[np.all((at >= 0) & (at < box.cells), axis=1)].astype(int)
     near[tuple(at.T[::-1])] = True
-    return beside(near)[1:-1, 1:-1, 1:-1]
+    return dilated(near)[1:-1, 1:-1, 1:-1]

@@ -1,4 +1,4 @@
-"""The map of a grid, interpolated between nodes wherever that is close to it: coarse_map.cl."""
+"""The map of a grid, interpolated between nodes where that is accurate: coarse_map.cl."""
 
 from __future__ import annotations
 
@@ -7,18 +7,19 @@ import pyopencl as cl
 
 from vtk_mls.base.grid import Grid
 from vtk_mls.engine.launch import kernel_arguments
+from vtk_mls.engine.launch.structs import CONSTANTS, filled
 from vtk_mls.engine.map import fine_map
-from vtk_mls.engine.map.cells import Box, ListedCells, beside, near_handles
+from vtk_mls.engine.map.cells import Box, ListedCells, dilated, near_handles
 from vtk_mls.engine.map.fine_map import Checked, FineMap
 
-STEP = kernel_arguments.COARSE_STEP
+STEP = CONSTANTS["COARSE_STEP"]
 _AROUND = range(-2, 4)  # the nodes around a cell, by which its points are interpolated
-# Errors are seen in the middle of each cell and in those beside it. Elsewhere they are larger at
-# most so many times: 6.5 times in the worst of 2,100 random sets.
+# Largest ratio of an error in a cell to those in its middle and in the middles of its neighbors:
+# 6.5 in the worst of 2,100 random sets.
 _SAFETY = 8
 MAX_NODE_FRACTION = 0.25  # nodes and cell centers per point of the grid
 MAX_NEAR_FRACTION = 0.5  # of the cells, with control points in or beside them
-_SPARE = 64  # numbers after the last node, that kernels may read and do not use
+_SPARE = 64  # floats after the last node that kernels may read, but do not use
 # The kernel that interpolates the outputs of another one, and its additional arguments.
 _COARSE = {
     "grid_displacement": ("coarse_displacement", []),
@@ -28,10 +29,9 @@ _COARSE = {
 
 
 class CoarseMap:
-    """The map of a region at nodes over a grid, and the cells between that keep to a tolerance.
+    """The map of a region at nodes over a grid, and the cells that are interpolated accurately.
 
-    Nodes are points of the whole grid, and some beyond its end, cells between them likewise: parts
-    find the same ones.
+    Nodes and cells are those of the whole grid, and some beyond its end, so parts find the same.
 
     Parameters
     ----------
@@ -80,9 +80,7 @@ class CoarseMap:
         block = dict(first_cell=[*first[:2], low], cells=[*cells[:2], high - low + 1])
         to_local = grid.index_to_world / self.map.control_points.scale
         to_slopes = kernel_arguments.transform(np.linalg.inv(to_local).T, np.zeros(3))
-        record = kernel_arguments.filled(
-            kernel_arguments.COARSE, **block, **self._around, to_slopes=to_slopes
-        )
+        record = filled("coarse_t", **block, **self._around, to_slopes=to_slopes)
         kernel, additional = _COARSE[name]
         self._launch_blocks(
             kernel, grid_and_pass, block, points, record, self._nodes, *arguments, *additional
@@ -91,7 +89,7 @@ class CoarseMap:
         is_fine = self._fine_map and name in fine_map.KERNELS
         if is_fine:
             self._fine_map.launch(name, grid, part, layers, points, *arguments)
-        listed = self._separated if is_fine else self._far
+        listed = self._separated if is_fine else self._inaccurate
         for record in listed.records(layers):
             items = self.map.grid_items(grid, part, record, listed.buffer)
             count, constants = int(record["listed"]) * STEP**3, (("POINTS", "CELLS"),)
@@ -106,40 +104,38 @@ class CoarseMap:
         self.map.launch(name, grid_and_pass, -(-nx // lanes) * lanes * ny * nz, *arguments)
 
     def _find(self, grid):
-        """Find the nodes around a grid, and its cells that are far from the map."""
+        """Find the nodes around a grid, and its inaccurate cells."""
         own, every, memory = _box_of(grid), _box_of(grid.whole), self.map.memory
-        margin = FineMap.MARGIN if self._fine_map else 1  # cells around it are looked at, too
+        margin = FineMap.MARGIN if self._fine_map else 1  # cells around it are checked, too
         box = own.widened(margin, margin).within(every)
         self._around = {"first_node": box.first, "nodes": box.cells + len(_AROUND) - 1}
         self._nodes = self._at_nodes(grid, box.first, self._around["nodes"], _AROUND[0] * STEP)
         middles = self._at_nodes(grid, box.first, box.cells, STEP / 2)
         to_index = grid.world_to_index * self.map.control_points.scale
-        check = kernel_arguments.filled(
-            kernel_arguments.CHECK,
+        check = filled(
+            "check_t",
             to_index=kernel_arguments.transform(to_index, np.zeros(3)),
             limit2=(self.map.deformation.map_tolerance / _SAFETY) ** 2,
         )
         flags = self._check(grid, box, check, middles)
-        is_off, is_separated, is_elsewhere = (
-            (flags & bit).astype(bool)
-            for bit in (
-                kernel_arguments.INACCURATE,
-                kernel_arguments.SEPARATED,
-                kernel_arguments.OTHER_REGION,
-            )
+        is_inaccurate, is_separated, is_other_region = (
+            (flags & CONSTANTS[name]).astype(bool)
+            for name in ("INACCURATE", "SEPARATED", "OTHER_REGION")
         )
-        far = beside(is_off) | near_handles(self.map, grid.whole, box, STEP)
+        inaccurate = dilated(is_inaccurate) | near_handles(self.map, grid.whole, box, STEP)
         rows = box.rows(own)
-        self._far = ListedCells(memory, own, (far & ~is_elsewhere)[rows])
+        self._inaccurate = ListedCells(memory, own, (inaccurate & ~is_other_region)[rows])
         if self._fine_map:
-            separated = far & beside(is_separated)
-            self._separated = ListedCells(memory, own, (separated & ~is_elsewhere)[rows])
+            separated = inaccurate & dilated(is_separated)
+            self._separated = ListedCells(memory, own, (separated & ~is_other_region)[rows])
             around = {**self._around, "first_node": box.first + _AROUND[0]}
             checked = Checked(box, own, every, around, self._nodes, middles, check)
-            self._fine_map.find(grid, checked, far, far & ~separated & ~is_elsewhere)
+            self._fine_map.find(
+                grid, checked, inaccurate, inaccurate & ~separated & ~is_other_region
+            )
 
     def _check(self, grid, box, check, middles):
-        """What coarse_check.cl says of the cells of a box (nz, ny, nx)."""
+        """Flags of coarse_check.cl for the cells of a box (nz, ny, nx)."""
         record = box.record(**self._around)
         block = {"first_cell": box.first, "cells": box.cells}
         points = kernel_arguments.grid_points(grid, slice(0, grid.size), self.map.control_points)

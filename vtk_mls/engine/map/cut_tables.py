@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import numpy as np
 
-from vtk_mls.engine.launch.kernel_arguments import CUT_PARAMS, PLANE, filled, not_empty, transform
+from vtk_mls.engine.launch.kernel_arguments import transform
+from vtk_mls.engine.launch.structs import STRUCTS, filled
 from vtk_mls.model.regions import ON_PLANE
 
 
 def cut_tables(deformation, region, grid=None, second_pass=False):
-    """Build constants of the cuts of a deformation; the CUT_PARAMS, and the tables.
+    """Build constants of the cuts of a deformation, the cut_params_t, and a table (m,) float32.
 
-    The tables are those of planes and of all obstacles, in the local frame of `region`; planes also
-    in indices of `grid`. See on_grid.cl for the second pass.
+    The table has the planes, then all obstacles, in the local frame of `region`; planes also in
+    indices of `grid`. See on_grid.cl for the second pass.
     """
     control_points = region.control_points
     params = filled(
-        CUT_PARAMS,
+        "cut_params_t",
         damping=deformation.nu / (2 * deformation.alpha),
         nu=deformation.nu,
         on_plane=ON_PLANE,
@@ -42,9 +43,10 @@ def cut_tables(deformation, region, grid=None, second_pass=False):
         _joined([_shape_table(cuts, control_points, anchors) for cuts in shapes.values()])
         for anchors in cut_anchors(deformation, control_points)
     ]
+    planes = _plane_table(deformation, region, grid).view(np.float32)
+    params["obstacle_start"] = len(planes)
     params["obstacle_stride"] = len(joined[0]) if len(joined) > 1 else 0
-    planes = _plane_table(deformation, region, grid)
-    return constants, params, [not_empty(table) for table in (planes, np.concatenate(joined))]
+    return constants, params, np.concatenate([planes, *joined])
 
 
 def cut_anchors(deformation, control_points):
@@ -62,9 +64,9 @@ def _local_affine(control_points):
 
 
 def _plane_table(deformation, region, grid):
-    """The full cuts: (planes,) PLANE."""
+    """The full cuts: (planes,) plane_t."""
     control_points = region.control_points
-    table = np.zeros(len(deformation.planes), PLANE)
+    table = np.zeros(len(deformation.planes), STRUCTS["plane_t"])
     table["side"] = region.sides
     for row, plane, moved in zip(table, deformation.planes, deformation.moved_planes):
         height = plane.height(control_points.center) / control_points.scale

@@ -10,13 +10,14 @@ import pyopencl as cl
 
 from vtk_mls.base.grid import Grid
 from vtk_mls.engine.launch import kernel_arguments
-from vtk_mls.engine.launch.kernel_arguments import COARSE_STEP, FINE_STEP
-from vtk_mls.engine.map.cells import Box, ListedCells, beside, near_handles, spread
+from vtk_mls.engine.launch.structs import CONSTANTS
+from vtk_mls.engine.map.cells import Box, ListedCells, dilated, dilated_by, near_handles
 
-_RATIO = COARSE_STEP // FINE_STEP
+FINE_STEP = CONSTANTS["FINE_STEP"]
+_RATIO = CONSTANTS["COARSE_STEP"] // FINE_STEP
 _PLACES = 8  # points of a fine cell, fine nodes of a coarse cell
-_MIN_STEPS = 4  # of a deformation, from which on maps are so dear that the finer one pays off
-_SPARE = 64  # numbers after the last node, that kernels may read and do not use
+_MIN_STEPS = 4  # of a deformation, from which on maps are so slow that the finer one pays off
+_SPARE = 64  # floats after the last node that kernels may read, but do not use
 # The kernel that interpolates the outputs of another one.
 KERNELS = {"grid_displacement": "fine_displacement", "grid_source_index": "fine_source_index"}
 _CONSTANTS = (("POINTS", "CELLS"), ("CELL_STEP", "FINE_STEP"))
@@ -30,10 +31,10 @@ class Checked(NamedTuple):
     box, grid_box, every : Box
         Those checked, those of the grid, and those of the whole grid.
     nodes : dict
-        Members of a COARSE: `first_node`, `nodes`.
+        Members of a coarse_t: `first_node`, `nodes`.
     node_planes, middles : Buffer
         The map at nodes, and in the middles of the cells checked.
-    check : CHECK
+    check : check_t
     """
 
     box: Box
@@ -68,29 +69,29 @@ class FineMap:
         """Whether points of the map take much longer than interpolation."""
         return deformation.steps_used >= _MIN_STEPS
 
-    def find(self, grid, coarse, far, chosen):
+    def find(self, grid, coarse, inaccurate, refinable):
         """Find the nodes and cells of a grid.
 
         Parameters
         ----------
         grid : Grid
         coarse : Checked
-        far, chosen : arrays (nz, ny, nx) of bool
+        inaccurate, refinable : arrays (nz, ny, nx) of bool
             Which of the checked cells are inaccurate, and which of these the finer map is for.
         """
         box, every = coarse.grid_box, coarse.every
         refined_box = box.widened(1, 1).within(every)
-        refined = chosen[coarse.box.rows(refined_box)]
-        self._find_nodes(grid, coarse, far, refined_box, refined)
+        refined = refinable[coarse.box.rows(refined_box)]
+        self._find_nodes(grid, coarse, inaccurate, refined_box, refined)
         checked, cells = refined_box.scaled(_RATIO), _doubled(refined)
         listed = ListedCells(self.map.memory, checked, cells, **self._nodes)
-        off = np.zeros(checked.shape, bool)
-        off[cells] = self._check(grid, coarse, listed)
+        inaccurate = np.zeros(checked.shape, bool)
+        inaccurate[cells] = self._check(grid, coarse, listed)
         box = box.scaled(_RATIO)
         rows = checked.rows(box)
-        off = beside(off)[rows] | near_handles(self.map, grid.whole, box, FINE_STEP)
-        self._between = ListedCells(self.map.memory, box, cells[rows] & ~off, **self._nodes)
-        self._exact = ListedCells(self.map.memory, box, cells[rows] & off)
+        is_exact = dilated(inaccurate)[rows] | near_handles(self.map, grid.whole, box, FINE_STEP)
+        self._between = ListedCells(self.map.memory, box, cells[rows] & ~is_exact, **self._nodes)
+        self._exact = ListedCells(self.map.memory, box, cells[rows] & is_exact)
 
     def launch(self, name, grid, part, layers, points, *arguments):
         """Launch a kernel for the points `part` of a grid, in the `layers` of coarse cells.
@@ -111,21 +112,21 @@ class FineMap:
         count = int(record["listed"]) * _PLACES
         self.map.launch(name, (grid.whole, False), count, *arguments, constants=_CONSTANTS)
 
-    def _find_nodes(self, grid, coarse, far, refined_box, refined):
+    def _find_nodes(self, grid, coarse, inaccurate, refined_box, refined):
         """Find the nodes that interpolate in `refined` cells of a box."""
         map_ = self.map
         cells = refined_box.widened(1, 2)  # that have such nodes
         inside = cells.within(coarse.every)
         rows, checked = cells.rows(inside), coarse.box.rows(inside)
-        is_far, is_checked = np.ones(cells.shape, bool), np.zeros(cells.shape, bool)
-        is_far[rows], is_checked[rows] = far[checked], True
+        is_inaccurate, is_checked = np.ones(cells.shape, bool), np.zeros(cells.shape, bool)
+        is_inaccurate[rows], is_checked[rows] = inaccurate[checked], True
         used = _used_nodes(np.pad(refined, [(1, 2)] * 3))
         box = cells.scaled(_RATIO)
         is_evaluated = np.zeros(box.shape, bool)
         for place, has_node in used.items():
-            is_known = is_checked & (sum(place) in (0, 3))  # a coarse node, or a middle
+            is_exact = is_checked & (sum(place) in (0, 3))  # a coarse node, or a middle
             every = tuple(slice(k, None, _RATIO) for k in place)
-            is_evaluated[every] = has_node & is_far & ~is_known
+            is_evaluated[every] = has_node & is_inaccurate & ~is_exact
         self._nodes = {"first_node": box.first, "nodes": box.cells}
         planes = 4 if map_.deformation.cuts else 3
         size = 4 * (planes * int(np.prod(box.cells)) + _SPARE)
@@ -133,7 +134,7 @@ class FineMap:
         has_nodes = np.zeros(coarse.box.shape, bool)
         has_nodes[checked] = np.logical_or.reduce(list(used.values()))[rows]
         listed = ListedCells(map_.memory, coarse.box, has_nodes, **coarse.nodes)
-        count = len(listed.numbers)
+        count = len(listed.indices)
         if count == 0:
             return
         map_.launch(
@@ -143,14 +144,14 @@ class FineMap:
         )
         self._evaluate(grid.whole, box, np.flatnonzero(is_evaluated))
 
-    def _evaluate(self, whole, box, numbers):
-        """Evaluate the map at nodes of a box, by their `numbers` (n,) in it."""
+    def _evaluate(self, whole, box, indices):
+        """Evaluate the map at nodes of a box, by their `indices` (n,) in it."""
         map_, start = self.map, -_RATIO * FINE_STEP  # one coarse cell before the first point
         first = box.first + _RATIO
         origin, spacing = whole.at([[start] * 3])[0], FINE_STEP * whole.spacing
         nodes = Grid(first + box.cells, origin, spacing, whole.direction).part(first, box.cells)
-        for part in map_.launcher.slabs(len(numbers), map_.deformation, 8):
-            listed = numbers[part]
+        for part in map_.launcher.slabs(len(indices), map_.deformation, 8):
+            listed = indices[part]
             points = kernel_arguments.grid_points(nodes, slice(0, len(listed)), map_.control_points)
             with map_.memory.input_buffer(listed) as buffer:
                 map_.launch(
@@ -160,7 +161,7 @@ class FineMap:
 
     def _check(self, grid, coarse, listed):
         """Which of listed fine cells are inaccurate in the middle: (n,) bool."""
-        count = len(listed.numbers)
+        count = len(listed.indices)
         flags = np.empty(count, np.uint8)
         points = kernel_arguments.grid_points(grid, slice(0, grid.size), self.map.control_points)
         for part in self.map.launcher.slabs(count, self.map.deformation, 1):
@@ -170,14 +171,14 @@ class FineMap:
                     *("fine_check", (grid.whole, False), part.stop - part.start, points, record),
                     *(listed.buffer, self._planes, coarse.check, out),
                 )
-        return (flags & kernel_arguments.INACCURATE).astype(bool)
+        return (flags & CONSTANTS["INACCURATE"]).astype(bool)
 
 
 def _used_nodes(refined):
     """Which fine nodes interpolate in `refined` cells, by their place (z, y, x) in a cell."""
     ranges = (-1, 3), (-1, 2)  # a cell uses fine nodes from two before its first to four after it
     return {
-        place: spread(refined, [ranges[k] for k in place])
+        place: dilated_by(refined, [ranges[k] for k in place])
         for place in itertools.product((0, 1), repeat=3)
     }
 

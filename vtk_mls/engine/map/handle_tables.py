@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from vtk_mls.engine.launch import kernel_arguments
-from vtk_mls.engine.launch.kernel_arguments import LIMIT, REGION, SEGMENT, STEP, transform
+from vtk_mls.engine.launch.kernel_arguments import transform
+from vtk_mls.engine.launch.structs import CONSTANTS, STRUCTS
 
 
 class Images:
@@ -34,9 +35,9 @@ class Images:
 
 
 def region_table(control_points, in_rest_frame, images):
-    """The regions: (n,) REGION. Their distances are added to `images`."""
+    """The regions: (n,) region_t. Their distances are added to `images`."""
     regions = control_points.handles.regions
-    table = np.zeros(len(regions), REGION)
+    table = np.zeros(len(regions), STRUCTS["region_t"])
     scale = control_points.scale
     handles = control_points.handles
     anchors = control_points.local(handles.term_anchors[0 if in_rest_frame else 1])
@@ -65,9 +66,9 @@ def region_table(control_points, in_rest_frame, images):
 
 
 def segment_table(control_points):
-    """The segments of curves: (s,) SEGMENT."""
+    """The segments of curves: (s,) segment_t."""
     segments, scale = control_points.handles.segments, control_points.scale
-    table = np.zeros(len(segments), SEGMENT)
+    table = np.zeros(len(segments), STRUCTS["segment_t"])
     deformed = control_points.local(segments.deformed)
     u = (segments.rest - segments.deformed - control_points.mean_displacement) / scale
     for name, ends in (("q", deformed), ("u", u)):
@@ -78,12 +79,12 @@ def segment_table(control_points):
 
 
 def limit_table(limits, control_points, images):
-    """The masks and faces: (n,) LIMIT. Their values are added to `images`."""
-    table = np.zeros(len(limits), LIMIT)
+    """The masks and faces: (n,) limit_t. Their values are added to `images`."""
+    table = np.zeros(len(limits), STRUCTS["limit_t"])
     for row, limit in zip(table, limits):
         record = limit.record(control_points)
         values, grid = record.pop("image", None), record.pop("grid", None)
-        record["form"] = getattr(kernel_arguments, record["form"])
+        record["form"] = CONSTANTS[record["form"]]
         if values is not None:
             row["first"] = images.add(values)
             row["size"] = grid.dimensions
@@ -96,8 +97,11 @@ def limit_table(limits, control_points, images):
     return table
 
 
-def handle_tables(deformation, control_points):
-    """Tables of all steps: control points, kind; regions, segments, limits, images, steps."""
+def map_tables(deformation, control_points):
+    """The tables of all steps as `map_of` in weights.cl reads them, (m,) float32.
+
+    And members of map_params_t: the float at which each table begins.
+    """
     images = Images()
     steps = control_points.steps(deformation.steps_used)
     of_steps = [
@@ -112,12 +116,16 @@ def handle_tables(deformation, control_points):
     limits = limit_table(deformation.limits, control_points, images)
     points, kinds, regions, segments = map(np.concatenate, zip(*of_steps))
     table = step_table(steps, [len(part) for part in of_steps[0]])
-    return (points, kinds), (regions, segments, limits, images.table(), table)
+    tables = [x.view("f4") for x in (points, kinds, regions, segments, limits)]
+    tables += [images.table(), table.view("f4")]
+    names = [f"{name}_start" for name in ("kind", "region", "segment", "limit", "image", "step")]
+    offsets = np.cumsum([len(part) for part in tables])
+    return np.concatenate(tables), dict(zip(names, offsets))
 
 
 def step_table(steps, sizes):
-    """Several steps, whose tables have these `sizes`: (n,) STEP; empty for one."""
-    table = np.zeros(len(steps) if len(steps) > 1 else 0, STEP)
+    """Several steps, whose tables have these `sizes`: (n,) step_t; empty for one."""
+    table = np.zeros(len(steps) if len(steps) > 1 else 0, STRUCTS["step_t"])
     for k, (row, step) in enumerate(zip(table, steps)):
         for name, size in zip(("control_point", "kind_value", "region", "segment"), sizes):
             row[name] = k * size

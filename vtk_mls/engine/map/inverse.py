@@ -69,7 +69,7 @@ class InverseSearch:
         nodes = self.lattice.buffer(self.map.memory)
         arguments = [self.lattice.record, nodes, kernel_arguments.world(control_points)]
         outputs = [displacement, residual]
-        self.map.launch_at("point_forward", local, arguments, outputs=outputs)
+        self.map.launch_at("point_forward", [local], arguments, outputs=outputs)
         return displacement, residual
 
     def _solve_nodes(self, local):
@@ -129,7 +129,7 @@ class InverseSearch:
                 break
             points = local.take(rows, axis=1)
             start = np.empty_like(points)
-            self.map.launch_at("nearest_sample", points, samples, [last_distance2], [start])
+            self.map.launch_at("nearest_sample", [points], samples, [last_distance2], [start])
             is_unresolved = ~restart(rows, points, start)
             rows, last_distance2 = rows[is_unresolved], last_distance2[is_unresolved]
         return rows
@@ -145,7 +145,7 @@ class InverseSearch:
     def _newton(self, local, displacement):
         """Displacements (3, m) by Newton's method from given ones, and the residuals (m,)."""
         residual = np.empty(local.shape[1], np.float32)
-        self.map.launch_at("point_inverse", local, changed=[displacement], outputs=[residual])
+        self.map.launch_at("point_inverse", [local], changed=[displacement], outputs=[residual])
         return displacement, residual
 
     def _swapped_displacement(self, local):
@@ -157,7 +157,7 @@ class InverseSearch:
         ) / other.scale
         points = kernel_arguments.planes(local.T * ratio + offset)
         displacement = np.empty_like(local)
-        self.swapped_map.launch_at("point_displacement", points, outputs=[displacement])
+        self.swapped_map.launch_at("point_displacement", [points], outputs=[displacement])
         mean_displacement = (
             other.mean_displacement + control_points.mean_displacement
         ) / control_points.scale

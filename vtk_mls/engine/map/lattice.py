@@ -7,9 +7,10 @@ import itertools
 import numpy as np
 
 from vtk_mls.engine.launch import kernel_arguments
-from vtk_mls.engine.launch.kernel_arguments import LATTICE_CELLS, LATTICE_LEVELS
+from vtk_mls.engine.launch.structs import CONSTANTS, filled
 
 _CORNERS = np.array(list(itertools.product((0, 1), repeat=3)))[:, ::-1]  # along x first
+LATTICE_CELLS, LATTICE_LEVELS = CONSTANTS["LATTICE_CELLS"], CONSTANTS["LATTICE_LEVELS"]
 _NODES = LATTICE_CELLS + 1  # along each axis of a level
 _LEVEL_CELLS, _LEVEL_NODES = LATTICE_CELLS**3, _NODES**3
 
@@ -28,16 +29,14 @@ class Lattice:
 
     Attributes
     ----------
-    record : LATTICE
+    record : lattice_t
     samples : dict
         Kernel arguments by level, as `InverseSearch` makes them.
     """
 
     def __init__(self, box):
         self.box, self.samples = box, {}
-        self.record = kernel_arguments.filled(
-            kernel_arguments.LATTICE, center=box.mean(axis=0), density=2 / np.ptp(box, axis=0)
-        )
+        self.record = filled("lattice_t", center=box.mean(axis=0), density=2 / np.ptp(box, axis=0))
         self._is_solved = np.zeros(LATTICE_LEVELS * _LEVEL_NODES, bool)
         self._displacement = np.zeros((len(self._is_solved), 4), np.float32)
         self._buffer = None

@@ -7,17 +7,18 @@ import pyopencl as cl
 
 from vtk_mls.base.grid import Grid
 from vtk_mls.engine.launch import kernel_arguments
-from vtk_mls.engine.launch.kernel_arguments import NODE, NODE_STEP
+from vtk_mls.engine.launch.structs import CONSTANTS, STRUCTS, filled
 
-# Nodes that are found at once, in whole layers: what follows needs the last layer again.
+NODE_STEP, NODE_SIZE = CONSTANTS["NODE_STEP"], STRUCTS["node_t"].itemsize
+# Nodes computed at once, in whole layers; the next launch computes the last layer again.
 _NODES = 1 << 18
 
 
 class OriginNodes:
-    """Where the material at the nodes around points comes from, in one region.
+    """Origins at the nodes around points, in one region.
 
-    Nodes are points of the whole grid, some beyond its end: parts find the same ones. They are kept
-    for the launches that follow.
+    Nodes are points of the whole grid, some beyond its end, so parts find the same ones. They are
+    cached for the next launches.
 
     Parameters
     ----------
@@ -37,24 +38,24 @@ class OriginNodes:
         return self._arguments
 
     def _find(self, grid, low, high):
-        """Find the nodes around the layers `low` to `high` of a grid, and some that follow."""
+        """Find the nodes around the layers `low` to `high` of a grid, and some later ones."""
         first = np.array(grid.first) // NODE_STEP
         last = (np.array(grid.first) + grid.dimensions - 1) // NODE_STEP + 1
         first[2], end = low // NODE_STEP, last[2]
         nx, ny, _ = last - first + 1
         launcher, deformation = self.map.launcher, self.map.deformation
-        at_once = launcher.slabs(_NODES, deformation, NODE.itemsize)[0].stop
+        at_once = launcher.slabs(_NODES, deformation, NODE_SIZE)[0].stop
         last[2] = min(end, max(high // NODE_STEP + 1, first[2] - 1 + at_once // (nx * ny)))
         self._grid, self._layers = grid, (first[2] * NODE_STEP, last[2] * NODE_STEP)
-        record = kernel_arguments.filled(kernel_arguments.NODES, first=first, nx=nx, ny=ny)
+        record = filled("nodes_t", first=first, nx=nx, ny=ny)
         self._arguments = [record, self._table(_every(grid.whole, first, last))]
 
     def _table(self, nodes):
         """A buffer with the origins at the `nodes`, a grid."""
         launcher, deformation, memory = self.map.launcher, self.map.deformation, self.map.memory
-        table = cl.Buffer(memory.context, cl.mem_flags.READ_WRITE, NODE.itemsize * nodes.size)
+        table = cl.Buffer(memory.context, cl.mem_flags.READ_WRITE, NODE_SIZE * nodes.size)
         for name, extra in (("node_origin", []), ("node_cell", [np.int32(nodes.size)])):
-            for part in launcher.slabs(nodes.size, deformation, NODE.itemsize):
+            for part in launcher.slabs(nodes.size, deformation, NODE_SIZE):
                 points = kernel_arguments.grid_points(nodes, part, self.map.control_points)
                 count = part.stop - part.start
                 self.map.launch(name, (None, False), count, points, *extra, table)

@@ -6,6 +6,7 @@ import numpy as np
 
 from vtk_mls.base import buffer_pool
 from vtk_mls.engine.launch import array_types, kernel_arguments
+from vtk_mls.engine.launch.structs import filled
 
 _REACH = 2  # slices that a difference takes on either side
 MAX_LAUNCH_POINTS = 1 << 24  # so that progress is reported
@@ -24,8 +25,8 @@ def gradient(launcher, array, grid, progress):
         low, high = max(start - _REACH, 0), min(stop + _REACH, nz)
         if memory.in_place:
             low, high = 0, nz
-        slices = kernel_arguments.filled(
-            kernel_arguments.SLICES,
+        slices = filled(
+            "slices_t",
             size=(nx, ny, nz),
             first=low,
             start=start,

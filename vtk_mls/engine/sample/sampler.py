@@ -11,7 +11,8 @@ import pyopencl as cl
 from vtk_mls.base import interpolation
 from vtk_mls.base.grid import Grid
 from vtk_mls.engine.device import devices
-from vtk_mls.engine.launch import array_types, kernel_arguments
+from vtk_mls.engine.launch import array_types
+from vtk_mls.engine.launch.structs import filled
 
 _TAPS = {"nearest": 1, "linear": 2, "cubic": 4}
 
@@ -119,8 +120,8 @@ class Sampler:
         if self.rule.covariant is not None:
             constants += (("COVARIANT", 1),)
             background = 0
-        record = kernel_arguments.filled(
-            kernel_arguments.ARRAY,
+        record = filled(
+            "array_t",
             size=self.source.whole.dimensions,
             first=piece.grid.first,
             stored=piece.grid.dimensions,

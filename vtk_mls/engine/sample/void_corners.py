@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vtk_mls.base import buffer_pool
-from vtk_mls.engine.launch import kernel_arguments
+from vtk_mls.engine.launch.structs import CONSTANTS, filled
 from vtk_mls.queries import void_cells
 
 MAX_LAUNCH_CELLS = 1 << 24  # so that progress is reported
@@ -26,8 +26,8 @@ def void_by_corners(launcher, void_distance, min_distance, progress):
         stop = min(start + step, cells[0])
         # the flags of a cell depend on its neighbors
         low, high = (0, nz) if memory.in_place else (max(start - 1, 0), min(stop + 2, nz))
-        layers = kernel_arguments.filled(
-            kernel_arguments.LAYERS,
+        layers = filled(
+            "layers_t",
             size=(nx, ny, nz),
             first=low,
             stored=high - low,
@@ -36,8 +36,8 @@ def void_by_corners(launcher, void_distance, min_distance, progress):
             min_distance=min_distance,
             far_factor=void_cells.FAR,
         )
-        columns = -(-cells[2] // lanes) * -(-cells[1] // kernel_arguments.CELL_ROWS)
-        count = columns * -(-(stop - start) // kernel_arguments.CELL_LAYERS) * lanes
+        columns = -(-cells[2] // lanes) * -(-cells[1] // CONSTANTS["CELL_ROWS"])
+        count = columns * -(-(stop - start) // CONSTANTS["CELL_LAYERS"]) * lanes
         with (
             memory.input_buffer(void_distance[low:high]) as values,
             memory.output_buffer(result[start:stop]) as out,

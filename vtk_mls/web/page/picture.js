@@ -11,7 +11,7 @@
 
   const Picture = {
     props: ["name"],
-    emits: ["save", "legend", "look"],
+    emits: ["save", "legend", "preset"],
     data: () => ({ state: "opening", wheel: 0, touches: {}, pinch: 0 }),
     template: `
       <div class="mls-picture" ref="box">
@@ -19,9 +19,9 @@
           @pointerdown="down" @pointermove="move" @pointerup="up" @pointercancel="up"
           @pointerleave="leave" @wheel.prevent="turn"></canvas>
         <div v-if="state === 'opening'" class="mls-veil"><span class="mls-ring"></span></div>
-        <div v-if="state === 'lost'" class="mls-veil">
+        <div v-if="state === 'closed'" class="mls-veil">
           <p>The server does not answer. Connecting again; nothing is lost.</p></div>
-        <div v-if="state === 'taken'" class="mls-veil mls-whole" role="alertdialog">
+        <div v-if="state === 'taken_over'" class="mls-veil mls-whole" role="alertdialog">
           <p>This session goes on in another tab.</p>
           <button class="mls-button" @click="connect">Continue here</button></div>
       </div>`,
@@ -51,8 +51,8 @@
         socket.onmessage = (message) => this.show(message.data);
         socket.onclose = (event) => {
           if (socket !== this.socket) return;
-          this.state = event.code === TAKEN_OVER ? "taken" : "lost";
-          if (this.state === "lost") setTimeout(() => this.connect(), 1500);
+          this.state = event.code === TAKEN_OVER ? "taken_over" : "closed";
+          if (this.state === "closed") setTimeout(() => this.connect(), 1500);
         };
       },
       send(event) {
@@ -151,7 +151,7 @@
         event.preventDefault();
         if (letter === "s") this.$emit("save");
         else if (letter === "h" || event.key === "?") this.$emit("legend");
-        else if (letter === "v") this.$emit("look");
+        else if (letter === "v") this.$emit("preset");
         else this.send({ type: "key", key: event.key, ctrl: control, shift: event.shiftKey });
       },
     },

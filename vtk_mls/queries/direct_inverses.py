@@ -1,15 +1,15 @@
-"""Known deformed positions: of points in rigid regions, and of those that masks and faces hold."""
+"""Inverses without a search: of points in rigid regions, and of points that limits keep at rest."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from vtk_mls.limits import are_held
+from vtk_mls.limits import are_fixed
 
 _TOLERANCE = 1e-5  # of the inverse, as a fraction of the size
 
 
-def known_inverses(backward, deformation, points):
+def direct_inverses(backward, deformation, points):
     """Rows (k,) of `points` (m, 3) and their displacements (k, 3), world units.
 
     A search may find another place to which the map brings the same material where it folds.
@@ -21,7 +21,7 @@ def known_inverses(backward, deformation, points):
     deformation : MapParameters
     points : (m, 3) float32 or float64, world coordinates of the undeformed space
     """
-    found, displacements = [np.zeros(0, np.int64)], [np.zeros((0, 3))]
+    indices, displacements = [np.zeros(0, np.int64)], [np.zeros((0, 3))]
     for region in deformation.handle_set.regions:
         low, high = region.shape.bounds
         rows = np.flatnonzero(((points >= low) & (points <= high)).all(axis=1))
@@ -31,10 +31,10 @@ def known_inverses(backward, deformation, points):
         # not where another region, a mask or a face is at the same place
         tolerance = _TOLERANCE * max(r.control_points.scale for r in deformation.regions)
         met = np.linalg.norm(backward(v) - x, axis=1) <= tolerance if len(rows) else rows == 0
-        found.append(rows[met])
+        indices.append(rows[met])
         displacements.append((v - x)[met])
     if deformation.limits:
-        held = np.flatnonzero(are_held(deformation.limits, points))
-        found.append(held)
-        displacements.append(np.zeros((len(held), 3)))
-    return np.concatenate(found), np.concatenate(displacements)
+        fixed = np.flatnonzero(are_fixed(deformation.limits, points))
+        indices.append(fixed)
+        displacements.append(np.zeros((len(fixed), 3)))
+    return np.concatenate(indices), np.concatenate(displacements)

@@ -1,0 +1,19 @@
+"""Plug-in classes: those that the files of a folder define."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from importlib import import_module
+from pkgutil import iter_modules
+
+
+def classes_in(package: str, path: Iterable[str], base: type) -> list[type]:
+    """The subclasses of `base` that the modules of a package define."""
+    modules = [import_module(module.name) for module in iter_modules(path, f"{package}.")]
+    return [
+        member
+        for module in modules
+        for member in vars(module).values()
+        if isinstance(member, type) and issubclass(member, base)
+        if member.__module__ == module.__name__
+    ]

@@ -1,0 +1,105 @@
+"""Point handles that a box turns together, and the path that they take."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vtk_mls import Ball, RegionHandle
+from vtk_mls.handles.paths import along
+from vtk_mls.handles.rigid_motion import screw
+from vtk_mls.model.options import MAX_STEPS
+
+_STAGE_ANGLE = np.radians(15)  # between intermediate places of a turn
+
+
+class HandleGroup:
+    """Handles that turn together about the center of their box.
+
+    Parameters
+    ----------
+    rows : (m,) int
+        Of point handles.
+    positions : (m, 3) float64, world coordinates
+        Before the turn.
+
+    Attributes
+    ----------
+    bounds : (2, 3) float64
+        The box before the turn.
+    motion : (4, 4) float64
+        The turn so far. Angles above 180 degrees are the sum of small ones.
+    """
+
+    def __init__(self, rows, positions):
+        self.rows, self.positions, self.motion = rows, positions, np.eye(4)
+        self.bounds = np.array([positions.min(axis=0), positions.max(axis=0)])
+        self._stages = [self.motion]
+
+    def turn_to(self, motion):
+        """Follow the box to a motion, by less than half a turn from the last one."""
+        self.motion = motion
+        while len(self._stages) > 1 and self._is_back():
+            self._stages.pop()
+        last = self._stages[-1]
+        angle = _angle(last, motion)
+        center = _moved(last, self.bounds.mean(axis=0))
+        rest = RegionHandle(Ball(center, 1), motion @ np.linalg.inv(last))
+        for k in range(1, int(angle / _STAGE_ANGLE) + 1):
+            self._stages.append(screw(rest, k * _STAGE_ANGLE / angle) @ last)
+
+    def turned(self, state):
+        """A copy of a `State` with these handles where the box has moved them.
+
+        If they have turned by 15 degrees or more, the copy has their path.
+        """
+        if len(self._stages) == 1 and not len(state.path):
+            return state.moved(self.rows, _moved(self.motion, self.positions))
+        motions = [*self._stages[1:], self.motion]
+        places = [state.rest, *state.path, state.deformed]
+        if not len(state.path) and state.is_resting[self.rows].all():
+            places.pop()  # they start to turn where they rest
+        before = [place[self.rows] for place in places]
+        way = before + [_moved(motion, self.positions) for motion in motions]
+        return with_way(state, self.rows, way)
+
+    def _is_back(self):
+        before, last = self._stages[-2:]
+        return _angle(before, self.motion) < _angle(before, last)
+
+
+def with_way(state, rows, way):
+    """A copy of a `State` whose handles `rows` go a way; the others go theirs in the same time.
+
+    Parameters
+    ----------
+    state : State
+    rows : (m,) int
+        Of point handles. Anchored ones stay.
+    way : list of (m, 3) float64, world coordinates
+        From the rest positions to the deformed ones, at equal times.
+    """
+    count = min(len(way) - 1, MAX_STEPS)
+    shares = np.linspace(0, 1, count + 1)[1:]
+    free = ~state.anchored[rows]
+    places = [along([state.rest, *state.path, state.deformed], share) for share in shares]
+    for place, share in zip(places, shares):
+        place[rows[free]] = along(way, share)[free]
+    return state.changed(deformed=places[-1], path=places[:-1])
+
+
+def in_enough_steps(state):
+    """A copy of a `State` with a path, in as many steps as it needs not to fold, or in more."""
+    if state.steps == 0 or not len(state.path) or state.is_identity:
+        return state
+    enough = state.changed(steps=0).deformation().steps_used
+    return state.changed(steps=max(enough, state.steps))
+
+
+def _moved(motion, x):
+    return x @ motion[:3, :3].T + motion[:3, 3]
+
+
+def _angle(first, second):
+    """The angle between two motions, in radians."""
+    trace = np.einsum("ij,ij->", first[:3, :3], second[:3, :3])
+    return np.arccos(np.clip((trace - 1) / 2, -1, 1))

@@ -1,0 +1,49 @@
+"""Controls that several parts of the page have."""
+
+from __future__ import annotations
+
+from trame.widgets import vuetify3 as v
+
+FIELD = {"density": "compact", "variant": "outlined", "hide_details": True}
+
+
+def wide_button(text, icon, click, **options):
+    """A button as wide as the panel."""
+    v.VBtn(text, prepend_icon=icon, block=True, variant="tonal", click=click, **options)
+
+
+def small_button(text, icon, click, variant="tonal", **options):
+    v.VBtn(text, prepend_icon=icon, size="small", variant=variant, click=click, **options)
+
+
+def toggle(name, choices, edit):
+    """A row of buttons that set a value; `choices` are pairs (value, text)."""
+    with v.VBtnToggle(
+        model_value=(name,),
+        update_modelValue=(edit, f"['{name}', $event]"),
+        mandatory=True,
+        divided=True,
+        variant="outlined",
+        density="compact",
+        color="primary",
+        classes="d-flex",
+    ):
+        for value, text in choices:
+            v.VBtn(text, value=value, classes="flex-grow-1", size="small")
+
+
+def slider(name, label, steps, edit, **options):
+    """A slider that sets a value when it is released; `steps` are (low, high, step)."""
+    low, high, step = steps
+    v.VSlider(
+        min=low,
+        max=high,
+        step=step,
+        model_value=(name,),
+        end=(edit, f"['{name}', $event]"),
+        color="primary",
+        density="compact",
+        hide_details=True,
+        raw_attrs=[f'aria-label="{label}"'],
+        **options,
+    )
