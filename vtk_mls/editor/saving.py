@@ -20,7 +20,7 @@ from vtk_mls.files.paths import replacing
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
 from vtk_mls.filters.updating import update
 from vtk_mls.ome_zarr import job
-from vtk_mls.vtk.shape_surfaces import polydata_of
+from vtk_mls.vtk.cells import triangle_polydata
 
 SESSION = "session.mls.json"
 HANDLES, AT_REST, MOVED = "handles.csv", "handles-at-rest.mrk.json", "handles-moved.mrk.json"
@@ -248,7 +248,7 @@ def _write_surfaces(state, folder):
     for cut in state.cuts:
         if isinstance(cut, Surface):
             names.append(f"cut-{len(names) + 1}.vtp")
-            io.write_dataset(polydata_of(cut.points, cut.triangles), folder / names[-1])
+            io.write_dataset(triangle_polydata(cut.points, cut.triangles), folder / names[-1])
     return names
 
 
