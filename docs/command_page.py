@@ -7,7 +7,7 @@ import os
 
 HEAD = """# The command vtk-mls
 
-What `vtk-mls COMMAND --help` says; made from the same parsers.
+The text of `vtk-mls COMMAND --help`.
 """
 
 

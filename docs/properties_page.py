@@ -18,38 +18,40 @@ from vtk_mls.vtk import array_table
 PAGE = Path(__file__).with_name("properties.md")
 HEAD = """# Properties of the filters
 
-Written by `python docs/properties_page.py` from `vtk_mls/filters/property_tables.py`, where names,
-defaults, choices and help texts stand once. In Python a property `X` of a filter has the methods
-`SetX` and `GetX`; vectors are given as `SetX(1, 2, 3)` or as one sequence. In ParaView, also in
-`pvpython`, it is the property `X` of the proxy. Options are those of `vtk-mls deform` and `field`.
+`python docs/properties_page.py` makes this page from `vtk_mls/filters/property_tables.py`. In
+Python, a property `X` of a filter has the methods `SetX` and `GetX`. Vectors are given as
+`SetX(1, 2, 3)` or as one sequence. In ParaView and `pvpython` it is the property `X` of the
+proxy. Options are those of `vtk-mls deform` and `vtk-mls field`.
 """
 ARRAYS = """\
-Which point arrays of the input ControlPoints hold q - p and weights, if not `Displacement` and
-`Weight`, say `SetInputArrayToProcess(0, 1, 0, vtkDataObject.FIELD_ASSOCIATION_POINTS, name)` and
-the same with 1 first; in ParaView the properties DisplacementArray and WeightArray. Drag and
-LatticeDimensions of ParaView's panel are for the mouse alone."""
+The input ControlPoints has the point arrays `Displacement` (q - p) and `Weight`. To use another
+array for q - p, call
+`SetInputArrayToProcess(0, 1, 0, vtkDataObject.FIELD_ASSOCIATION_POINTS, name)`. For the weights,
+the first argument is 1. In ParaView, set DisplacementArray and WeightArray. Drag and
+LatticeDimensions of ParaView's panel are for the mouse only."""
 REPORT = """\
-Two tables. *Pairs* has a row for each pair of landmarks: Name, Rest, Deformed, Moved, Error (when
-left out), Outlier, SwappedWith; its field data have Recommended, SmallestDeterminant and Summary.
-*Settings* has a row for each setting that was tried, the best first: Kind, Degree, Alpha,
-Smoothing, Median, Options, Recommended; Alpha 0 is one map for all. Arrays of the input are chosen
-as above."""
+The output has two tables. *Pairs* has a row for each pair of landmarks: Name, Rest, Deformed,
+Moved, Error (when left out), Outlier, SwappedWith. Its field data are Recommended,
+SmallestDeterminant and Summary. *Settings* has a row for each setting that was tried, best
+first: Kind, Degree, Alpha, Smoothing, Median, Options, Recommended. Alpha 0 is one map for all
+pairs. Arrays of the input are chosen as above."""
 OUTPUTS = """\
-What the filters write beside the arrays of their inputs, which they carry along: from
-`vtk_mls/vtk/array_table.py`, which a test compares with what they do write.
+The filters write these arrays beside the arrays of their inputs, which they carry along. The
+table is made from `vtk_mls/vtk/array_table.py`; a test compares it with the output of the
+filters.
 """
 # Of values of `vtk_mls`.
 _IN_PARAVIEW = {
-    "Cuts": "in ParaView the input of this name is all there is",
-    "Mask": "in ParaView the input of this name is all there is",
-    "Reference": "in ParaView the input of this name is all there is",
-    "Handles": "in ParaView the cells of ControlPoints are all there is",
+    "Cuts": "in ParaView only as the input of this name",
+    "Mask": "in ParaView only as the input of this name",
+    "Reference": "in ParaView only as the input of this name",
+    "Handles": "in ParaView only as cells of ControlPoints",
     "Constraints": "not in ParaView",
 }
 SECTIONS = (
     ("MLSDeform and MLSDisplacementField", ARRAYS, tables.DEFORMING),
-    ("MLSDeform", "Beside those above:", tables.DEFORM),
-    ("MLSDisplacementField", "Beside those above:", tables.DISPLACEMENT_FIELD),
+    ("MLSDeform", "In addition to the properties above:", tables.DEFORM),
+    ("MLSDisplacementField", "In addition to the properties above:", tables.DISPLACEMENT_FIELD),
     ("MLSControlPoints", "", tables.CONTROL_POINTS),
     ("MLSLandmarkReport", REPORT, tables.LANDMARK_REPORT),
 )

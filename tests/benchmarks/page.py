@@ -15,27 +15,29 @@ RESULTS = Path(__file__).parent / "results"
 PAGE = PROJECT / "docs/benchmarks.md"
 HEAD = """# Benchmarks
 
-What `make bench` has measured, in milliseconds, each table in one run of a kind of machine: the
-smallest of several times and the median, of drags the 99th percentile, too; then the smallest,
-and the **processor** time of all threads, as multiples of those of the row in bold. Figures of
-one table were taken in turns and can be compared; those of different machines cannot.
-[Speed](speed.md) says what they mean. The paper's figures are those of its Table 1: a GeForce
-8800 Ultra, and a CPU of 2 GHz.
+`make bench` measured these times, in milliseconds. [Speed](speed.md) says what they mean. Rows
+of one table were measured in turns and can be compared. Rows of different machines cannot.
 
-Tables of kernels say how long each takes alone, and its **operations** on floats for a point, as a
-simulator (Oclgrind) has counted them in the compiled code: additions, multiplications, divisions
-and roots are one, fused multiply-adds two, comparisons, selections and integers none. With a
-half-plane that is more than on a fine grid, as searches begin farther off on that of the simulator.
-The **bytes** of a point are those of each array that is read or written, once: in a cache, they may
-be faster than the memory. Both stand beside the peaks that other kernels have reached on the same
-device: fused multiply-adds, and copies in memory. What an update moves for a voxel is counted where
-buffers are made; its memory **beside** input and output is the largest that the system has told.
-An **exponent** e says that a figure grows as size^e, fitted to all sizes of a table: 1 is in
-proportion, and less where a part of the work does not depend on the size.
+- Columns: the smallest of several times, the median, and for drags the 99th percentile. Then the
+  smallest time and the **processor** time of all threads, as multiples of the row in bold.
+- The paper's times are those of its Table 1, on a GeForce 8800 Ultra and a CPU of 2 GHz.
+- **Kernels** are timed alone. A simulator (Oclgrind) counts their **operations** on floats for
+  each point in the compiled code. Additions, multiplications, divisions and roots count as one,
+  and fused multiply-adds as two. Comparisons, selections and integers do not count. With a
+  half-plane the count is too high for a fine grid, because searches start farther away on the
+  grid of the simulator.
+- The **bytes** of a point are those of each array that is read or written, once. In a cache they
+  may be faster than the memory.
+- Operations and bytes stand next to the peaks of the device: fused multiply-adds, and copies in
+  memory.
+- The data that an update moves for each voxel are counted where buffers are made. The memory
+  **beside** input and output is the largest that the system reports.
+- An **exponent** e means that a value grows as size^e, fitted to all sizes of a table. It is 1
+  for proportional growth, and less where part of the work does not depend on the size.
 
-To add a machine: `make bench LARGE=1`, copy `build/bench.json` to `tests/benchmarks/results/`, and
-`make pages`. It measures the first GPU, else the fastest driver for the CPU, or what
-`VTK_MLS_DEVICE` names (`VTK_MLS_DEVICE=cpu make bench LARGE=1`).
+To add a machine: `make bench LARGE=1`, copy `build/bench.json` to `tests/benchmarks/results/`,
+and `make pages`. The benchmark uses the first GPU, or else the fastest driver for the CPU, or
+the device in `VTK_MLS_DEVICE` (`VTK_MLS_DEVICE=cpu make bench LARGE=1`).
 """
 
 

@@ -171,7 +171,6 @@ rest = np.array([(0, 0, 0), (20, 0, 0), (0, 20, 0), (0, 0, 20), (20, 20, 20)], f
 deformed = rest + [(2, 0, 0), (0, 0, 0), (0, 0, 0), (0, 1, 0), (0, 0, 0)]
 points = np.array([(1.0, 2, 3), (4, 5, 6)])
 """
-HEAD = 'import SimpleITK as sitk\nhead = sitk.ReadImage("head.nii.gz", sitk.sitkFloat32)\n'
 WAVELET = """
 from vtkmodules.vtkImagingCore import vtkRTAnalyticSource
 reader = vtkRTAnalyticSource()
@@ -227,9 +226,7 @@ GIVEN = {
     ("python", 5): CONTROL_POINTS,
     ("python", 6): CONTROL_POINTS,
     ("cuts", 0): CONTROL_POINTS + WAVELET + CUT,
-    ("shell", 0): HEAD,
     ("paraview_clicks", 0): BENT,
-    ("cookbook", 1): PYVISTA,
 }
 BLOCKS = [
     pytest.param(GIVEN.get((page.stem, number), ""), code, id=f"{page.stem}-{number}")

@@ -17,52 +17,52 @@ from vtk_mls.queries.transform import Transform
 class _DeformingFilter(VTKPythonAlgorithmBase):
     def __init__(self) -> None: ...
     def SetKind(self, value: Literal["affine", "rigid", "similarity", "polynomial"]) -> None:
-        """How the space between the control points follows them: rigid keeps sizes and angles as
-        well as it can, similarity allows a change of size, affine allows shear, polynomial
-        bends most freely.
+        """How the space between the control points deforms. rigid keeps sizes and angles as well
+        as it can, similarity allows a change of size, affine allows shear, and polynomial bends
+        most freely.
 
         One of "affine", "rigid", "similarity", "polynomial"; default: "rigid".
         """
 
     def GetKind(self) -> str: ...
     def SetDegree(self, value: int) -> None:
-        """Degree of the polynomials: 1 is the affine kind; 2 and 3 need more control points.
+        """Degree of the polynomials. 1 is the affine kind; 2 and 3 need more control points.
 
         An integer; default: 2.
         """
 
     def GetDegree(self) -> int: ...
     def SetAlpha(self, value: float) -> None:
-        """How local the influence of a control point is: its weight at distance r is 1 / r^(2
-        alpha). Take 1.5 to 2 for a few handles to drag, 3 for many landmarks with the affine
-        kind or polynomials of degree 2. Up to 1.5 the influence of far control points does not
-        fade in space; 1 is the paper's. Must be greater than 0.
+        """How local the influence of a control point is. Its weight at distance r is 1 / r^(2
+        alpha). Use 1.5 to 2 to drag a few handles, and 3 for many landmarks with the affine
+        kind or polynomials of degree 2. Up to 1.5, the influence of far control points does not
+        fade in space. The paper uses 1. Must be greater than 0.
 
         A number; default: 2.0.
         """
 
     def GetAlpha(self) -> float: ...
     def SetSmoothing(self, value: float) -> None:
-        """Length in world units: weights are 1 / (r^2 + smoothing^2)^alpha. 0 meets the control
-        points exactly; above 0 the deformation passes close to them, for noisy landmarks.
+        """Length in world units. Weights are 1 / (r^2 + smoothing^2)^alpha. 0 meets the control
+        points exactly. Above 0, the deformation passes close to them, for noisy landmarks.
 
         A number; default: 0.0.
         """
 
     def GetSmoothing(self) -> float: ...
     def SetSteps(self, value: int) -> None:
-        """Steps in which the control points go from p to q, each with its own map: many small
-        steps do not fold. 1 is the single map of the paper; auto, or 0, takes as many as
-        needed, up to 256. Polynomials of degree 2 and 3 may fold in any steps.
+        """Number of steps in which the control points go from p to q, each with its own map. Many
+        small steps do not fold. 1 is the single map of the paper. auto, or 0, uses as many as
+        needed, up to 256. Polynomials of degree 2 and 3 may fold with any number of steps.
 
-        `Deformation.steps_used` and `smallest_determinant` tell what was found.
+        `Deformation.steps_used` and `smallest_determinant` report the result.
 
         An integer; default: 1.
         """
 
     def GetSteps(self) -> int: ...
     def SetBlend(self, value: float) -> None:
-        """Fraction of the displacement from p to q that is applied: 0 leaves everything exactly as
+        """Fraction of the displacement from p to q that is applied. 0 leaves everything exactly as
         it was.
 
         A number; default: 1.0.
@@ -70,17 +70,17 @@ class _DeformingFilter(VTKPythonAlgorithmBase):
 
     def GetBlend(self) -> float: ...
     def SetCutType(self, value: Literal["none", "plane", "half-plane"]) -> None:
-        """A cut through the volume beside those of the input Cuts: a plane divides everything; a
-        half-plane has an edge through its origin, and begins there.
+        """A cut in addition to those of the input Cuts. A plane divides everything. A half-plane
+        ends at an edge through its origin.
 
         One of "none", "plane", "half-plane"; default: "none".
         """
 
     def GetCutType(self) -> str: ...
     def SetCutOrigin(self, *values: float | Sequence[float]) -> None:
-        """A point of the plane, or of the edge of the half-plane. While CutFrame is rest, the cut
-        in the view stays at the undeformed volume, where it was laid, and the material takes
-        the cut itself along.
+        """A point of the plane, or of the edge of the half-plane. If CutFrame is rest, the plane
+        in the view stays at the undeformed volume, while the cut itself moves with the
+        material.
 
         (x, y, z), world coordinates; default: (0.0, 0.0, 0.0).
         """
@@ -89,24 +89,25 @@ class _DeformingFilter(VTKPythonAlgorithmBase):
     def SetCutNormal(self, *values: float | Sequence[float]) -> None:
         """Normal of the plane or half-plane.
 
-        Its length does not count.
+        Its length is ignored.
 
         (x, y, z), world coordinates; default: (1.0, 0.0, 0.0).
         """
 
     def GetCutNormal(self) -> tuple[float, ...]: ...
     def SetCutInward(self, *values: float | Sequence[float]) -> None:
-        """Direction in which the half-plane extends from its edge, which goes through the origin
-        at a right angle to it and to the normal; the view shows all of the plane.
+        """Direction in which the half-plane extends from its edge. The edge goes through the
+        origin, at a right angle to this direction and to the normal. The view shows the whole
+        plane.
 
-        Its part along the normal does not count.
+        Its component along the normal is ignored.
 
         (x, y, z), world coordinates; default: (0.0, 0.0, 1.0).
         """
 
     def GetCutInward(self) -> tuple[float, ...]: ...
     def AddCut(self, value: Cut) -> None:
-        """Cuts beside those of CutType and of input port 2.
+        """Cuts in addition to those of CutType and of input port 2.
 
         Each a `vtk_mls.Plane`, `HalfPlane` or `Surface`; default: none.
         """
@@ -114,11 +115,11 @@ class _DeformingFilter(VTKPythonAlgorithmBase):
     def ClearCuts(self) -> None: ...
     def GetCuts(self) -> tuple[Cut, ...]: ...
     def SetCutFrame(self, value: Literal["rest", "deformed"]) -> None:
-        """Where cuts are: rest, in the undeformed volume, and the material takes them along;
-        deformed, in the deformed space, where they stay, and material that is moved through
-        them is lost.
+        """Space of the cuts. rest: cuts lie in the undeformed volume and move with the material.
+        deformed: cuts stay in place in the deformed space, and material that moves through them
+        is lost.
 
-        The paper's are in the deformed space.
+        The paper uses deformed.
 
         One of "rest", "deformed"; default: "rest".
         """
@@ -135,10 +136,10 @@ class _DeformingFilter(VTKPythonAlgorithmBase):
 
     def GetNu(self) -> float: ...
     def SetDeformedPoints(self, values: ArrayLike) -> None:
-        """Positions q to which the handles are dragged, with the mouse in the view or here. Those
-        that are not dragged hold the material where it is.
+        """Positions q to which the handles are dragged, with the mouse or here. Handles that are
+        not dragged hold the material in place.
 
-        Without any, q = p. Unused where input port 1 is connected.
+        If empty, q = p. Ignored if input port 1 is connected.
 
         (n, 3) array_like, world coordinates; default: none.
         """
@@ -148,12 +149,12 @@ class _DeformingFilter(VTKPythonAlgorithmBase):
     def GetNumberOfDeformedPoints(self) -> int: ...
     def SetDeformedPoint(self, index: int, x: float, y: float, z: float) -> None: ...
     def SetRestPoints(self, values: ArrayLike) -> None:
-        """Positions p of the handles in the undeformed space, one for each of those dragged; to
-        begin with a lattice over the bounds of the input.
+        """Positions p of the handles in the undeformed space, one for each deformed point.
+        ParaView starts with a lattice over the bounds of the input.
 
-        That lattice is ParaView's: without it there are none, and nothing moves. Those that
-        rest on the cut of CutType belong to neither of its sides and do not count: they would
-        hold it shut. Unused where input port 1 is connected.
+        Outside of ParaView there are no handles by default, and nothing moves. Handles that
+        rest on the cut of CutType belong to neither side and are ignored, because they would
+        hold it shut. Ignored if input port 1 is connected.
 
         (n, 3) array_like, world coordinates; default: none.
         """
@@ -163,7 +164,7 @@ class _DeformingFilter(VTKPythonAlgorithmBase):
     def GetNumberOfRestPoints(self) -> int: ...
     def SetRestPoint(self, index: int, x: float, y: float, z: float) -> None: ...
     def SetWeights(self, values: ArrayLike) -> None:
-        """A positive factor for each handle; empty: all count alike.
+        """A positive factor for each handle. If empty, all factors are 1.
 
         (n,) array_like; default: none.
         """
@@ -173,19 +174,20 @@ class _DeformingFilter(VTKPythonAlgorithmBase):
     def GetNumberOfWeights(self) -> int: ...
     def SetWeight(self, index: int, weight: float) -> None: ...
     def SetHandleShapes(self, value: Literal["points", "cells"]) -> None:
-        """What the input ControlPoints is: points, each a handle; or cells: vertices, and points
-        without a cell, are points, lines are curves, and closed surfaces are rigid regions.
+        """Whether the points or the cells of the input ControlPoints are handles. With cells,
+        vertices and points without a cell are points, lines are curves, and closed surfaces are
+        rigid regions.
 
-        Curves are carried along their whole length. Each connected surface moves by the
-        rotation and translation that its points have in common; cells with a volume count by
-        their outer faces. Weights and paths are those of points.
+        Curves are moved along their whole length. Each connected surface moves by the rotation
+        and translation of its points. Cells with a volume count by their outer faces. Weights
+        and paths belong to points.
 
         One of "points", "cells"; default: "points".
         """
 
     def GetHandleShapes(self) -> str: ...
     def AddHandle(self, value: Handle) -> None:
-        """Handles beside those of input port 1, or of RestPoints.
+        """Handles in addition to those of input port 1 or of RestPoints.
 
         Each a `vtk_mls.CurveHandle` or `RegionHandle`; default: none.
         """
@@ -194,25 +196,26 @@ class _DeformingFilter(VTKPythonAlgorithmBase):
     def GetHandles(self) -> tuple[Handle, ...]: ...
     def SetMaskBall(self, *values: float | Sequence[float]) -> None:
         """Ball in the deformed space in which the deformation acts: center, radius, and the
-        distance over which it fades to nothing outside of the ball. All 0: no ball.
+        distance outside the ball over which the deformation fades to zero. All 0: no ball.
 
         (x, y, z, radius, falloff), world coordinates; default: (0.0, 0.0, 0.0, 0.0, 0.0).
         """
 
     def GetMaskBall(self) -> tuple[float, ...]: ...
     def SetMask(self, value: Mask | vtkImageData | None) -> None:
-        """Image in the deformed space by which displacements are multiplied, from 0 to 1; of
-        integers, as of labels, what is not 0 counts as 1. Outside of the image nothing moves.
+        """Image in the deformed space by which displacements are multiplied, with values from 0 to
+        1. In an image of integers, such as labels, every value except 0 counts as 1. Outside
+        the image, nothing moves.
 
-        Or input port 3.
+        Alternative: input port 3.
 
         A vtkImageData, or a `vtk_mls.BallMask`, `BoxMask` or `ImageMask`; default: None.
         """
 
     def GetMask(self) -> Mask | vtkImageData | None: ...
     def SetFixedPlanes(self, values: ArrayLike) -> None:
-        """Planes that stay where they are: a point, a normal, and the distance from the plane over
-        which the deformation grows to its whole.
+        """Planes that stay in place: a point, a normal, and the distance from the plane over which
+        the deformation grows from zero to its full size.
 
         Rows (x, y, z, nx, ny, nz, falloff), world coordinates; default: none.
         """
@@ -222,9 +225,9 @@ class _DeformingFilter(VTKPythonAlgorithmBase):
     def GetNumberOfFixedPlanes(self) -> int: ...
     def SetFixedPlane(self, index: int, *row: float) -> None: ...
     def SetSlidingPlanes(self, values: ArrayLike) -> None:
-        """Planes along which material slides, as at a plane of symmetry: a point, a normal, and
-        the distance from the plane over which displacements along the normal grow to their
-        whole.
+        """Planes along which material slides, such as a plane of symmetry: a point, a normal, and
+        the distance from the plane over which displacements along the normal grow from zero to
+        their full size.
 
         Rows (x, y, z, nx, ny, nz, falloff), world coordinates; default: none.
         """
@@ -234,7 +237,7 @@ class _DeformingFilter(VTKPythonAlgorithmBase):
     def GetNumberOfSlidingPlanes(self) -> int: ...
     def SetSlidingPlane(self, index: int, *row: float) -> None: ...
     def AddConstraint(self, value: FixedFace) -> None:
-        """Faces beside those of FixedPlanes and SlidingPlanes.
+        """Faces in addition to those of FixedPlanes and SlidingPlanes.
 
         Each a `vtk_mls.FixedFace` or `SlidingFace`; default: none.
         """
@@ -242,11 +245,12 @@ class _DeformingFilter(VTKPythonAlgorithmBase):
     def ClearConstraints(self) -> None: ...
     def GetConstraints(self) -> tuple[FixedFace, ...]: ...
     def SetInitialTransform(self, value: Transform | str | PathLike[str] | None) -> None:
-        """Transform that moves the material first, so that the handles correct it: a file of ITK,
-        ANTs or 3D Slicer with an affine transform or a displacement field that resamples
-        images. Handles at rest, and cuts in the rest frame, are in the space that it leads to.
+        """Transform that moves the material first, so that the handles correct it. It is a file of
+        ITK, ANTs or 3D Slicer with an affine transform or a displacement field, as used to
+        resample images. Handles at rest, and cuts in the rest frame, lie in the space after
+        this transform.
 
-        Images are resampled once, by both; points of meshes are moved by both.
+        Images are resampled once, with both combined. Points of meshes are moved by both.
 
         The path of a file, or a `vtk_mls.Affine`, `Field`, `Chain` or `Deformation`; default:
         "".
@@ -254,21 +258,21 @@ class _DeformingFilter(VTKPythonAlgorithmBase):
 
     def GetInitialTransform(self) -> Transform | str | PathLike[str]: ...
     def SetGenerateOverlap(self, value: bool) -> None:
-        """Whether to make the point array Overlap of an image, which is 1 where material from both
-        sides of a cut has come to the same place and only one can be shown, and the field array
-        OverlappingPoints with the number of such points.
+        """Whether an image gets the point array Overlap and the field array OverlappingPoints.
+        Overlap is 1 where material from both sides of a cut has reached the same place, of
+        which the image shows only one. OverlappingPoints is the number of such points.
 
-        With CutFrame deformed there is none: what comes to a cut is gone. Meshes keep both
-        sides. If the output is made in pieces, it is the number of each piece.
+        With CutFrame deformed, nothing overlaps, because material that reaches a cut is lost.
+        Meshes keep both sides. If the output is made in pieces, each piece has its own number.
 
         True or False; default: False.
         """
 
     def GetGenerateOverlap(self) -> bool: ...
     def SetGenerateJacobian(self, value: bool) -> None:
-        """Whether to make the point array Jacobian with 9 components: component 3 i + j is the
-        derivative of G_j in the direction i, where G(v) is the point that the material now at v
-        came from. It takes gradients of the input to those of the output.
+        """Whether to write the point array Jacobian with 9 components. Component 3 i + j is the
+        derivative of G_j in the direction i, where G(v) is the original position of the
+        material now at v. It transforms gradients of the input to gradients of the output.
 
         It is (I + J_D)^T of Eq. 29, row by row.
 
@@ -277,12 +281,12 @@ class _DeformingFilter(VTKPythonAlgorithmBase):
 
     def GetGenerateJacobian(self) -> bool: ...
     def SetGenerateJacobianDeterminant(self, value: bool) -> None:
-        """Whether to make the point array JacobianDeterminant, zero or negative where space is
-        folded, and the field array FoldedVoxels with the number of such points.
+        """Whether to write the point array JacobianDeterminant, which is zero or negative where
+        space is folded, and the field array FoldedVoxels with the number of such points.
 
-        The void does not count. Of a mesh the field arrays are InvertedCells, the number of
-        cells that the deformation has inverted, and UncheckedCells, the number of cells without
-        a result. If the output is made in pieces, each piece has its own numbers, without ghost
+        The void does not count. A mesh gets the field arrays InvertedCells, the number of cells
+        that the deformation has inverted, and UncheckedCells, the number of cells without a
+        result. If the output is made in pieces, each piece has its own numbers, without ghost
         cells.
 
         True or False; default: False.
@@ -290,18 +294,19 @@ class _DeformingFilter(VTKPythonAlgorithmBase):
 
     def GetGenerateJacobianDeterminant(self) -> bool: ...
     def SetMapTolerance(self, value: float) -> None:
-        """How far displacements on grids may be off, in spacings of the grid: above 0 they are
-        found faster, from fewer points. The default of Python and the shell, 0, finds each
-        point's own; that of ParaView and the editor, 0.02, is too small to see. Next to cuts
-        all are exact.
+        """Largest error of displacements on grids, in spacings of the grid. Above 0, they are
+        interpolated from fewer points, which is faster. With 0, the default of Python and the
+        shell, each point is computed. ParaView and the editor use 0.02, which is too small to
+        see. Next to cuts, all points are computed.
 
         A number; default: 0.0.
         """
 
     def GetMapTolerance(self) -> float: ...
     def SetDevice(self, value: str | None) -> None:
-        """Where to compute: empty for the first GPU, else the CPU by its fastest driver; cpu; gpu;
-        platform:device as in 0:1; reference for the slow float64 specification in numpy.
+        """Where to compute. Empty: the first GPU, or else the CPU with its fastest driver.
+        Otherwise cpu, gpu, platform:device such as 0:1, or reference for the slow float64
+        specification in numpy.
 
         A text; default: "".
         """
@@ -318,43 +323,43 @@ class _DeformingFilter(VTKPythonAlgorithmBase):
 class MLSControlPoints(VTKPythonAlgorithmBase):
     def __init__(self) -> None: ...
     def SetMode(self, value: Literal["points", "lattice", "file"]) -> None:
-        """points: the rest positions are listed; lattice: they fill a box regularly; file: they
-        are read from one.
+        """Source of the rest positions. points: a list. lattice: a regular lattice in a box. file:
+        a file.
 
         One of "points", "lattice", "file"; default: "points".
         """
 
     def GetMode(self) -> str: ...
     def SetFileName(self, value: str | None) -> None:
-        """File with control points: markups of 3D Slicer (.fcsv, .mrk.json) and other landmarks,
-        which are p; or pairs, as of px,py,pz,qx,qy,qz[,weight] (.csv, .txt) and of BigWarp. The
-        list of deformed positions goes first, if it is not empty.
+        """File with control points. Markups of 3D Slicer (.fcsv, .mrk.json) and other landmarks
+        are p. Tables px,py,pz,qx,qy,qz[,weight] (.csv, .txt) and files of BigWarp have pairs.
+        DeformedPoints overrides the q of the file if it is not empty.
 
         The path of a file; default: "".
         """
 
     def GetFileName(self) -> str: ...
     def SetDeformedFileName(self, value: str | None) -> None:
-        """File with the positions q that control points were moved to, such as markups; or none.
-        They are matched with their p by labels, or else by order.
+        """File with the deformed positions q of the control points, such as markups. May be empty.
+        They are paired with p by label, or else by order.
 
         The path of a file; default: "".
         """
 
     def GetDeformedFileName(self) -> str: ...
     def SetSpace(self, value: Literal["lps", "ras"]) -> None:
-        """Frame of files that do not say theirs: markups do. What comes out is in LPS (x to the
-        patient's left, y to the back, z to the head), as from MLS Image Reader.
+        """Frame of files that do not state their own, as markups do. The output is in LPS (x to
+        the patient's left, y to the back, z to the head), like that of MLS Image Reader.
 
         One of "lps", "ras"; default: "lps".
         """
 
     def GetSpace(self) -> str: ...
     def SetDeformedPoints(self, values: ArrayLike) -> None:
-        """Positions q to which the control points are dragged, with the mouse in the view or here,
-        one for each; none: they stay at rest.
+        """Positions q to which the control points are dragged, with the mouse or here, one for
+        each control point. If empty, they stay at rest.
 
-        They count in every mode.
+        Used in every mode.
 
         (n, 3) array_like, world coordinates; default: none.
         """
@@ -376,7 +381,7 @@ class MLSControlPoints(VTKPythonAlgorithmBase):
     def SetLatticeDimensions(self, *values: float | Sequence[float]) -> None:
         """Number of control points in each direction of the lattice.
 
-        A single one lies in the middle.
+        A single one is in the middle of the box.
 
         (nx, ny, nz); default: (3, 3, 3).
         """
@@ -391,9 +396,9 @@ class MLSControlPoints(VTKPythonAlgorithmBase):
 
     def GetBounds(self) -> tuple[float, ...]: ...
     def SetWeights(self, values: ArrayLike) -> None:
-        """A positive factor for each control point; empty: all count alike.
+        """A positive factor for each control point. If empty, all factors are 1.
 
-        They count in every mode.
+        Used in every mode.
 
         (n,) array_like; default: none.
         """
@@ -414,11 +419,11 @@ class MLSDeform(_DeformingFilter):
 
     def GetInterpolation(self) -> str: ...
     def AddLabelArray(self, value: str) -> None:
-        """Arrays with labels, whose values must not be mixed: they are sampled nearest whatever
+        """Arrays with labels, whose values must not be mixed. The nearest value is taken, whatever
         the interpolation is.
 
-        So are those that the input itself names in its field data LabelArrays, as the images of
-        segmentations do that `vtk_mls.io` reads.
+        Arrays that the field data LabelArrays of the input names are also labels. `vtk_mls.io`
+        sets it for segmentations.
 
         Names; default: none.
         """
@@ -428,20 +433,20 @@ class MLSDeform(_DeformingFilter):
     def SetBackground(self, value: float) -> None:
         """Value where the deformed image has no material.
 
-        That is outside of the input and, unless values are continued there, in the void; in the
-        array vtkGhostType it is 0. An array whose type does not have the value gets the nearest
-        that it has (integers 0 for NaN), with a warning.
+        This is outside the input and, unless VoidValues is continued, in the void. In the array
+        vtkGhostType the value is 0. If the type of an array cannot hold the value, the nearest
+        one is used (0 for NaN in integers), with a warning.
 
         A number; default: 0.0.
         """
 
     def GetBackground(self) -> float: ...
     def SetOutputGrid(self, value: Literal["input", "fitted", "given"]) -> None:
-        """Grid of the output: that of the input; fitted, with the input's spacing but large enough
-        for the deformed volume; or given by dimensions, spacing and origin.
+        """Grid of the output. input: the grid of the input. fitted: the spacing of the input, but
+        large enough for the deformed volume. given: by dimensions, spacing and origin.
 
-        For "fitted" control points and cuts are updated in RequestInformation; "given" has the
-        directions of the input.
+        With "fitted", control points and cuts are updated in RequestInformation. "given" has
+        the directions of the input.
 
         One of "input", "fitted", "given"; default: "input".
         """
@@ -455,7 +460,7 @@ class MLSDeform(_DeformingFilter):
 
     def GetOutputDimensions(self) -> tuple[int, ...]: ...
     def SetOutputSpacing(self, *values: float | Sequence[float]) -> None:
-        """Distance of the output's points in each direction.
+        """Distance between the output's points in each direction.
 
         (x, y, z), world units; default: (1.0, 1.0, 1.0).
         """
@@ -469,11 +474,11 @@ class MLSDeform(_DeformingFilter):
 
     def GetOutputOrigin(self) -> tuple[float, ...]: ...
     def SetReference(self, value: Grid | vtkImageData | None) -> None:
-        """Image whose grid the output of an image has, with its directions; only the place of its
-        points counts.
+        """Image whose grid the output image gets, with its directions. The values of the image are
+        not used.
 
-        Or input port 5, which does not count then. OutputGrid does not count with either. A
-        warning says if nothing of the input arrives there. Meshes are an error.
+        Alternative: input port 5, which is ignored if this is set. Both override OutputGrid. A
+        warning says if no material of the input arrives there. Meshes are an error.
 
         A vtkImageData or a `vtk_mls.Grid`; default: None.
         """
@@ -481,43 +486,44 @@ class MLSDeform(_DeformingFilter):
     def GetReference(self) -> Grid | vtkImageData | None: ...
     def SetHideVoid(self, value: bool) -> None:
         """Whether the void that a cut opens is hidden (by the array vtkGhostType). Turn it off to
-        clip or contour by VoidDistance at 0, which gives a smooth face.
+        clip or contour by VoidDistance at 0, for a smooth face.
 
         True or False; default: True.
         """
 
     def GetHideVoid(self) -> bool: ...
     def SetSplitCells(self, value: bool) -> None:
-        """Whether the cells of a mesh are split along a cut, so that it opens. Otherwise cells
-        that are torn are kept, marked in the cell array Void, and hidden.
+        """Whether the cells of a mesh are split along a cut, so that it opens. Otherwise, torn
+        cells are kept, marked in the cell array Void, and hidden.
 
         True or False; default: True.
         """
 
     def GetSplitCells(self) -> bool: ...
     def SetVoidValues(self, value: Literal["background", "continued"]) -> None:
-        """What arrays hold in the void: the background; or continued, as if the material of each
-        side went on behind the face of the cut. Turn HideVoid off, contour or slice that and
-        clip the result by VoidDistance at 0: it ends at the face without steps.
+        """Values of arrays in the void. background: the value of Background. continued: as if the
+        material of each side continued behind the face of the cut. For a smooth face, turn
+        HideVoid off, contour or slice the continued array, and clip the result by VoidDistance
+        at 0.
 
         One of "background", "continued"; default: "background".
         """
 
     def GetVoidValues(self) -> str: ...
     def SetGradientArray(self, value: str | None) -> None:
-        """Point scalars whose gradient in the deformed volume is wanted, as the point array
-        Gradient, for shading: it follows the deformation exactly.
+        """Point scalars whose gradient in the deformed volume becomes the point array Gradient,
+        for shading. It follows the deformation exactly.
 
-        Three floats, per world unit: J_G^T (grad f)(G(v)), and across the face on the face of
-        the void unless values are continued behind it.
+        Three floats, per world unit: J_G^T (grad f)(G(v)). On the face of the void, it is
+        normal to the face unless VoidValues is continued.
 
         A name; default: "".
         """
 
     def GetGradientArray(self) -> str: ...
     def AddGradientVectorArray(self, value: str) -> None:
-        """Arrays of the input that are gradients, and are transformed as such (covariantly). So
-        are the active normals, without being named.
+        """Arrays of the input that are gradients and are transformed as such (covariantly). Active
+        normals are always transformed.
 
         Names; default: none.
         """
@@ -525,15 +531,15 @@ class MLSDeform(_DeformingFilter):
     def ClearGradientVectorArrays(self) -> None: ...
     def GetGradientVectorArrays(self) -> tuple[str, ...]: ...
     def SetNormalizeGradient(self, value: bool) -> None:
-        """Whether gradients get length 1.
+        """Whether gradients are scaled to length 1.
 
         True or False; default: False.
         """
 
     def GetNormalizeGradient(self) -> bool: ...
     def AddPushForwardArray(self, value: str) -> None:
-        """Arrays of vectors that move with the material, as velocities do, and are transformed as
-        such (contravariantly).
+        """Arrays of vectors that move with the material, such as velocities, and are transformed
+        as such (contravariantly).
 
         Names; default: none.
         """
@@ -541,24 +547,24 @@ class MLSDeform(_DeformingFilter):
     def ClearPushForwardArrays(self) -> None: ...
     def GetPushForwardArrays(self) -> tuple[str, ...]: ...
     def SetGenerateCellQuality(self, value: bool) -> None:
-        """Whether to make the cell arrays CellQuality and CellQualityBefore of a mesh: VTK's
-        scaled Jacobian of the deformed cells, and of the same cells at rest. It is 1 for
-        regular cells, and 0 or less for cells that are inverted or, of quads, concave.
+        """Whether a mesh gets the cell arrays CellQuality and CellQualityBefore: VTK's scaled
+        Jacobian of the deformed cells, and of the same cells at rest. It is 1 for regular
+        cells, and 0 or less for inverted cells and concave quads.
 
-        NaN for cells that are no triangles, quads, tetrahedra, hexahedra, wedges or pyramids.
-        That a triangle or quad is turned over shows in InvertedCells only.
+        It is NaN for cells other than triangles, quads, tetrahedra, hexahedra, wedges and
+        pyramids. Only InvertedCells shows that a triangle or quad is turned over.
 
         True or False; default: False.
         """
 
     def GetGenerateCellQuality(self) -> bool: ...
     def SetGenerateLargestBlend(self, value: bool) -> None:
-        """Whether to make the field array LargestBlend of a mesh: the largest Blend, up to that of
-        the filter, at which no cell is inverted.
+        """Whether a mesh gets the field array LargestBlend: the largest Blend, up to that of the
+        filter, at which no cell is inverted.
 
-        Where cells are inverted, it is found by bisection and rounded down to a multiple of
-        0.01: no cell is inverted there, and some cell is at 0.01 more. The mesh is moved about
-        eight times for that. If the output is made in pieces, it is the blend of each piece.
+        If cells are inverted, it is found by bisection and rounded down to a multiple of 0.01.
+        At this blend no cell is inverted, and at 0.01 more some cell is. This moves the mesh
+        about eight times. If the output is made in pieces, each piece has its own blend.
 
         True or False; default: False.
         """
@@ -571,15 +577,15 @@ class MLSDeform(_DeformingFilter):
 class MLSDisplacementField(_DeformingFilter):
     def __init__(self) -> None: ...
     def SetInverse(self, value: bool) -> None:
-        """Whether to make the displacement to where the material goes, which moves points, instead
-        of the one to where it came from, which resamples images.
+        """Whether to write the displacement to the new position of the material, which moves
+        points, instead of the displacement to its original position, which resamples images.
 
         True or False; default: False.
         """
 
     def GetInverse(self) -> bool: ...
     def SetSampleDimensions(self, *values: float | Sequence[float]) -> None:
-        """Number of points in each direction where the input is not an image.
+        """Number of points in each direction if the input is not an image.
 
         (nx, ny, nz); default: (32, 32, 32).
         """
@@ -589,8 +595,9 @@ class MLSDisplacementField(_DeformingFilter):
 class MLSLandmarkReport(VTKPythonAlgorithmBase):
     def __init__(self) -> None: ...
     def SetDevice(self, value: str | None) -> None:
-        """Where to compute: empty for the first GPU, else the CPU by its fastest driver; cpu; gpu;
-        platform:device as in 0:1; reference for the slow float64 specification in numpy.
+        """Where to compute. Empty: the first GPU, or else the CPU with its fastest driver.
+        Otherwise cpu, gpu, platform:device such as 0:1, or reference for the slow float64
+        specification in numpy.
 
         A text; default: "".
         """

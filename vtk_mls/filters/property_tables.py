@@ -62,32 +62,31 @@ CUT_OPTIONS = _of_section("cut")
 CUT_TYPE = Choice(
     "CutType",
     "none",
-    """A cut through the volume beside those of the input Cuts: a plane divides everything; a
-    half-plane has an edge through its origin, and begins there.""",
+    """A cut in addition to those of the input Cuts. A plane divides everything. A half-plane ends
+    at an edge through its origin.""",
     choices=("none", "plane", "half-plane"),
 )
 _HAS_CUT = {"hidden_when": ("CutType", "none"), "unit": "world coordinates"}
 CUT_ORIGIN = Vector(
     "CutOrigin",
     (0.0, 0.0, 0.0),
-    """A point of the plane, or of the edge of the half-plane. While CutFrame is rest, the cut in
-    the view stays at the undeformed volume, where it was laid, and the material takes the cut
-    itself along.""",
+    """A point of the plane, or of the edge of the half-plane. If CutFrame is rest, the plane in the
+    view stays at the undeformed volume, while the cut itself moves with the material.""",
     **_HAS_CUT,
 )
 CUT_NORMAL = Vector(
     "CutNormal",
     (1.0, 0.0, 0.0),
     "Normal of the plane or half-plane.",
-    more="Its length does not count.",
+    more="Its length is ignored.",
     **_HAS_CUT,
 )
 CUT_INWARD = Vector(
     "CutInward",
     (0.0, 0.0, 1.0),
-    """Direction in which the half-plane extends from its edge, which goes through the origin at a
-    right angle to it and to the normal; the view shows all of the plane.""",
-    more="Its part along the normal does not count.",
+    """Direction in which the half-plane extends from its edge. The edge goes through the origin, at
+    a right angle to this direction and to the normal. The view shows the whole plane.""",
+    more="Its component along the normal is ignored.",
     unit="world coordinates",
     shown_when=("CutType", "half-plane"),
 )
@@ -96,7 +95,7 @@ CUT_INWARD = Vector(
 CUTS = Values(
     "Cuts",
     (),
-    "Cuts beside those of CutType and of input port 2.",
+    "Cuts in addition to those of CutType and of input port 2.",
     kinds="a `vtk_mls.Plane`, `HalfPlane` or `Surface`",
 )
 
@@ -105,25 +104,25 @@ OWN_CONTROL_POINTS = (
     Positions(
         "DeformedPoints",
         (),
-        """Positions q to which the handles are dragged, with the mouse in the view or here.
-        Those that are not dragged hold the material where it is.""",
-        more="Without any, q = p. Unused where input port 1 is connected.",
+        """Positions q to which the handles are dragged, with the mouse or here. Handles that are
+        not dragged hold the material in place.""",
+        more="If empty, q = p. Ignored if input port 1 is connected.",
         unit="world coordinates",
     ),
     Positions(
         "RestPoints",
         (),
-        """Positions p of the handles in the undeformed space, one for each of those dragged;
-        to begin with a lattice over the bounds of the input.""",
-        more="""That lattice is ParaView's: without it there are none, and nothing moves. Those that
-        rest on the cut of CutType belong to neither of its sides and do not count: they would hold
-        it shut. Unused where input port 1 is connected.""",
+        """Positions p of the handles in the undeformed space, one for each deformed point. ParaView
+        starts with a lattice over the bounds of the input.""",
+        more="""Outside of ParaView there are no handles by default, and nothing moves. Handles that
+        rest on the cut of CutType belong to neither side and are ignored, because they would hold
+        it shut. Ignored if input port 1 is connected.""",
         unit="world coordinates",
     ),
     Factors(
         "Weights",
         (),
-        "A positive factor for each handle; empty: all count alike.",
+        "A positive factor for each handle. If empty, all factors are 1.",
         is_advanced=True,
         shown_when=("ControlPoints", None),
     ),
@@ -133,18 +132,19 @@ OWN_CONTROL_POINTS = (
 HANDLE_SHAPES_CHOICE = Choice(
     "HandleShapes",
     "points",
-    """What the input ControlPoints is: points, each a handle; or cells: vertices, and points
-    without a cell, are points, lines are curves, and closed surfaces are rigid regions.""",
-    more="""Curves are carried along their whole length. Each connected surface moves by the
-    rotation and translation that its points have in common; cells with a volume count by their
-    outer faces. Weights and paths are those of points.""",
+    """Whether the points or the cells of the input ControlPoints are handles. With cells, vertices
+    and points without a cell are points, lines are curves, and closed surfaces are rigid
+    regions.""",
+    more="""Curves are moved along their whole length. Each connected surface moves by the rotation
+    and translation of its points. Cells with a volume count by their outer faces. Weights and paths
+    belong to points.""",
     choices=HANDLE_SHAPES,
     hidden_when=("ControlPoints", None),
 )
 HANDLES = Values(
     "Handles",
     (),
-    "Handles beside those of input port 1, or of RestPoints.",
+    "Handles in addition to those of input port 1 or of RestPoints.",
     kinds="a `vtk_mls.CurveHandle` or `RegionHandle`",
 )
 HANDLE_OPTIONS = (HANDLE_SHAPES_CHOICE, HANDLES)
@@ -155,36 +155,38 @@ MASK_BALL = Vector(
     "MaskBall",
     (0.0, 0.0, 0.0, 0.0, 0.0),
     """Ball in the deformed space in which the deformation acts: center, radius, and the distance
-    over which it fades to nothing outside of the ball. All 0: no ball.""",
+    outside the ball over which the deformation fades to zero. All 0: no ball.""",
     labels=("x", "y", "z", "radius", "falloff"),
     **_LIMIT,
 )
 MASK = Value(
     "Mask",
     None,
-    """Image in the deformed space by which displacements are multiplied, from 0 to 1; of integers,
-    as of labels, what is not 0 counts as 1. Outside of the image nothing moves.""",
-    more="Or input port 3.",
+    """Image in the deformed space by which displacements are multiplied, with values from 0 to 1.
+    In an image of integers, such as labels, every value except 0 counts as 1. Outside the image,
+    nothing moves.""",
+    more="Alternative: input port 3.",
     kinds="a vtkImageData, or a `vtk_mls.BallMask`, `BoxMask` or `ImageMask`",
 )
 FIXED_PLANES = Planes(
     "FixedPlanes",
     (),
-    """Planes that stay where they are: a point, a normal, and the distance from the plane over
-    which the deformation grows to its whole.""",
+    """Planes that stay in place: a point, a normal, and the distance from the plane over which the
+    deformation grows from zero to its full size.""",
     **_LIMIT,
 )
 SLIDING_PLANES = Planes(
     "SlidingPlanes",
     (),
-    """Planes along which material slides, as at a plane of symmetry: a point, a normal, and the
-    distance from the plane over which displacements along the normal grow to their whole.""",
+    """Planes along which material slides, such as a plane of symmetry: a point, a normal, and the
+    distance from the plane over which displacements along the normal grow from zero to their full
+    size.""",
     **_LIMIT,
 )
 CONSTRAINTS = Values(
     "Constraints",
     (),
-    "Faces beside those of FixedPlanes and SlidingPlanes.",
+    "Faces in addition to those of FixedPlanes and SlidingPlanes.",
     kinds="a `vtk_mls.FixedFace` or `SlidingFace`",
 )
 LIMITS = (MASK_BALL, MASK, FIXED_PLANES, SLIDING_PLANES, CONSTRAINTS)
@@ -193,10 +195,10 @@ LIMITS = (MASK_BALL, MASK, FIXED_PLANES, SLIDING_PLANES, CONSTRAINTS)
 INITIAL_TRANSFORM = TransformFile(
     "InitialTransform",
     "",
-    """Transform that moves the material first, so that the handles correct it: a file of ITK, ANTs
-    or 3D Slicer with an affine transform or a displacement field that resamples images. Handles at
-    rest, and cuts in the rest frame, are in the space that it leads to.""",
-    more="""Images are resampled once, by both; points of meshes are moved by both.""",
+    """Transform that moves the material first, so that the handles correct it. It is a file of ITK,
+    ANTs or 3D Slicer with an affine transform or a displacement field, as used to resample images.
+    Handles at rest, and cuts in the rest frame, lie in the space after this transform.""",
+    more="Images are resampled once, with both combined. Points of meshes are moved by both.",
     is_advanced=True,
 )
 
@@ -209,18 +211,18 @@ INTERPOLATION = Choice(
 LABEL_ARRAYS = ArrayNames(
     "LabelArrays",
     (),
-    """Arrays with labels, whose values must not be mixed: they are sampled nearest whatever
-    the interpolation is.""",
-    more="""So are those that the input itself names in its field data LabelArrays, as the images of
-    segmentations do that `vtk_mls.io` reads.""",
+    """Arrays with labels, whose values must not be mixed. The nearest value is taken, whatever the
+    interpolation is.""",
+    more="""Arrays that the field data LabelArrays of the input names are also labels. `vtk_mls.io`
+    sets it for segmentations.""",
 )
 BACKGROUND = Number(
     "Background",
     Sampling.background,
     "Value where the deformed image has no material.",
-    more="""That is outside of the input and, unless values are continued there, in the void; in the
-    array vtkGhostType it is 0. An array whose type does not have the value gets the nearest that it
-    has (integers 0 for NaN), with a warning.""",
+    more="""This is outside the input and, unless VoidValues is continued, in the void. In the array
+    vtkGhostType the value is 0. If the type of an array cannot hold the value, the nearest one is
+    used (0 for NaN in integers), with a warning.""",
 )
 
 # Where the output's points are.
@@ -228,10 +230,10 @@ _GIVEN = {"shown_when": ("OutputGrid", "given")}
 OUTPUT_GRID = Choice(
     "OutputGrid",
     "input",
-    """Grid of the output: that of the input; fitted, with the input's spacing but large enough
-    for the deformed volume; or given by dimensions, spacing and origin.""",
-    more="""For "fitted" control points and cuts are updated in RequestInformation; "given" has the
-    directions of the input.""",
+    """Grid of the output. input: the grid of the input. fitted: the spacing of the input, but large
+    enough for the deformed volume. given: by dimensions, spacing and origin.""",
+    more="""With "fitted", control points and cuts are updated in RequestInformation. "given" has
+    the directions of the input.""",
     choices=("input", "fitted", "given"),
     shown_when=("Reference", None),
 )
@@ -246,7 +248,7 @@ GIVEN_GRID = (
     Vector(
         "OutputSpacing",
         (1.0, 1.0, 1.0),
-        "Distance of the output's points in each direction.",
+        "Distance between the output's points in each direction.",
         unit="world units",
         **_GIVEN,
     ),
@@ -261,10 +263,10 @@ GIVEN_GRID = (
 REFERENCE = Value(
     "Reference",
     None,
-    """Image whose grid the output of an image has, with its directions; only the place of its
-    points counts.""",
-    more="""Or input port 5, which does not count then. OutputGrid does not count with either. A
-    warning says if nothing of the input arrives there. Meshes are an error.""",
+    """Image whose grid the output image gets, with its directions. The values of the image are not
+    used.""",
+    more="""Alternative: input port 5, which is ignored if this is set. Both override OutputGrid. A
+    warning says if no material of the input arrives there. Meshes are an error.""",
     kinds="a vtkImageData or a `vtk_mls.Grid`",
 )
 
@@ -272,9 +274,9 @@ REFERENCE = Value(
 VOID_VALUES_CHOICE = Choice(
     "VoidValues",
     Sampling.void_values,
-    """What arrays hold in the void: the background; or continued, as if the material of each
-    side went on behind the face of the cut. Turn HideVoid off, contour or slice that and clip
-    the result by VoidDistance at 0: it ends at the face without steps.""",
+    """Values of arrays in the void. background: the value of Background. continued: as if the
+    material of each side continued behind the face of the cut. For a smooth face, turn HideVoid
+    off, contour or slice the continued array, and clip the result by VoidDistance at 0.""",
     choices=VOID_VALUES,
 )
 VOID = (
@@ -282,13 +284,13 @@ VOID = (
         "HideVoid",
         True,
         """Whether the void that a cut opens is hidden (by the array vtkGhostType). Turn it off to
-        clip or contour by VoidDistance at 0, which gives a smooth face.""",
+        clip or contour by VoidDistance at 0, for a smooth face.""",
     ),
     Flag(
         "SplitCells",
         True,
-        """Whether the cells of a mesh are split along a cut, so that it opens. Otherwise cells that
-        are torn are kept, marked in the cell array Void, and hidden.""",
+        """Whether the cells of a mesh are split along a cut, so that it opens. Otherwise, torn
+        cells are kept, marked in the cell array Void, and hidden.""",
     ),
     VOID_VALUES_CHOICE,
 )
@@ -296,39 +298,39 @@ VOID = (
 OVERLAP = Flag(
     "GenerateOverlap",
     False,
-    """Whether to make the point array Overlap of an image, which is 1 where material from both
-    sides of a cut has come to the same place and only one can be shown, and the field array
-    OverlappingPoints with the number of such points.""",
-    more="""With CutFrame deformed there is none: what comes to a cut is gone. Meshes keep both
-    sides. If the output is made in pieces, it is the number of each piece.""",
+    """Whether an image gets the point array Overlap and the field array OverlappingPoints. Overlap
+    is 1 where material from both sides of a cut has reached the same place, of which the image
+    shows only one. OverlappingPoints is the number of such points.""",
+    more="""With CutFrame deformed, nothing overlaps, because material that reaches a cut is lost.
+    Meshes keep both sides. If the output is made in pieces, each piece has its own number.""",
 )
 
 GRADIENT_ARRAY = ArrayName(
     "GradientArray",
     "",
-    """Point scalars whose gradient in the deformed volume is wanted, as the point array
-    Gradient, for shading: it follows the deformation exactly.""",
-    more="""Three floats, per world unit: J_G^T (grad f)(G(v)), and across the face on the face of
-    the void unless values are continued behind it.""",
+    """Point scalars whose gradient in the deformed volume becomes the point array Gradient, for
+    shading. It follows the deformation exactly.""",
+    more="""Three floats, per world unit: J_G^T (grad f)(G(v)). On the face of the void, it is
+    normal to the face unless VoidValues is continued.""",
 )
 GRADIENT_VECTOR_ARRAYS = ArrayNames(
     "GradientVectorArrays",
     (),
-    """Arrays of the input that are gradients, and are transformed as such (covariantly). So are
-    the active normals, without being named.""",
+    """Arrays of the input that are gradients and are transformed as such (covariantly). Active
+    normals are always transformed.""",
     components=3,
 )
 PUSH_FORWARD_ARRAYS = ArrayNames(
     "PushForwardArrays",
     (),
-    """Arrays of vectors that move with the material, as velocities do, and are transformed as such
-    (contravariantly).""",
+    """Arrays of vectors that move with the material, such as velocities, and are transformed as
+    such (contravariantly).""",
     components=3,
 )
 VECTORS = (
     GRADIENT_ARRAY,
     GRADIENT_VECTOR_ARRAYS,
-    Flag("NormalizeGradient", False, "Whether gradients get length 1."),
+    Flag("NormalizeGradient", False, "Whether gradients are scaled to length 1."),
     PUSH_FORWARD_ARRAYS,
 )
 
@@ -336,17 +338,17 @@ JACOBIAN = (
     Flag(
         "GenerateJacobian",
         False,
-        """Whether to make the point array Jacobian with 9 components: component 3 i + j is the
-        derivative of G_j in the direction i, where G(v) is the point that the material now at v
-        came from. It takes gradients of the input to those of the output.""",
+        """Whether to write the point array Jacobian with 9 components. Component 3 i + j is the
+        derivative of G_j in the direction i, where G(v) is the original position of the material
+        now at v. It transforms gradients of the input to gradients of the output.""",
         more="It is (I + J_D)^T of Eq. 29, row by row.",
     ),
     Flag(
         "GenerateJacobianDeterminant",
         False,
-        """Whether to make the point array JacobianDeterminant, zero or negative where space is
-        folded, and the field array FoldedVoxels with the number of such points.""",
-        more="""The void does not count. Of a mesh the field arrays are InvertedCells, the number of
+        """Whether to write the point array JacobianDeterminant, which is zero or negative where
+        space is folded, and the field array FoldedVoxels with the number of such points.""",
+        more="""The void does not count. A mesh gets the field arrays InvertedCells, the number of
         cells that the deformation has inverted, and UncheckedCells, the number of cells without a
         result. If the output is made in pieces, each piece has its own numbers, without ghost
         cells.""",
@@ -357,33 +359,33 @@ CELL_QUALITY = (
     Flag(
         "GenerateCellQuality",
         False,
-        """Whether to make the cell arrays CellQuality and CellQualityBefore of a mesh: VTK's scaled
+        """Whether a mesh gets the cell arrays CellQuality and CellQualityBefore: VTK's scaled
         Jacobian of the deformed cells, and of the same cells at rest. It is 1 for regular cells,
-        and 0 or less for cells that are inverted or, of quads, concave.""",
-        more="""NaN for cells that are no triangles, quads, tetrahedra, hexahedra, wedges or
-        pyramids. That a triangle or quad is turned over shows in InvertedCells only.""",
+        and 0 or less for inverted cells and concave quads.""",
+        more="""It is NaN for cells other than triangles, quads, tetrahedra, hexahedra, wedges and
+        pyramids. Only InvertedCells shows that a triangle or quad is turned over.""",
     ),
     Flag(
         "GenerateLargestBlend",
         False,
-        """Whether to make the field array LargestBlend of a mesh: the largest Blend, up to that of
-        the filter, at which no cell is inverted.""",
-        more="""Where cells are inverted, it is found by bisection and rounded down to a multiple of
-        0.01: no cell is inverted there, and some cell is at 0.01 more. The mesh is moved about
-        eight times for that. If the output is made in pieces, it is the blend of each piece.""",
+        """Whether a mesh gets the field array LargestBlend: the largest Blend, up to that of the
+        filter, at which no cell is inverted.""",
+        more="""If cells are inverted, it is found by bisection and rounded down to a multiple of
+        0.01. At this blend no cell is inverted, and at 0.01 more some cell is. This moves the mesh
+        about eight times. If the output is made in pieces, each piece has its own blend.""",
     ),
 )
 
 INVERSE = Flag(
     "Inverse",
     False,
-    """Whether to make the displacement to where the material goes, which moves points, instead
-    of the one to where it came from, which resamples images.""",
+    """Whether to write the displacement to the new position of the material, which moves points,
+    instead of the displacement to its original position, which resamples images.""",
 )
 SAMPLE_DIMENSIONS = Dimensions(
     "SampleDimensions",
     (32, 32, 32),
-    "Number of points in each direction where the input is not an image.",
+    "Number of points in each direction if the input is not an image.",
     labels=("nx", "ny", "nz"),
 )
 
@@ -413,16 +415,16 @@ LANDMARK_REPORT = (next(prop for prop in COMPUTING if prop.name == "Device"),)
 MODE = Choice(
     "Mode",
     "points",
-    """points: the rest positions are listed; lattice: they fill a box regularly; file: they are
-    read from one.""",
+    """Source of the rest positions. points: a list. lattice: a regular lattice in a box. file: a
+    file.""",
     choices=("points", "lattice", "file"),
 )
 _FILE = {"shown_when": ("Mode", "file")}
 SPACE = Choice(
     "Space",
     "lps",
-    """Frame of files that do not say theirs: markups do. What comes out is in LPS (x to the
-    patient's left, y to the back, z to the head), as from MLS Image Reader.""",
+    """Frame of files that do not state their own, as markups do. The output is in LPS (x to the
+    patient's left, y to the back, z to the head), like that of MLS Image Reader.""",
     choices=("lps", "ras"),
     **_FILE,
 )
@@ -430,16 +432,16 @@ FILES = (
     FileName(
         "FileName",
         "",
-        """File with control points: markups of 3D Slicer (.fcsv, .mrk.json) and other landmarks,
-        which are p; or pairs, as of px,py,pz,qx,qy,qz[,weight] (.csv, .txt) and of BigWarp. The
-        list of deformed positions goes first, if it is not empty.""",
+        """File with control points. Markups of 3D Slicer (.fcsv, .mrk.json) and other landmarks are
+        p. Tables px,py,pz,qx,qy,qz[,weight] (.csv, .txt) and files of BigWarp have pairs.
+        DeformedPoints overrides the q of the file if it is not empty.""",
         **_FILE,
     ),
     FileName(
         "DeformedFileName",
         "",
-        """File with the positions q that control points were moved to, such as markups; or none.
-        They are matched with their p by labels, or else by order.""",
+        """File with the deformed positions q of the control points, such as markups. May be empty.
+        They are paired with p by label, or else by order.""",
         **_FILE,
     ),
     SPACE,
@@ -448,9 +450,9 @@ LISTS = (
     Positions(
         "DeformedPoints",
         (),
-        """Positions q to which the control points are dragged, with the mouse in the view or
-        here, one for each; none: they stay at rest.""",
-        more="They count in every mode.",
+        """Positions q to which the control points are dragged, with the mouse or here, one for each
+        control point. If empty, they stay at rest.""",
+        more="Used in every mode.",
         unit="world coordinates",
     ),
     Positions(
@@ -465,7 +467,7 @@ LATTICE_DIMENSIONS = Dimensions(
     "LatticeDimensions",
     (3, 3, 3),
     "Number of control points in each direction of the lattice.",
-    more="A single one lies in the middle.",
+    more="A single one is in the middle of the box.",
     labels=("nx", "ny", "nz"),
     **_LATTICE,
 )
@@ -483,8 +485,8 @@ LATTICE = (
 WEIGHTS = Factors(
     "Weights",
     (),
-    "A positive factor for each control point; empty: all count alike.",
-    more="They count in every mode.",
+    "A positive factor for each control point. If empty, all factors are 1.",
+    more="Used in every mode.",
     is_advanced=True,
 )
 CONTROL_POINTS = (MODE, *FILES, *LISTS, *LATTICE, WEIGHTS)

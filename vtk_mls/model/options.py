@@ -123,16 +123,16 @@ OPTIONS = (
         "kind",
         "rigid",
         "Kind",
-        """How the space between the control points follows them: rigid keeps sizes and angles as
-        well as it can, similarity allows a change of size, affine allows shear, polynomial bends
-        most freely.""",
+        """How the space between the control points deforms. rigid keeps sizes and angles as well as
+        it can, similarity allows a change of size, affine allows shear, and polynomial bends most
+        freely.""",
         choices=tuple(kinds.KINDS),
     ),
     Option(
         "degree",
         2,
         "Degree",
-        "Degree of the polynomials: 1 is the affine kind; 2 and 3 need more control points.",
+        "Degree of the polynomials. 1 is the affine kind; 2 and 3 need more control points.",
         choices=(1, 2, 3),
         expected="1, 2 or 3",
         needs=("kind", "polynomial"),
@@ -141,10 +141,10 @@ OPTIONS = (
         "alpha",
         2.0,
         "Alpha",
-        """How local the influence of a control point is: its weight at distance r is
-        1 / r^(2 alpha). Take 1.5 to 2 for a few handles to drag, 3 for many landmarks with the
-        affine kind or polynomials of degree 2. Up to 1.5 the influence of far control points does
-        not fade in space; 1 is the paper's. Must be greater than 0.""",
+        """How local the influence of a control point is. Its weight at distance r is 1 / r^(2
+        alpha). Use 1.5 to 2 to drag a few handles, and 3 for many landmarks with the affine kind or
+        polynomials of degree 2. Up to 1.5, the influence of far control points does not fade in
+        space. The paper uses 1. Must be greater than 0.""",
         is_valid=lambda alpha: alpha > 0,
         expected="a positive number",
         slider=(0.5, 4.0, 0.1),
@@ -153,8 +153,8 @@ OPTIONS = (
         "smoothing",
         0.0,
         "Smoothing",
-        """Length in world units: weights are 1 / (r^2 + smoothing^2)^alpha. 0 meets the control
-        points exactly; above 0 the deformation passes close to them, for noisy landmarks.""",
+        """Length in world units. Weights are 1 / (r^2 + smoothing^2)^alpha. 0 meets the control
+        points exactly. Above 0, the deformation passes close to them, for noisy landmarks.""",
         is_valid=lambda length: length >= 0,
         expected="a number from 0 on",
     ),
@@ -162,10 +162,10 @@ OPTIONS = (
         "steps",
         1,
         "Steps (0 prevents folds)",
-        """Steps in which the control points go from p to q, each with its own map: many small
-        steps do not fold. 1 is the single map of the paper; auto, or 0, takes as many as needed, up
-        to 256. Polynomials of degree 2 and 3 may fold in any steps.""",
-        more="""`Deformation.steps_used` and `smallest_determinant` tell what was found.""",
+        """Number of steps in which the control points go from p to q, each with its own map. Many
+        small steps do not fold. 1 is the single map of the paper. auto, or 0, uses as many as
+        needed, up to 256. Polynomials of degree 2 and 3 may fold with any number of steps.""",
+        more="`Deformation.steps_used` and `smallest_determinant` report the result.",
         spellings={"auto": 0},
         is_valid=lambda steps: steps in range(MAX_STEPS + 1),
         expected='an integer from 1 to 256, or "auto"',
@@ -174,7 +174,7 @@ OPTIONS = (
         "blend",
         1.0,
         "Share of the deformation",
-        """Fraction of the displacement from p to q that is applied: 0 leaves everything exactly as
+        """Fraction of the displacement from p to q that is applied. 0 leaves everything exactly as
         it was.""",
         is_valid=lambda blend: True,
         expected="a finite number",
@@ -184,10 +184,10 @@ OPTIONS = (
         "cut_frame",
         "rest",
         "The cut stays",
-        """Where cuts are: rest, in the undeformed volume, and the material takes them along;
-        deformed, in the deformed space, where they stay, and material that is moved through them
-        is lost.""",
-        more="The paper's are in the deformed space.",
+        """Space of the cuts. rest: cuts lie in the undeformed volume and move with the material.
+        deformed: cuts stay in place in the deformed space, and material that moves through them is
+        lost.""",
+        more="The paper uses deformed.",
         choices=CUT_FRAMES,
         choice_labels=("with the material", "where it was laid"),
         section="cut",
@@ -208,10 +208,10 @@ OPTIONS = (
         "map_tolerance",
         0.0,
         "Map tolerance",
-        """How far displacements on grids may be off, in spacings of the grid: above 0 they are
-        found faster, from fewer points. The default of Python and the shell, 0, finds each point's
-        own; that of ParaView and the editor, 0.02, is too small to see. Next to cuts all are
-        exact.""",
+        """Largest error of displacements on grids, in spacings of the grid. Above 0, they are
+        interpolated from fewer points, which is faster. With 0, the default of Python and the
+        shell, each point is computed. ParaView and the editor use 0.02, which is too small to see.
+        Next to cuts, all points are computed.""",
         is_valid=lambda tolerance: tolerance >= 0,
         expected="a number from 0 on",
         interactive_default=0.02,
@@ -221,8 +221,9 @@ OPTIONS = (
         "device",
         None,
         "Device",
-        """Where to compute: empty for the first GPU, else the CPU by its fastest driver; cpu; gpu;
-        platform:device as in 0:1; reference for the slow float64 specification in numpy.""",
+        """Where to compute. Empty: the first GPU, or else the CPU with its fastest driver.
+        Otherwise cpu, gpu, platform:device such as 0:1, or reference for the slow float64
+        specification in numpy.""",
         section="computing",
     ),
 )

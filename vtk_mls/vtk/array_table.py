@@ -51,7 +51,7 @@ TABLE = (
         POINTS,
         (MAP,),
         _WORLD,
-        "G(v) - v: from a point to where its material came from.",
+        "G(v) - v: from a point to the original position of its material.",
         "Unless Inverse",
     ),
     Array(
@@ -59,7 +59,7 @@ TABLE = (
         POINTS,
         (MESH, MAP),
         _WORLD,
-        "F(x) - x: how far the material that rested at a point has moved.",
+        "F(x) - x: the displacement of the material that was at a point.",
         "In MLSDisplacementField with Inverse",
     ),
     Array(
@@ -67,7 +67,7 @@ TABLE = (
         POINTS,
         (MESH, MAP),
         "0 or 1",
-        "Whether no position maps back to the point, which lies at the nearest that was found.",
+        "1 if no position maps back to the point, which then lies at the nearest one found.",
         "In MLSDisplacementField with Inverse",
     ),
     Array(
@@ -75,7 +75,7 @@ TABLE = (
         FIELD,
         (MESH, MAP),
         _COUNT,
-        "How many points have no inverse.",
+        "Number of points without an inverse.",
         "In MLSDisplacementField with Inverse",
     ),
     Array(
@@ -83,7 +83,7 @@ TABLE = (
         POINTS,
         (IMAGE, MAP),
         "0 or 1",
-        "Whether there is no material: VoidDistance is negative.",
+        "1 if there is no material: VoidDistance is negative.",
         f"{_CUTS}; in MLSDisplacementField unless Inverse",
     ),
     Array(
@@ -91,16 +91,16 @@ TABLE = (
         POINTS,
         (IMAGE, MAP),
         "1 float32, world units",
-        "Distance from the void, negative in it: its zero level is the face of the cut.",
+        "Distance from the void, negative inside it. Its zero level is the face of the cut.",
         f"{_CUTS}; in MLSDisplacementField unless Inverse",
     ),
-    Array("Void", CELLS, (IMAGE,), "0 or 1", "Whether a cell's center is void.", _CUTS),
+    Array("Void", CELLS, (IMAGE,), "0 or 1", "1 if the center of the cell is void.", _CUTS),
     Array(
         "Void",
         CELLS,
         (MESH,),
         "0 or 1",
-        "Whether a cut has torn the cell.",
+        "1 if a cut has torn the cell.",
         f"{_CUTS}, unless SplitCells",
     ),
     Array(
@@ -116,7 +116,7 @@ TABLE = (
         CELLS,
         (IMAGE, MESH),
         "flags of VTK",
-        "Hides cells that are void or torn; of an image from VTK 9.3 on.",
+        "Hides cells that are void or torn; for images, from VTK 9.3 on.",
         f"{_CUTS}; in an image with HideVoid, in a mesh unless SplitCells",
     ),
     Array(
@@ -124,7 +124,7 @@ TABLE = (
         POINTS,
         (IMAGE, MAP),
         "0 or 1",
-        "Whether material of both sides of a cut has come here.",
+        "1 if material from both sides of a cut has reached the point.",
         "With GenerateOverlap",
     ),
     Array(
@@ -132,7 +132,7 @@ TABLE = (
         FIELD,
         (IMAGE, MAP),
         _COUNT,
-        "How many points overlap.",
+        "Number of points that overlap.",
         "With GenerateOverlap",
     ),
     Array(
@@ -156,7 +156,7 @@ TABLE = (
         POINTS,
         (IMAGE, MESH, MAP),
         "1 float32",
-        "det dG/dv: not above 0 where space is folded.",
+        "det dG/dv: zero or negative where space is folded.",
         "With GenerateJacobianDeterminant",
     ),
     Array(
@@ -164,7 +164,7 @@ TABLE = (
         FIELD,
         (IMAGE, MAP),
         _COUNT,
-        "How many points that are not void are folded.",
+        "Number of folded points that are not void.",
         "With GenerateJacobianDeterminant",
     ),
     Array(
@@ -172,7 +172,7 @@ TABLE = (
         FIELD,
         (IMAGE, MESH, MAP),
         _COUNT,
-        "Number of steps in which nothing folds.",
+        "Number of steps with which nothing folds.",
         "With Steps 0",
     ),
     Array(
@@ -188,7 +188,7 @@ TABLE = (
         FIELD,
         (MESH,),
         _COUNT,
-        "How many cells the deformation has turned inside out.",
+        "Number of cells that the deformation has inverted.",
         "With GenerateJacobianDeterminant",
     ),
     Array(
@@ -196,8 +196,7 @@ TABLE = (
         FIELD,
         (MESH,),
         _COUNT,
-        "How many cells may be inside out or not: lines, vertices, curved cells, cells without "
-        "a size.",
+        "Number of cells without a result: lines, vertices, curved cells, cells without a size.",
         "With GenerateJacobianDeterminant",
     ),
     Array(
@@ -226,10 +225,8 @@ TABLE = (
     ),
     Array("Displacement", POINTS, (CONTROL_POINTS,), "3 float64, world coordinates", "q - p."),
     Array("Displacement", POINTS, (ARROWS,), _WORLD, "q - p of the arrow's control point."),
-    Array("Weight", POINTS, (CONTROL_POINTS,), "1 float64", "The factor of each.", "With Weights"),
-    Array(
-        "Label", POINTS, (CONTROL_POINTS,), "text", "The name of each.", "With a file that has them"
-    ),
+    Array("Weight", POINTS, (CONTROL_POINTS,), "1 float64", "The weight factor.", "With Weights"),
+    Array("Label", POINTS, (CONTROL_POINTS,), "text", "The label.", "With a file that has them"),
     Array(
         "Space",
         FIELD,
