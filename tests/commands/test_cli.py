@@ -237,6 +237,8 @@ def test_doctor_shows_checked_devices(cache, tmp_path):
     assert "million points/s" in out
     assert f"result kept in {folder}" in out
     assert "Testing" not in run("doctor", XDG_CACHE_HOME=folder)[2]
+    if cache == "empty":
+        assert "Testing" in run("doctor", "--retest", XDG_CACHE_HOME=folder)[2]
 
 
 @pytest.mark.skipif(not DEVICES, reason="no OpenCL device that computes right")

@@ -267,8 +267,8 @@ def test_a_source_pairs_by_label_and_keeps_the_labels(dragged, messages, tmp_pat
     assert io.read_landmarks(tmp_path / "x.vtp").labels == list("abcdefgh")
 
     # between processes
-    there = parallel._joined([parallel._packed(found)])
-    assert arrays.texts(there.GetPointData(), "Label") == list("abcdefgh")
+    merged = parallel._merge([parallel._pack(found)])
+    assert arrays.texts(merged.GetPointData(), "Label") == list("abcdefgh")
 
     # the labels do not disturb a filter
     deform, plain, unnamed = MLSDeform(), MLSDeform(), control_points()

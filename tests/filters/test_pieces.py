@@ -257,7 +257,7 @@ def packed(answer):
     """What another process sends."""
     if isinstance(answer, str):
         return None, answer
-    return [parallel._packed(polydata) for polydata in answer], None
+    return [parallel._pack(polydata) for polydata in answer], None
 
 
 def handles(part=slice(None)):

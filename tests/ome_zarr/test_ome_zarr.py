@@ -258,7 +258,7 @@ BROKEN = {
     "axes": (metadata(lambda m: m["axes"].reverse()), "its axes must be t, c, z, y, x in this"),
     "count": (metadata(lambda m: m["axes"].pop(0)), "array `scale0` must have the axes yx, got 3"),
     "units": (metadata(lambda m: m["axes"][0].pop("unit")), "must have one unit, got None, micro"),
-    "missing": (metadata(lambda m: m.pop("axes")), "that can be read: KeyError 'axes'"),
+    "missing": (metadata(lambda m: m.pop("axes")), "not a readable OME-Zarr: KeyError 'axes'"),
     "empty": (metadata(lambda m: m["datasets"].clear()), "it has no resolutions"),
     "order": (metadata(lambda m: m["datasets"].reverse()), "its finest resolution must be the fir"),
     "scale": (
