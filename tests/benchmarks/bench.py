@@ -30,6 +30,7 @@ import json
 import os
 import platform
 import time
+from importlib.util import find_spec
 from itertools import chain
 from pathlib import Path
 
@@ -141,6 +142,11 @@ def accounts(is_large):
     }
     if all(rows.values()):
         yield {"title": "memory of an update, labels and a scalar of one byte, in MB", "rows": rows}
+    if find_spec("zarr"):
+        import large
+
+        title = "OME-Zarr of 2-byte voxels on disk, deformed block by block"
+        yield {"title": title, "rows": large.table((512, 512, 512))}
     if is_large:
         yield {"title": "start of a program, in milliseconds", "rows": alone.starts()}
 

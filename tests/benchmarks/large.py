@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import concurrent.futures
+import contextlib
 import hashlib
 import multiprocessing
 import os
@@ -18,6 +19,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 
@@ -29,7 +31,8 @@ from vtk_mls.files.ome_zarr import open_image, read, write
 from vtk_mls.ome_zarr.blocks import DeformedBlocks
 from vtk_mls.ome_zarr.unfinished import copy_metadata
 
-CHUNK, LEVELS, THREADS = 128, 4, 3
+PROJECT = Path(__file__).resolve().parents[2]
+CHUNK, LEVELS, THREADS = 128, 4, 2
 COMMAND = [sys.executable, "-m", "vtk_mls", "deform"]
 SPACING = 0.5  # micrometer
 
@@ -150,6 +153,47 @@ def by_workers():
         assert process.wait() == 0
 
 
+def prepare(size):
+    """Make the image and its handles in the current folder; the Deformation."""
+    paths = [str(PROJECT), *filter(None, [os.environ.get("PYTHONPATH")])]
+    os.environ["PYTHONPATH"] = os.pathsep.join(paths)
+    # a process of its own: a command would inherit its peak of memory
+    maker = multiprocessing.Process(target=make, args=("in.ome.zarr", size))
+    maker.start()
+    maker.join()
+    points = handles(size)
+    np.savetxt("handles.csv", points, delimiter=",", fmt="%.17g")
+    start("in.ome.zarr", "small-test.vti", "--help").wait()  # imports are in the disk's cache
+    return Deformation(*np.hsplit(points, 2), kind="rigid")
+
+
+def by_command():
+    """Seconds of the command, and its largest memory in GiB."""
+    begin = time.perf_counter()
+    _, status, usage = os.wait4(start("in.ome.zarr", "out.ome.zarr").pid, 0)
+    assert status == 0
+    return time.perf_counter() - begin, usage.ru_maxrss / 2**20
+
+
+def throughput(d, seconds):
+    """The time to copy the files and to deform in memory, over that of the command."""
+    copying, resampling = copy("in.ome.zarr", "copy.ome.zarr"), in_memory("in.ome.zarr", d)
+    return {
+        "by the command, s": seconds,
+        "read and written, s": copying,
+        "deformed in memory, s": resampling,
+        "throughput": (copying + resampling) / seconds,
+    }
+
+
+def table(size):
+    """Rows for a table of `make bench`."""
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+        d = prepare(size)
+        seconds, peak = by_command()
+        return {" x ".join(map(str, size)): {**throughput(d, seconds), "memory, GiB": peak}}
+
+
 def main():
     """Print a line for each question."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -160,31 +204,14 @@ def main():
     size = [int(part) for part in options.size.split(",")]
     shutil.rmtree(options.folder, ignore_errors=True)
     Path(options.folder).mkdir(parents=True)
-    os.environ["PYTHONPATH"] = os.pathsep.join([os.getcwd(), os.environ.get("PYTHONPATH", "")])
     os.chdir(options.folder)
-    # a process of its own: a command would inherit its peak of memory
-    maker = multiprocessing.Process(target=make, args=("in.ome.zarr", size))
-    maker.start()
-    maker.join()
-    points = handles(size)
-    np.savetxt("handles.csv", points, delimiter=",", fmt="%.17g")
-    d = Deformation(*np.hsplit(points, 2), kind="rigid")
-    start("in.ome.zarr", "small-test.vti", "--help").wait()  # imports are in the disk's cache
-    begin = time.perf_counter()
-    _, status, usage = os.wait4(start("in.ome.zarr", "out.ome.zarr").pid, 0)
-    assert status == 0
-    seconds = time.perf_counter() - begin
-    peak = usage.ru_maxrss / 2**20
+    d = prepare(size)
+    seconds, peak = by_command()
     print(f"deformed in {seconds:.0f} s, at most {peak:.2f} GiB of memory", flush=True)
     equal = is_equal_in_memory("in.ome.zarr", "out.ome.zarr", d)
     print(f"equal to the bit in memory: {equal}", flush=True)
-    copying, resampling = copy("in.ome.zarr", "copy.ome.zarr"), in_memory("in.ome.zarr", d)
-    share = (copying + resampling) / seconds
-    print(
-        f"read and written in {copying:.0f} s, resampled in memory in {resampling:.0f} s: "
-        f"throughput {share:.2f} of both",
-        flush=True,
-    )
+    for name, value in throughput(d, seconds).items():
+        print(f"{name}: {value:.3g}", flush=True)
     expected = digests("out.ome.zarr")
     kills = killed(seconds, options.kills)
     print(f"killed {kills} times: same files {digests('killed.ome.zarr') == expected}", flush=True)
