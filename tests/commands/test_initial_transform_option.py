@@ -35,8 +35,8 @@ def test_images(initial, capsys):
     assert command("deform", "in.vti", "handles.csv", "out.vti") == 0
     image, output = (io.read_dataset(name) for name in ("in.vti", "out.vti"))
     grid = ImageGeometry.of_image(image).grid
-    values = [arrays.to_numpy(each.GetPointData().GetScalars()) for each in (image, output)]
-    before, after = (each.reshape(grid.shape) for each in values)
+    values = [arrays.to_numpy(data.GetPointData().GetScalars()) for data in (image, output)]
+    before, after = (array.reshape(grid.shape) for array in values)
     (expected,) = chained(initial).resample([before], Sampling(grid))
     assert np.isclose(after, expected, atol=1e-3).mean() > 0.99
     assert "nothing" not in capsys.readouterr().out
@@ -50,7 +50,7 @@ def test_handles_at_rest_leave_the_initial_transform(initial, capsys):
     assert command("deform", "in.vti", "rest.csv", "out.vti") == 0
     assert "nothing moves" not in capsys.readouterr().out
     image, output = (io.read_dataset(name) for name in ("in.vti", "out.vti"))
-    values = [arrays.to_numpy(each.GetPointData().GetScalars()) for each in (image, output)]
+    values = [arrays.to_numpy(data.GetPointData().GetScalars()) for data in (image, output)]
     assert (values[0] != values[1]).any()
 
 

@@ -293,8 +293,8 @@ class View:
             self.scene.glyphs.show(rest, deformed, colors, hovered)
             self.slices.show_handles(deformed, colors, are_visible)
         else:
-            shown = self.distortion.deformation
-            self.target.draw(state, colors, hovered, selected, shown, are_visible)
+            deformation = self.distortion.deformation
+            self.target.draw(state, colors, hovered, selected, deformation, are_visible)
 
     def _lay_out(self, window, event):
         self.overlay.lay_out()
