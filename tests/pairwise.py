@@ -15,7 +15,7 @@ import pytest
 def paired(**parameters):
     """A decorator for a test: `pytest.mark.parametrize` by `cases` of the parameters' values.
 
-    All but a few cases are left to `make matrix`; each value is in one of those few.
+    A few cases, in which each value appears, run on each change; the others in `make matrix`.
     """
     rows = cases(*(list(values) for values in parameters.values()))
     names = [tuple(map(_name, row)) for row in rows]
@@ -28,7 +28,7 @@ def paired(**parameters):
 
 
 def one_of(count, values):
-    """Parameters of a test of which one of `count` is not left to `make matrix`."""
+    """Parameters of a test: every `count`-th runs on each change, the others in `make matrix`."""
     return [
         pytest.param(value, marks=[pytest.mark.matrix] * (i % count > 0))
         for i, value in enumerate(values)

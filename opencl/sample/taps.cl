@@ -16,8 +16,8 @@ typedef GLUE(OFFSET, LANES) offset_t;
 
 #define UNROLL _Pragma("unroll")
 
-// An axis with `size` points, of which `stored` from `first` on are in memory, `step` from one to the
-// next.
+// An axis with `size` points. In memory are `stored` of them, from point `first` on; `step` is the offset
+// from one to the next.
 typedef struct { int size, first, stored; OFFSET step; } axis_t;
 
 inline integer is_inside(const axis_t *axis, real x) {

@@ -126,8 +126,8 @@ def test_held_handles_are_told_once(kind, messages):
     deform.SetMaskBall(4, 4, 4, 1.5, 1)
     update(deform)
     miss = np.linalg.norm(DEFORMED - REST, axis=1)
-    held = f"4 of 8 handles are not met, by up to {miss.max():.3g}, for the mask or a face holds"
-    messages.assert_one(f"{kind.__name__}: {held} them$")
+    held = f"4 of 8 handles are not met, by up to {miss.max():.3g}, because the mask or a face"
+    messages.assert_one(f"{kind.__name__}: {held} holds them$")
     source.Modified()
     deform.Modified()
     update(deform)

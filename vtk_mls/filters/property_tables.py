@@ -299,8 +299,8 @@ OVERLAP = Flag(
     "GenerateOverlap",
     False,
     """Whether an image gets the point array Overlap and the field array OverlappingPoints. Overlap
-    is 1 where material from both sides of a cut has reached the same place, of which the image
-    shows only one. OverlappingPoints is the number of such points.""",
+    is 1 where material from both sides of a cut is at the same place. The image shows only one
+    side there. OverlappingPoints is the number of such points.""",
     more="""With CutFrame deformed, nothing overlaps, because material that reaches a cut is lost.
     Meshes keep both sides. If the output is made in pieces, each piece has its own number.""",
 )

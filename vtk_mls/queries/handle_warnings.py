@@ -28,7 +28,7 @@ def _held_handles(deformation):
     if is_missed.any():
         yield (
             f"{is_missed.sum()} of {len(is_missed)} handles are not met, by up to "
-            f"{misses.max():.3g}, for the mask or a face holds them"
+            f"{misses.max():.3g}, because the mask or a face holds them"
         )
 
 
