@@ -146,7 +146,7 @@ def accounts(is_large):
         import large
 
         title = "OME-Zarr of 2-byte voxels on disk, deformed block by block"
-        yield {"title": title, "rows": large.table((512, 512, 512))}
+        yield {"title": title, "rows": large.table((1024, 1024, 512))}
     if is_large:
         yield {"title": "start of a program, in milliseconds", "rows": alone.starts()}
 
