@@ -329,11 +329,8 @@ def write_handles(
     formats.choose(Path(path), "write handles to", reads=(formats.POINT_DATA,))
     p = arguments.control_points("rest", rest)
     q = arguments.control_points("deformed", deformed)
+    validation.same_count(p, q)
     shaped = checked_handles(handles)
-    if p.shape != q.shape:
-        raise ValueError(
-            f"`rest` and `deformed` must have the same number of points, got {len(p)} and {len(q)}"
-        )
     places = arguments.path(between, len(p), "between")
     all_p, all_q, cells = cells_of_handles(p, q, shaped)
     factors = None

@@ -98,6 +98,17 @@ def main(directory):
     print(f"deformed onto {' x '.join(str(n) for n in dimensions)} voxels by {engine.NAME}")
     _write(vtkXMLImageDataWriter(), frog, directory / "original.vti")
     _write(vtkXMLPolyDataWriter(), source, directory / "handles.vtp")
+    _deform_by_each_kind(deform, dimensions, directory)
+    print(f"Wrote original.vti, handles.vtp and one .vti for each kind in {directory}")
+    draw(directory)
+    if slow:
+        print("The rest of the demo, a brain cut open, needs OpenCL and is left out.")
+    else:
+        cut_open(directory)
+
+
+def _deform_by_each_kind(deform, dimensions, directory):
+    """Write the output for each kind of map, and print the time."""
     for kind in KINDS:
         deform.SetKind(kind)
         deform.SetOutputDimensions(8, 8, 8)  # builds the kernels
@@ -109,12 +120,6 @@ def main(directory):
         rate = dimensions.prod() / seconds / 1e6
         print(f"  {kind:<10} {1000 * seconds:8.0f} ms   {rate:6.1f} million voxels/s", flush=True)
         _write(vtkXMLImageDataWriter(), deform, directory / f"{kind}.vti")
-    print(f"Wrote original.vti, handles.vtp and one .vti for each kind in {directory}")
-    draw(directory)
-    if slow:
-        print("The rest of the demo, a brain cut open, needs OpenCL and is left out.")
-    else:
-        cut_open(directory)
 
 
 def draw(directory):

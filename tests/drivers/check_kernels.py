@@ -12,6 +12,7 @@ import dataclasses
 import os
 import sys
 import time
+from functools import partial
 from pathlib import Path
 
 import handle_scenes
@@ -35,86 +36,61 @@ CUTS = {
     "surface": [Surface.polygon([(8, 9, 20), (33, 10, 21), (31, 32, 20), (9, 30, 19)])],
 }
 KINDS = {"affine": 1.0, "rigid": 1.0, "similarity": 1.3, "polynomial": 1.0}  # and their alpha
+RNG = np.random.default_rng(1)
+DEFORMED = RNG.uniform(0, EXTENT, (12, 3))
+REST = DEFORMED + RNG.normal(0, 1.5, (12, 3))
+POINTS = np.concatenate([RNG.uniform(0, EXTENT, (30, 3)), DEFORMED[:3]])
 
 
 def steps(engine):
     """Names of steps, and functions that return errors relative to the extent or to 1."""
-    rng = np.random.default_rng(1)
-    deformed = rng.uniform(0, EXTENT, (12, 3))
-    rest = deformed + rng.normal(0, 1.5, (12, 3))
-    points = np.concatenate([rng.uniform(0, EXTENT, (30, 3)), deformed[:3]])
-    image = np.sin(GRID.points() @ [0.1, 0.07, 0.05]).reshape(GRID.shape)
-    types = (np.float32, np.float64, np.uint8) if engine.device.has_float64 else (np.float32,)
-    images = [(image * (100 if type_ is np.uint8 else 1)).astype(type_) for type_ in types]
-    vectors = rng.normal(size=(*GRID.shape, 3)).astype(np.float32)
+    compare = partial(difference, engine)
+    yield from map_steps(engine, compare)
+    yield from handle_steps(engine, compare)
+    yield from node_steps(compare)
+    yield from image_steps(engine, compare)
 
-    def over(kind, cut, cut_frame="rest"):
-        return Deformation(
-            rest,
-            deformed,
-            kind,
-            alpha=KINDS[kind],
-            cuts=CUTS[cut],
-            cut_frame=cut_frame,
-            device="reference",
-        )
 
-    def difference(method, d, *arguments, **options):
-        got = getattr(engine, method)(d, *arguments, **options)
-        expected = getattr(reference, method)(d, *arguments, **options)
-        if isinstance(got, np.ndarray):
-            got, expected = [got], [expected]
-        return np.concatenate(
-            [
-                np.abs(np.asarray(a, float) - b).ravel()
-                for a, b in zip(got, expected)
-                if a is not None
-            ]
-        )
-
-    def inverse(d):
-        origins = d.backward(points[~d.void(points)][:INVERTED])
-        displacement, found = engine.forward(d, origins)
-        back = d.backward((origins + displacement)[found])
-        return [np.abs(back - origins[found]).max() / EXTENT, 1 - found.mean()]
-
+def map_steps(engine, compare):
+    """Every kind with every cut, in both frames."""
     for kind in KINDS:
         for cut in CUTS:
-            d = over(kind, cut)
-            yield (
-                f"{kind}, {cut}: points",
-                lambda d=d: difference("backward", d, points) / EXTENT,
-            )
+            name, d = f"{kind}, {cut}", deformation(kind, cut)
+            yield f"{name}: points", lambda d=d: compare("backward", d, POINTS) / EXTENT
             if cut in ("no cut", "half-plane"):
-                yield f"{kind}, {cut}: slopes", lambda d=d: difference("jacobian", d, points)
-                yield (
-                    f"{kind}, {cut}: grid",
-                    lambda d=d: difference("displacement_field", d, GRID) / EXTENT,
-                )
-                yield f"{kind}, {cut}: inverse", lambda d=d: inverse(d)
-    d, listed = over("rigid", "half-plane"), np.arange(1, GRID.size, 3)
+                yield f"{name}: slopes", lambda d=d: compare("jacobian", d, POINTS)
+                yield f"{name}: grid", lambda d=d: compare("displacement_field", d, GRID) / EXTENT
+                yield f"{name}: inverse", lambda d=d: inverse(engine, d)
+    d, listed = deformation("rigid", "half-plane"), np.arange(1, GRID.size, 3)
     yield (
         "rigid, half-plane: listed points",
-        lambda d=d: difference("void_distance_listed", d, GRID, listed) / EXTENT,
+        lambda d=d: compare("void_distance_listed", d, GRID, listed) / EXTENT,
     )
     for kind, cut in zip(KINDS, ("surface", "half-plane", "plane", "surface")):
-        d = over(kind, cut, "deformed")
-        name = f"{kind}, {cut} that stays"
-        yield f"{name}: points", lambda d=d: difference("backward", d, points) / EXTENT
-        yield f"{name}: slopes", lambda d=d: difference("jacobian", d, points)
-        yield f"{name}: inverse", lambda d=d: inverse(d)
-    for name, d in handle_scenes.scenes(rest, deformed).items():
-        yield f"{name}: points", lambda d=d: difference("backward", d, points) / EXTENT
+        name, d = f"{kind}, {cut} that stays", deformation(kind, cut, "deformed")
+        yield f"{name}: points", lambda d=d: compare("backward", d, POINTS) / EXTENT
+        yield f"{name}: slopes", lambda d=d: compare("jacobian", d, POINTS)
+        yield f"{name}: inverse", lambda d=d: inverse(engine, d)
+
+
+def handle_steps(engine, compare):
+    """Curves, regions, limits and several steps."""
+    for name, d in handle_scenes.scenes(REST, DEFORMED).items():
+        yield f"{name}: points", lambda d=d: compare("backward", d, POINTS) / EXTENT
         if d.degree < 3:  # slopes of degree 3 are less exact
-            yield f"{name}: slopes", lambda d=d: difference("jacobian", d, points)
+            yield f"{name}: slopes", lambda d=d: compare("jacobian", d, POINTS)
         if name == "rigid, shapes and other limits":
-            yield f"{name}: grid", lambda d=d: difference("displacement_field", d, GRID) / EXTENT
-            yield f"{name}: inverse", lambda d=d: inverse(d)
-    gentle = deformed + 0.02 * (rest - deformed)
-    d = Deformation(gentle[:2], deformed[:2], "affine", map_tolerance=0.005, device="reference")
+            yield f"{name}: grid", lambda d=d: compare("displacement_field", d, GRID) / EXTENT
+            yield f"{name}: inverse", lambda d=d: inverse(engine, d)
+
+
+def node_steps(compare):
+    """Maps within a tolerance."""
+    gentle = DEFORMED + 0.02 * (REST - DEFORMED)
+    d = Deformation(gentle[:2], DEFORMED[:2], "affine", map_tolerance=0.005, device="reference")
     yield (
         "affine, between nodes",
-        lambda d=d: difference("displacement_field", d, FINE_GRID) / EXTENT,
+        lambda d=d: compare("displacement_field", d, FINE_GRID) / EXTENT,
     )
     # cells at control points get nodes that are closer
     corners, moved = np.array([(0.0, 0, 0), (EXTENT,) * 3]), np.array([(0.6, 0, 0.3), (0, 0.4, 0)])
@@ -123,25 +99,56 @@ def steps(engine):
     )
     yield (
         "affine, 8 steps, between nodes",
-        lambda d=d: difference("displacement_field", d, STEPS_GRID) / EXTENT,
+        lambda d=d: compare("displacement_field", d, STEPS_GRID) / EXTENT,
     )
-    d = over("affine", "plane")
+
+
+def image_steps(engine, compare):
+    """Images, vectors, and what is computed from images."""
+    image = np.sin(GRID.points() @ [0.1, 0.07, 0.05]).reshape(GRID.shape)
+    types = (np.float32, np.float64, np.uint8) if engine.device.has_float64 else (np.float32,)
+    images = [(image * (100 if type_ is np.uint8 else 1)).astype(type_) for type_ in types]
+    d = deformation("affine", "plane")
     for method in ("nearest", "linear", "cubic"):
         arguments = d, images, Sampling(GRID, interpolation=method, background=-1.0)
         yield (
             f"images, {method}",
-            lambda arguments=arguments: difference("resample", *arguments) / 100,
+            lambda arguments=arguments: compare("resample", *arguments) / 100,
         )
-    d = over("rigid", "half-plane")
+    d = deformation("rigid", "half-plane")
+    vectors = np.random.default_rng(2).normal(size=(*GRID.shape, 3)).astype(np.float32)
     yield (
         "vectors that turn",
-        lambda: difference("resample", d, [vectors], Sampling(GRID), covariant={0: False}) / 5,
+        lambda: compare("resample", d, [vectors], Sampling(GRID), covariant={0: False}) / 5,
     )
-    yield "gradient of an image", lambda: difference("gradient", images[0], GRID)
+    yield "gradient of an image", lambda: compare("gradient", images[0], GRID)
     heights = (FINE_GRID.points() @ [0.5, 0.3, 0.8] - 30).reshape(FINE_GRID.shape)
     heights = heights.astype(np.float32)
-    yield "void of cells", lambda: difference("void_by_corners", heights, 2.0)
-    yield "slopes on a grid", lambda: difference("jacobian_field", d, GRID)
+    yield "void of cells", lambda: compare("void_by_corners", heights, 2.0)
+    yield "slopes on a grid", lambda: compare("jacobian_field", d, GRID)
+
+
+def deformation(kind, cut, cut_frame="rest"):
+    """A deformation by 12 points with one of the `CUTS`."""
+    options = {"alpha": KINDS[kind], "cuts": CUTS[cut], "cut_frame": cut_frame}
+    return Deformation(REST, DEFORMED, kind, device="reference", **options)
+
+
+def difference(engine, method, *arguments, **options):
+    """Differences between results of the kernels and of the specification."""
+    results = [getattr(module, method)(*arguments, **options) for module in (engine, reference)]
+    if isinstance(results[0], np.ndarray):
+        results = [[result] for result in results]
+    pairs = [(np.asarray(a, float), b) for a, b in zip(*results) if a is not None]
+    return np.concatenate([np.abs(a - b).ravel() for a, b in pairs])
+
+
+def inverse(engine, d):
+    """The largest error of points mapped there and back, and the share without an image."""
+    origins = d.backward(POINTS[~d.void(POINTS)][:INVERTED])
+    displacement, found = engine.forward(d, origins)
+    back = d.backward((origins + displacement)[found])
+    return [np.abs(back - origins[found]).max() / EXTENT, 1 - found.mean()]
 
 
 def worst(name, errors):

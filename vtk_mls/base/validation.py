@@ -70,6 +70,15 @@ def points(name: str, value: ArrayLike) -> NDArray[np.float64]:
     return array
 
 
+def same_count(p, q, elements="points"):
+    """Raise unless `rest` and `deformed` have as many rows."""
+    if len(p) != len(q):
+        raise ValueError(
+            f"`rest` and `deformed` must have the same number of {elements}, "
+            f"got {len(p)} and {len(q)}"
+        )
+
+
 def single_precision(name, value):
     """Real numbers of any shape, float32."""
     if isinstance(value, np.ndarray) and value.dtype == np.float32:

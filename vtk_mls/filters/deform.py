@@ -43,12 +43,11 @@ class MLSDeform(ReferenceInput, DeformingFilter):
     """Deforms an image or a mesh by control points.
 
     Input port 0 takes the dataset, port 1 (optional) control points, port 2 (optional, repeatable)
-    cuts: see `DeformingFilter`. Port 5 (optional) takes an image, whose grid the output of an image
-    has, as Reference. Composite data are deformed block by block. Images in blocks that
-    lie on one lattice, have the same arrays and fill a box are sampled from all of it, as one
-    image is, which needs the memory of the input once more. What crosses a border between other
-    images is lost, which a warning says. AMR data are refused. Field data are passed.
-    docs/properties.md lists the properties; `help` of a setter says what each is.
+    cuts: see `DeformingFilter`. Port 5 (optional) takes an image as Reference: the output of an
+    image has its grid. Composite data are deformed block by block. Images in blocks that lie on one
+    lattice, have the same arrays and fill a box are sampled as one image, which needs the memory of
+    the input once more. Material that crosses a border between other images is lost; a warning says
+    so. AMR data are refused. Field data are passed. `help` of a setter explains its property.
 
     Images are resampled with the backward map G (Eq. 2 of the paper): the value at v is the input's
     at G(v). Point and cell arrays keep their types, names and attributes; integers are rounded;

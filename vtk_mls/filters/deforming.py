@@ -316,15 +316,8 @@ class DeformingFilter(SharedInputs, OwnControlPoints, Algorithm):
             if len(corners) == 0:
                 return
         low, high = np.min(corners, axis=0), np.max(corners, axis=0)
-        size = (high - low).max()
-        positions = np.concatenate(deformation.handle_set.positions)
-        distance = np.abs(positions - (low + high) / 2).max()
-        if 0 < size < distance * np.finfo(np.float32).eps:
-            name = "ControlPoints" if self.GetNumberOfInputConnections(1) else "RestPoints"
-            raise ValueError(
-                f"`{name}` must be where the data are: one is {distance:g} away from their middle, "
-                f"and they are {size:g} large, which float32 cannot tell from a point then"
-            )
+        name = "ControlPoints" if self.GetNumberOfInputConnections(1) else "RestPoints"
+        _check_distance(deformation, low, high, name)
 
     def _overlap_tasks(self, deformation, output, grid):
         """Functions of a Progress that add the array of the overlap."""
@@ -344,6 +337,18 @@ class DeformingFilter(SharedInputs, OwnControlPoints, Algorithm):
     def _jacobian_options(self):
         """Whether the Jacobian and its determinant are generated."""
         return self.GetGenerateJacobian(), self.GetGenerateJacobianDeterminant()
+
+
+def _check_distance(deformation, low, high, name):
+    """Raise if control points are too far from the box `low` to `high` for float32."""
+    size = (high - low).max()
+    positions = np.concatenate(deformation.handle_set.positions)
+    distance = np.abs(positions - (low + high) / 2).max()
+    if 0 < size < distance * np.finfo(np.float32).eps:
+        raise ValueError(
+            f"`{name}` must be where the data are: one is {distance:g} away from their middle, "
+            f"and they are {size:g} large, which float32 cannot tell from a point then"
+        )
 
 
 def _add_steps(output, deformation, progress):

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vtk_mls.base.validation import freeze, points
+from vtk_mls.base.validation import freeze, points, same_count
 
 # Values of alpha for which the weights of a segment have integrals in closed form.
 INTEGRATED_ALPHAS = (1, 2, 3)
@@ -43,11 +43,7 @@ class CurveHandle:
 
     def __init__(self, rest: ArrayLike, deformed: ArrayLike) -> None:
         p, q = points("rest", rest), points("deformed", deformed)
-        if p.shape != q.shape:
-            raise ValueError(
-                "`rest` and `deformed` must have the same number of nodes, "
-                f"got {len(p)} and {len(q)}"
-            )
+        same_count(p, q, "nodes")
         if len(p) < 2:
             raise ValueError(f"`rest` must have at least 2 nodes of a curve, got {len(p)}")
         for name, nodes in (("rest", p), ("deformed", q)):

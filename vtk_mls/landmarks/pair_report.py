@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vtk_mls.base.progress import SILENT, ProgressLike, whole
+from vtk_mls.base.validation import same_count
 from vtk_mls.deformation import Deformation
 from vtk_mls.landmarks import outliers, settings
 from vtk_mls.landmarks.left_out import PointPairs, predictions
@@ -145,23 +146,12 @@ def report(
         error = _errors(pairs, np.arange(len(pairs)), best, finding)
         folding.report(0)
         is_outlier, predicted = outliers.find(pairs, best)
-        deformation = Deformation(
-            pairs.rest, pairs.deformed, weights=pairs.weights, device=device, **best.options
-        )
-        return Report(
-            labels,
-            pairs.rest,
-            pairs.deformed,
-            np.linalg.norm(pairs.deformed - pairs.rest, axis=1),
-            error,
-            is_outlier,
-            outliers.swapped(pairs, is_outlier, predicted),
-            tried,
-            best,
-            baseline,
-            len(rows),
-            deformation.smallest_determinant,
-        )
+        swapped = outliers.swapped(pairs, is_outlier, predicted)
+        p, q = pairs.rest, pairs.deformed
+        deformation = Deformation(p, q, weights=pairs.weights, device=device, **best.options)
+    moved = np.linalg.norm(q - p, axis=1)
+    findings = labels, p, q, moved, error, is_outlier, swapped, tried, best, baseline, len(rows)
+    return Report(*findings, deformation.smallest_determinant)
 
 
 def _medians(pairs, rows, progress):
@@ -196,10 +186,7 @@ def _checked(rest, deformed, names, weights):
     """The pairs and their names, from the arguments of `report`."""
     p = arguments.control_points("rest", rest)
     q = arguments.control_points("deformed", deformed)
-    if len(p) != len(q):
-        raise ValueError(
-            f"`rest` and `deformed` must have the same number of points, got {len(p)} and {len(q)}"
-        )
+    same_count(p, q)
     if len(p) < MIN_PAIRS:
         raise ValueError(
             f"`rest` and `deformed` must have at least {MIN_PAIRS} pairs to predict each from the "

@@ -118,10 +118,7 @@ def refine(
         For an invalid image, place or length; the sentence names it.
     """
     p, q = validation.points("rest", rest), validation.points("deformed", deformed)
-    if len(p) != len(q):
-        raise ValueError(
-            f"`rest` and `deformed` must have the same number of points, got {len(p)} and {len(q)}"
-        )
+    validation.same_count(p, q)
     for name, image in (("moving", moving), ("target", target)):
         if not isinstance(image, Image):
             raise TypeError(f"`{name}` must be a landmarks.Image, got {short_repr(image)}")

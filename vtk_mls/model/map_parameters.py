@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vtk_mls import kinds, limits
-from vtk_mls.base.validation import freeze
+from vtk_mls.base.validation import freeze, same_count
 from vtk_mls.cuts import Cut, Obstacle, Plane
 from vtk_mls.handles.handle_set import Handle, HandleSet, checked_handles
 from vtk_mls.model import arguments
@@ -83,11 +83,7 @@ class MapParameters:
         shaped = checked_handles(handles)
         if len(p) == 0 and not shaped:
             raise ValueError("`rest` is empty; a deformation needs at least one control point")
-        if p.shape != q.shape:
-            raise ValueError(
-                "`rest` and `deformed` must have the same number of control points, "
-                f"got {len(p)} and {len(q)}"
-            )
+        same_count(p, q, "control points")
         settings = check_options(
             kind=kind,
             degree=degree,
@@ -106,24 +102,26 @@ class MapParameters:
         freeze(self, limits=(*limits.checked_mask(mask), *faces), mask=mask, constraints=faces)
         freeze(self, rest=p, deformed=q, weights=factors, handles=shaped, cuts=shapes, path=places)
         freeze(self, **settings)
-        fitted = kinds.named(self.kind, self.degree)
-        in_rest_frame = self.cut_frame == "rest"
-        handle_set = HandleSet.of(p, q, factors, shaped, fitted.proxy_order, self.alpha, places)
-        handle_set = handle_set.split_by(self.obstacles, in_rest_frame)
-        freeze(
-            self,
-            handle_set=handle_set,
-            regions=split_by_planes(
-                *(self.planes, handle_set, in_rest_frame, fitted),
-                has_zero_mean=bool(self.limits) or self.is_stepwise,
-            ),
-        )
-        arguments.check_cut_distances(shapes, self.regions)
+        self._find_regions()
+
+    def _find_regions(self):
+        """Divide the handles by the cuts."""
         if self.in_rest_frame and len(self.obstacles) > _MAX_OBSTACLES:
             raise ValueError(
                 f"`cuts` must have at most {_MAX_OBSTACLES} with an edge, "
                 f"got {len(self.obstacles)}; join surfaces into one"
             )
+        kind = kinds.named(self.kind, self.degree)
+        in_rest_frame = self.cut_frame == "rest"
+        points = self.rest, self.deformed, self.weights
+        handle_set = HandleSet.of(*points, self.handles, kind.proxy_order, self.alpha, self.path)
+        handle_set = handle_set.split_by(self.obstacles, in_rest_frame)
+        regions = split_by_planes(
+            *(self.planes, handle_set, in_rest_frame, kind),
+            has_zero_mean=bool(self.limits) or self.is_stepwise,
+        )
+        freeze(self, handle_set=handle_set, regions=regions)
+        arguments.check_cut_distances(self.cuts, regions)
 
     def __repr__(self) -> str:
         degree = f", degree={self.degree}" if self.regions[0].control_points.kind.has_degree else ""
