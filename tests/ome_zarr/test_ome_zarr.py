@@ -75,6 +75,18 @@ def test_all_resolutions_times_and_channels(version, folder, rng, small_blocks, 
     ]
 
 
+@pytest.mark.parametrize("version", ["0.4", "0.5"])
+def test_the_method_of_the_coarser_resolutions_is_stated(version, folder, rng):
+    file = write("in.ome.zarr", halves(values(rng)), version)
+    attributes = dict(file.attrs)
+    entry = attributes.get("ome", attributes)["multiscales"][0]
+    entry |= {"type": "gaussian", "metadata": {"method": "filter", "version": "1"}, "name": "a"}
+    file.attrs.update(attributes)
+    assert main(["deform", "in.ome.zarr", "handles.csv", "out.ome.zarr"]) == 0
+    stated = ngff_zarr.from_ngff_zarr("out.ome.zarr", validate=True).metadata
+    assert (stated.type, stated.metadata, stated.name) == ("mean", None, "a")
+
+
 def test_label_images_are_sampled_nearest(folder, rng, small_blocks):
     stored = values(rng, dtype="float32")
     file = write("in.ome.zarr", [stored])

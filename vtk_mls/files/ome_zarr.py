@@ -208,6 +208,17 @@ def open_image(path, mode="r"):
         raise ValueError(f"`{path}` is not a readable OME-Zarr: {_text(error)}") from error
 
 
+def state_method(path, method):
+    """Write the method of the coarser levels in the metadata of an image, if they name another."""
+    group = _zarr(path).open_group(path, mode="r+", use_consolidated=False)
+    attributes = dict(group.attrs)
+    entry = attributes.get("ome", attributes)["multiscales"][0]
+    if "type" in entry:
+        entry["type"] = method
+        entry.pop("metadata", None)  # of that method
+        group.attrs.update(attributes)
+
+
 def _zarr(path):
     try:
         import zarr

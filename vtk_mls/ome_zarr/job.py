@@ -13,7 +13,7 @@ import vtk_mls
 from vtk_mls.base import validation
 from vtk_mls.base.interpolation import INTERPOLATIONS
 from vtk_mls.base.progress import whole
-from vtk_mls.files.ome_zarr import open_image
+from vtk_mls.files.ome_zarr import open_image, state_method
 from vtk_mls.ome_zarr.blocks import DeformedBlocks, FieldBlocks
 from vtk_mls.ome_zarr.field_metadata import create_field
 from vtk_mls.ome_zarr.unfinished import Unfinished, check_output, copy_metadata, hash_of
@@ -62,6 +62,8 @@ def deform(source, target, transform, settings, *, scheduler=None, progress=None
     inputs = hash_of(source, paths, transform, settings, vtk_mls.__version__)
     unfinished = Unfinished(target, inputs)
     copy_metadata(Path(source), unfinished.data, [*images, *paths])
+    for place, member in images.items():
+        state_method(unfinished.data / place, "nearest" if member.is_label else "mean")
     source = Path(source).resolve()
     parts = [
         DeformedBlocks(source / place, unfinished.data / place, transform, **settings)
