@@ -11,6 +11,7 @@ from hands import SIZE, Hands, ball_image, ball_mesh
 from vtk_mls import Ball, Deformation, Plane, RegionHandle
 from vtk_mls.editor import State
 from vtk_mls.editor.autosave import Autosave
+from vtk_mls.editor.landmark_texts import lines_of
 from vtk_mls.editor.pairs import MOVING, TARGET, Pending
 from vtk_mls.editor.target import MODES, Target
 
@@ -81,6 +82,29 @@ def test_pairs_have_no_errors_if_the_map_depends_on_more_than_pairs(rng, changes
     table = state_of(rng).changed(**changes).pairs
     assert not table.has_errors
     assert all(row.error is None for row in table.rows)
+
+
+@pytest.mark.parametrize("count", [7, 8])
+def test_a_key_takes_the_kind_with_smaller_errors(count, rng):
+    """The data are stretched to the target, which the kind "rigid" does not predict."""
+    q = rng.uniform(4, SIZE - 4, (count, 3))
+    state = State(q * (1.0, 0.5, 1.5), q, device="reference")
+    hands = Hands(ball_mesh(), state, target=ball_image(), pixels=120)
+    hands.press("8")
+    if count < 8:
+        assert state.pairs.better is None
+        assert hands.state is state
+        assert "fewer than 8 pairs" in hands.message
+        assert lines_of(state.pairs, [])[-1] == "  8 pairs tell which kind is best"
+        return
+    kind, error = state.pairs.better
+    assert (kind, error) == ("affine", pytest.approx(0, abs=1e-6))
+    assert lines_of(state.pairs, [])[-1].startswith("  with the kind affine")
+    assert hands.state.kind == "affine"
+    assert hands.state.pairs.median_error == error
+    assert hands.state.pairs.better is None
+    hands.press("8")
+    assert hands.message.startswith("No other kind")
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 4])

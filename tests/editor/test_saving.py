@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from command_fixtures import PROJECT, run
 from hands import MIDDLE, SIZE, Hands, ball_image, ball_mesh
+from vtk_fixtures import picture_of
 
 from vtk_mls import Ball, BallMask, HalfPlane, Plane, RegionHandle, Surface, io
 from vtk_mls.editor import State, sessions
@@ -194,6 +195,19 @@ def test_landmarks_that_are_left_out_are_saved_in_a_session(tmp_path, monkeypatc
     saved = sessions.state_of(session_files.read(path), path)
     assert np.flatnonzero(~saved.enabled).tolist() == [4]
     np.testing.assert_array_equal(saved.rest, hands.state.rest)
+
+
+def test_the_window_says_that_it_saves(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    hands, counts = Hands(ball_mesh()), []
+
+    def amber_pixels():
+        picture = picture_of(hands.editor.scene.window)
+        return int(((picture - (255, 199, 89))[:60] < 40).all(axis=2).sum())
+
+    hands.editor.saver.progress = lambda done: counts.append(amber_pixels())
+    hands.press("s")
+    assert min(counts) > 20
 
 
 def test_a_failed_save_is_reported(tmp_path, monkeypatch):

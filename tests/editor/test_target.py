@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hands import MIDDLE, Hands, ball_image, ball_mesh, pixels_in
+from hands import MIDDLE, SIZE, Hands, ball_image, ball_mesh, pixels_in
 
 from vtk_mls.editor import State
 from vtk_mls.editor.comparing import ComparedItem, difference_colors
 from vtk_mls.editor.target import CHECKERBOARD, DIFFERENCE, FADE, Comparison, Target
+from vtk_mls.vtk.arrays import ImageGeometry
 
 NONE = {"device": "reference"}
 
@@ -109,6 +110,29 @@ def test_keys_compare_the_sides_in_one_view():
     assert (moving.is_visible, target.is_visible) == (True, True)
     hands.editor.set_target(None)
     assert hands.editor.scene.renderer.GetViewport() == (0, 0, 1, 1)
+
+
+@pytest.mark.parametrize("data", [ball_image, ball_mesh])
+def test_the_3d_view_fades_from_the_data_to_an_image(data):
+    shifted = ImageGeometry((0, SIZE - 1) * 3, (6.0, 2, 0))
+    hands = Hands(data(), State([], [], **NONE), target=ball_image(shifted), pixels=300)
+    hands.press("2")
+    hands.press(" ")
+
+    def views(share):
+        hands.editor.set_comparison(share=share)
+        return np.split(hands.picture()[150:], 2, axis=1)
+
+    (data_view, target_view), shares = views(0.0), (0.25, 1.0)
+    assert np.abs(data_view - target_view).max() > 50
+    for share in shares:
+        faded, _ = views(share)
+        expected = (1 - share) * data_view + share * target_view
+        np.testing.assert_allclose(faded, expected, atol=2)
+    hands.press("1")
+    beside = hands.picture()
+    hands.editor.set_comparison(share=0.0)
+    np.testing.assert_array_equal(hands.picture(), beside)
 
 
 class Gray:

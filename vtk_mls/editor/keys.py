@@ -46,6 +46,7 @@ KEYS = (
     ("", "", ("Down",), "jump_by", 1),
     ("5", "leave the selected pairs out, or include them", ("5",), "toggle_enabled", None),
     ("7", "refine the selected pairs by the images", ("7",), "refine", None),
+    ("8", "take the kind that predicts the pairs better", ("8",), "take_kind", None),
     ("6", "show or hide the table of pairs", ("6",), "toggle_table", None),
     ("B", "show the data before and after", ("b",), "compare", None),
     ("M", "show or hide slices", ("m",), "toggle_slices", None),

@@ -108,6 +108,10 @@ def lines_of(table, selected):
         lines.append(f"  {first + 1} to {min(first + _MAX_ROWS, len(rows))} of {len(rows)}")
     if table.has_errors:
         lines.append(f"  median error when left out {table.median_error:.3g}")
+        if table.better:
+            lines.append("  with the kind {} {:.3g}: press 8".format(*table.better))
+        elif not table.compares_kinds:
+            lines.append("  8 pairs tell which kind is best")
     else:
         lines.append("  no errors yet: they need 4 pairs")
     return lines

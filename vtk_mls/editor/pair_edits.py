@@ -158,6 +158,14 @@ class PairEdits:
         """Refine all pairs of the map, as of `refine`."""
         self.refine(np.flatnonzero(self.state.enabled), progress)
 
+    def take_kind(self):
+        """Take the kind with clearly smaller errors when left out, if there is one."""
+        better = self.state.pairs.better
+        if better is None:
+            self.say("No other kind has clearly smaller errors, or there are fewer than 8 pairs.")
+        elif self.change(self.state.changed(kind=better[0])):
+            self.say("The kind is {}; the median error when left out is {:.3g}.".format(*better))
+
     def set_comparison(self, **values):
         """Change `mode` and `share` of the comparison.
 

@@ -29,6 +29,16 @@ FIELD, PICTURE, SCRIPT = "displacement-field.nrrd", "picture.png", "deform.py"
 _FALLBACK_ENDINGS = ".vti", ".vtp", ".vtu", ".vts"  # for data that the format cannot hold
 
 
+def picture_of(window):
+    """The last picture of a vtkRenderWindow: a vtkImageData."""
+    grab = vtkWindowToImageFilter()
+    grab.SetInput(window)
+    grab.ReadFrontBufferOff()
+    grab.ShouldRerenderOff()
+    grab.Update()
+    return grab.GetOutput()
+
+
 class Saver:
     """Saves edits in a folder.
 
@@ -63,8 +73,8 @@ class Saver:
         self.folder, self.within, self.copies_data, self.files = None, Path(), False, []
         self.progress, self._done, self._warnings = None, 0, []
 
-    def save(self, state, window):
-        """Save a `State`, and the picture in a vtkRenderWindow.
+    def save(self, state, picture):
+        """Save a `State`, and a picture, as of `picture_of`.
 
         All files are computed from the saved handles, as by `vtk-mls deform`.
 
@@ -80,7 +90,7 @@ class Saver:
         """
         folder, state = self._make_folder(), state.enabled_only()
         before = _versions(folder)
-        _write_picture(window, folder / PICTURE)
+        _write_picture(picture, folder / PICTURE)
         _write_handles(state, folder)
         surfaces = _write_surfaces(state, folder)
         deform, field = MLSDeform(), MLSDisplacementField()
@@ -276,12 +286,9 @@ def _versions(folder):
     return {(path, (path.stat().st_ino, path.stat().st_mtime_ns)) for path in files}
 
 
-def _write_picture(window, path):
-    grab, writer = vtkWindowToImageFilter(), vtkPNGWriter()
-    grab.SetInput(window)
-    grab.ReadFrontBufferOff()
-    grab.ShouldRerenderOff()
+def _write_picture(picture, path):
+    writer = vtkPNGWriter()
+    writer.SetInputData(picture)
     with replacing(path) as new:
-        writer.SetInputConnection(grab.GetOutputPort())
         writer.SetFileName(os.fspath(new))
         writer.Write()

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from vtk_mls.base.progress import Aborted
-from vtk_mls.editor import state_values
+from vtk_mls.editor import saving, state_values
 from vtk_mls.editor.document import FAILURES, sentence_of
 from vtk_mls.files import session_files
 from vtk_mls.files.session_files import SessionFile
@@ -64,12 +64,13 @@ class Saving:
             return self.save_session()
         self.finish()
         self.document.show_deformed()
-        self.say("Saving ...")
-        self.document.draw(is_moving=True)
         self.view.draw_for_file(self.state)
+        picture = saving.picture_of(self.scene.window)
+        self.say("Saving ...")
+        self.document.draw(is_moving=True)  # stays in the window while the files are written
         is_saved = False
         try:
-            sentence = self.saver.save(self.state, self.scene.window) + self._save_left_out()
+            sentence = self.saver.save(self.state, picture) + self._save_left_out()
             is_saved = True
             self.document.note_save()
         except Aborted:

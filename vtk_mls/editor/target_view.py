@@ -8,6 +8,7 @@ from vtkmodules.vtkRenderingCore import vtkActor
 from vtk_mls import Deformation
 from vtk_mls.editor import keys
 from vtk_mls.editor.comparing import ComparedItem
+from vtk_mls.editor.cross_fade import CrossFade
 from vtk_mls.editor.distortion import Distortion
 from vtk_mls.editor.grips import names_of
 from vtk_mls.editor.handle_glyphs import PENDING
@@ -66,6 +67,7 @@ class TargetView:
             item.outline_color = _OUTLINE_COLOR
             self._ghosts.append(_ghost_of(item))
             self._moving.renderer.AddActor(self._ghosts[-1])
+        self._cross_fade = CrossFade(self.scene.renderer, self._moving.overlay)
         self._tags = [
             (scene.renderer, scene.renderer.AddObserver("StartEvent", _fit_clipping, 1.0))
             for scene in scenes.values()
@@ -95,10 +97,12 @@ class TargetView:
         """Draw both sides as a `Comparison` says, from the next `show` on."""
         self._comparison = comparison
         self._arrange()
-        opacity = comparison.share if comparison.mode == FADE else 0.5
+        share = comparison.share if comparison.mode == FADE else None
         for ghost in self._ghosts:
             ghost.SetVisibility(comparison.mode != BESIDE)
-            ghost.GetProperty().SetOpacity(opacity)
+            ghost.GetProperty().SetOpacity(0.5 if share is None else share)
+        if not self._ghosts:
+            self._cross_fade.set_share(share or 0.0)
 
     def toggle_slices(self):
         """Show or hide the slices of both sides."""
@@ -177,6 +181,7 @@ class TargetView:
         self._moving_slices.restore(self._moving.bounds)
         for actor in self._ghosts:
             self._moving.renderer.RemoveActor(actor)
+        self._cross_fade.detach()
         self._names[MOVING].show(np.zeros((0, 3)), [], [], False)
         self._overlay.move_to()
         self._overlay.set_hint(keys.HINT)

@@ -13,7 +13,7 @@ METHODS = (
     *("undo", "redo", "reset", "lay_lattice", "delete", "fix", "select_all", "deselect"),
     *("make_clicked_rigid", "turn_handle", "draw_curve", "change_mask"),
     *("change_half", "incise", "compare", "reset_camera", "hide_handles", "time"),
-    *("accept", "decline", "toggle_slices", "cancel_landmark"),
+    *("accept", "decline", "toggle_slices", "cancel_landmark", "take_kind"),
 )
 _OPTIONS = {option.name: option for option in OPTIONS if option.section != "computing"}
 _MAX_MESSAGE, _MAX_NAME = 300, 100  # characters

@@ -35,7 +35,7 @@ _TOOLS = (
     ("mdi-eye-outline", "Hide or show handles (Space)", "hide_handles", "d-none d-md-inline-flex"),
 )
 # Keys of the window that the page lacks.
-_WINDOW_KEYS = "Q", "H   ?", "E"
+_WINDOW_KEYS = "Q", "H   ?", "E", "6"
 _STATUS = ['role="status"']  # trame has no keyword for it
 _NARROW = 900  # pixels; on narrower pages the panel covers the picture
 _IS_NARROW = f"$vuetify.display.width < {_NARROW}"
@@ -65,6 +65,9 @@ def build(server, edit, begin):
         with v.VMain(style="height: 100dvh;"), html.Div(classes="mls-work"):
             with html.Div(classes="mls-stage"):
                 _stage(edit, begin)
+            # above the picture; with slices, below it
+            with html.Div(classes=("['mls-notes', { 'is-line': has_target }]",)):
+                _notes(edit, begin)
             pair_table.build(edit, begin)
         _legend()
         _saved_files()
@@ -130,9 +133,12 @@ def _stage(edit, begin):
         absolute=True,
         style="z-index: 5;",
     )
-    with html.Div(v_if="is_saving", classes="mls-prepared mls-task", raw_attrs=_STATUS):
-        html.Span("{{ task }} {{ progress }} %")
-        v.VBtn("Stop", size="x-small", variant="tonal", click=(begin, "['stop']"))
+    html.Div("{{ target_name }}", v_if="target_name", classes="mls-side")
+
+
+def _notes(edit, begin):
+    """Status, message, and the progress of work."""
+    html.Div("{{ status }}", classes="mls-status")
     with html.Div(classes="mls-messages"):
         html.Div(
             "{{ message }}",
@@ -142,11 +148,12 @@ def _stage(edit, begin):
             click=(edit, "['say', '']"),
         )
         _offer(edit)
+    with html.Div(v_if="is_saving", classes="mls-prepared mls-task", raw_attrs=_STATUS):
+        html.Span("{{ task }} {{ progress }} %")
+        v.VBtn("Stop", size="x-small", variant="tonal", click=(begin, "['stop']"))
     with html.Div(v_if="prepared < 100 && !is_saving", classes="mls-prepared", raw_attrs=_STATUS):
         v.VProgressCircular(size=16, width=2, model_value=("prepared",), color="primary")
         html.Span("Building kernels of other kinds and cuts: {{ prepared }} %")
-    html.Div("{{ target_name }}", v_if="target_name", classes="mls-side")
-    html.Div("{{ status }}", classes="mls-status", style=("has_target ? 'bottom: 34px' : ''",))
 
 
 def _offer(edit):

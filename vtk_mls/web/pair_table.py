@@ -36,6 +36,7 @@ def build(edit, begin):
         with html.Div(classes="mls-tools"):
             _comparison(edit)
             v.VSpacer()
+            _errors(edit)
             _refinement(begin)
         _table(edit)
 
@@ -59,13 +60,23 @@ def _comparison(edit):
     )
 
 
-def _refinement(begin):
+def _errors(edit):
     html.Span(
-        "median error {{ median_error }}",
+        "median error {{ median_error }}{{ compares_kinds ? '' : '; 8 pairs tell the best kind' }}",
         v_if="median_error",
         classes="text-caption",
         title="Each pair predicted from the others",
     )
+    small_button(
+        "{{ better_kind }}: {{ better_error }}",
+        "mdi-lightbulb-on-outline",
+        (edit, "['take_kind']"),
+        v_if="better_kind",
+        title="Take the kind that predicts the pairs better (8)",
+    )
+
+
+def _refinement(begin):
     for text, name, condition in (
         ("Refine", "refine", "is_saving || !selected.length"),
         ("Refine all", "refine_all", "is_saving || !pairs.length"),

@@ -52,8 +52,7 @@ def values_of(editor, previous, preset):
     if editor.document.grabbed is None or "rows" not in previous:
         values["rows"] = _rows(state)
         values["pairs"] = _pairs(state, editor.scores) if has_target else []
-        median = state.pairs.median_error if has_target else None
-        values["median_error"] = "" if median is None else f"{median:.3g}"
+        values.update(_summary(state.pairs if has_target else None))
     return values
 
 
@@ -116,6 +115,17 @@ def _pairs(state, scores):
             }
         )
     return rows
+
+
+def _summary(table):
+    """The median error, and the better kind with its own, as texts; empty where there is none."""
+    median, better = (None, None) if table is None else (table.median_error, table.better)
+    return {
+        "median_error": "" if median is None else f"{median:.3g}",
+        "better_kind": "" if better is None else better[0],
+        "better_error": "" if better is None else f"{better[1]:.3g}",
+        "compares_kinds": table is not None and table.compares_kinds,
+    }
 
 
 def _place(point, decimals):

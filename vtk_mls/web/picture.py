@@ -31,7 +31,10 @@ _POINTER_EVENTS = {
     **{f"up{i}": f"{button}ButtonReleaseEvent" for i, button in enumerate(_BUTTONS)},
 }
 # X's names of keys that browsers name otherwise
-_KEY_SYMBOLS = {"Backspace": "BackSpace", "Enter": "Return", " ": "space", "Spacebar": "space"}
+_KEY_SYMBOLS = {
+    **{"Backspace": "BackSpace", "Enter": "Return", " ": "space", "Spacebar": "space"},
+    **{f"Arrow{name}": name for name in ("Up", "Down", "Left", "Right")},
+}
 _INVALID = ValueError, KeyError, TypeError, OverflowError, RecursionError  # from a foreign message
 
 

@@ -1,7 +1,8 @@
 /* The picture: shows frames, sends mouse and keys. */
 (() => {
   const TAKEN_OVER = 4001;
-  const NAMED_KEYS = ["Delete", "Backspace", "Escape", "Enter", " "];
+  const ARROWS = ["ArrowUp", "ArrowDown", "ArrowLeft", "ArrowRight"];
+  const NAMED_KEYS = ["Delete", "Backspace", "Escape", "Enter", " ", ...ARROWS];
   const CONTROL_KEYS = "aszy";
   const WHEEL_STEP = 40; // pixels
   const ZOOM_PER_STEP = 1.21;
@@ -148,6 +149,7 @@
         if (control ? !CONTROL_KEYS.includes(letter) : event.key.length > 1 && !NAMED_KEYS.includes(event.key))
           return;
         if ([" ", "Enter"].includes(event.key) && event.target.closest("button, a")) return;
+        if (ARROWS.includes(event.key) && event.target.closest("[role=slider]")) return;
         event.preventDefault();
         if (letter === "s") this.$emit("save");
         else if (letter === "h" || event.key === "?") this.$emit("legend");
