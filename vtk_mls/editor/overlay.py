@@ -35,7 +35,7 @@ class Overlay:
     def __init__(self, renderer, keys, hint):
         names, texts = zip(*keys)
         self.renderer, self._has_texts, self.message, self.status = renderer, True, "", ""
-        self._lift, self._home = 0, renderer
+        self._lift, self._hint_share, self._home = 0, 1.0, renderer
         self.set_hint(hint)
         self._keys = text_actor(_AMBER), text_actor(_SOFT)
         self._keys[0].SetInput("\n".join(names))
@@ -66,14 +66,17 @@ class Overlay:
         """Show another hint (str, str)."""
         self._long_hint, self._short_hint = "   ".join(hint), hint[1]
 
-    def move_to(self, renderer=None, lift=0):
-        """Draw the texts in another renderer, or the first one, with a gap of pixels below."""
+    def move_to(self, renderer=None, lift=0, hint_share=1.0):
+        """Draw the texts in another renderer, or the first one, with a gap of pixels below.
+
+        The hint takes at most a share of the width.
+        """
         renderer = self._home if renderer is None else renderer
         for prop in self._props:
             if self.renderer.HasViewProp(prop):
                 self.renderer.RemoveViewProp(prop)
                 renderer.AddViewProp(prop)
-        self.renderer, self._lift = renderer, lift
+        self.renderer, self._lift, self._hint_share = renderer, lift, hint_share
 
     @property
     def shows_keys(self):
@@ -129,7 +132,8 @@ class Overlay:
         _set_corners(self._panel, low, (first + second + 4 * _MARGIN, top))
         self._hint.SetPosition(_MARGIN, top)
         hint_width = 0.6 * _SIZE * len(self._long_hint)  # an estimate, as it is not drawn yet
-        self._hint.SetInput(self._short_hint if hint_width > width else self._long_hint)
+        is_short = hint_width > self._hint_share * width
+        self._hint.SetInput(self._short_hint if is_short else self._long_hint)
         self._status.SetPosition(_MARGIN, _MARGIN + self._lift)
         self._message.SetPosition(width // 2, 3 * _MARGIN + _SIZE + self._lift)
 

@@ -60,7 +60,7 @@ class TargetView:
         scenes = {MOVING: self._moving, TARGET: self.scene}
         self._names = {side: LandmarkNames(scene.overlay) for side, scene in scenes.items()}
         self._overlay, self._texts = view.overlay, new_layer(window)
-        self._overlay.move_to(self._texts, _LIFT)
+        self._overlay.move_to(self._texts, _LIFT, hint_share=0.5)  # the title is at the right
         self._overlay.set_hint(keys.TARGET_HINT)
         self._text = PairText(self._texts, f"target: {target.name}")
         for item in self._meshes(self.scene.items):
