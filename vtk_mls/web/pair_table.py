@@ -62,7 +62,8 @@ def _comparison(edit):
 
 def _errors(edit):
     html.Span(
-        "median error {{ median_error }}{{ compares_kinds ? '' : '; 8 pairs tell the best kind' }}",
+        "median error {{ median_error }}{{ "
+        "compares_kinds || comparison === 'fade' ? '' : '; 8 pairs tell the best kind' }}",
         v_if="median_error",
         classes="text-caption",
         title="Each pair predicted from the others",
