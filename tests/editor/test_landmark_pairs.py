@@ -84,6 +84,16 @@ def test_pairs_have_no_errors_if_the_map_depends_on_more_than_pairs(rng, changes
     assert all(row.error is None for row in table.rows)
 
 
+def test_the_table_has_both_places_of_the_selected_pair_and_its_score(rng):
+    table = state_of(rng).changed(rest=np.full((8, 3), 1.25)).pairs
+    assert lines_of(table, [2], (0.987, ""))[-1] == "  score 0.987"
+    *_, data, target, reason = lines_of(table, [2], (0.2, "the image is flat"))
+    assert data == "  data   1.25, 1.25, 1.25"
+    assert target.startswith("  target ")
+    assert reason == "  not moved: the image is flat"
+    assert len(lines_of(table, [2, 3])) == len(lines_of(table, [])) == len(lines_of(table, [2])) - 2
+
+
 @pytest.mark.parametrize("count", [7, 8])
 def test_a_key_takes_the_kind_with_smaller_errors(count, rng):
     """The data are stretched to the target, which the kind "rigid" does not predict."""

@@ -75,9 +75,12 @@ class PairText:
         self._title.SetVisibility(is_visible)
         self._table.SetVisibility(is_visible and bool(self._table.GetInput()))
 
-    def set_table(self, table, selected):
-        """Show a `PairTable` with the selected rows marked, or none for None."""
-        lines = [] if table is None else lines_of(table, selected)
+    def set_table(self, table, selected, score=None):
+        """Show a `PairTable` with the selected rows marked, or none for None.
+
+        `score` is that of the only selected row, and why it is refused; None without one.
+        """
+        lines = [] if table is None else lines_of(table, selected, score)
         self._table.SetInput("\n".join(lines))
         self._table.SetVisibility(bool(lines))
 
@@ -89,8 +92,8 @@ class PairText:
         self._table.SetPosition(left + _MARGIN, top - 2 * _SIZE)
 
 
-def lines_of(table, selected):
-    """Lines of text of a `PairTable`: the part of it around the selected rows."""
+def lines_of(table, selected, score=None):
+    """Lines of text as of `PairText.set_table`: the part around the selected rows."""
     marked = {int(row) for row in selected}
     rows = table.rows
     first = max(0, min(min(marked, default=0) - _MAX_ROWS // 2, len(rows) - _MAX_ROWS))
@@ -114,4 +117,17 @@ def lines_of(table, selected):
             lines.append("  8 pairs tell which kind is best")
     else:
         lines.append("  no errors yet: they need 4 pairs")
+    selected_pairs = [pair for pair in rows if pair.row in marked]
+    if len(selected_pairs) == 1:
+        lines += _lines_about(*selected_pairs, score)
+    return lines
+
+
+def _lines_about(pair, score):
+    """Both places of a `PairRow`, and the result of its refinement."""
+    places = ("data", pair.rest), ("target", pair.deformed)
+    lines = [f"  {side:6} " + ", ".join(f"{x:.5g}" for x in place) for side, place in places]
+    if score is not None:
+        value, reason = score
+        lines.append(f"  not moved: {reason}" if reason else f"  score {value:.3g}")
     return lines

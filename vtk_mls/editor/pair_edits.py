@@ -40,6 +40,8 @@ class PairEdits:
         is_value = target is None or isinstance(target, Target)
         self.target = target if is_value else Target(target)
         self.view.set_target(self.target)
+        if self.target is not None:
+            self.view.target.scores = self.scores
         self.set_comparison()
 
     def place_at(self, pixel):

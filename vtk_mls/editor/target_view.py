@@ -14,6 +14,7 @@ from vtk_mls.editor.grips import names_of
 from vtk_mls.editor.handle_glyphs import PENDING
 from vtk_mls.editor.landmark_texts import LandmarkNames, PairText
 from vtk_mls.editor.pairs import MOVING, TARGET
+from vtk_mls.editor.refining import key_of
 from vtk_mls.editor.scene import Scene, new_layer, new_renderer
 from vtk_mls.editor.scene_mesh import SceneMesh
 from vtk_mls.editor.slices import Slices
@@ -39,6 +40,8 @@ class TargetView:
     slices : Slices
     far_centers : (p, q) or None
         The centers of both sides if they hardly overlap: undeformed data are drawn moved by q - p.
+    scores : dict
+        As of `PairEdits`.
     dragged : (rows, positions) or None
         Where landmarks are drawn on the moving data while the mouse drags them there.
     """
@@ -52,7 +55,7 @@ class TargetView:
         self._own_camera = self.scene.renderer.GetActiveCamera()
         self.scene.renderer.SetActiveCamera(camera)
         self._comparison, self._ghosts, self._has_table = Comparison(), [], True
-        self.dragged = None
+        self.dragged, self.scores = None, {}
         self.far_centers = self._far_centers()
         bounds = self._bounds()
         for slices in (self._moving_slices, self.slices):
@@ -152,7 +155,10 @@ class TargetView:
             place_names = place_names, priorities[: len(place_names)]
             slices.show_handles(places, place_colors, are_visible, place_names)
             self._names[side].show(places, *place_names, are_visible)
-        self._text.set_table(state.pairs if self._has_table else None, selected)
+        score = None
+        if len(selected) == 1 and selected[0] < len(state):
+            score = self.scores.get(key_of(state, selected[0]))
+        self._text.set_table(state.pairs if self._has_table else None, selected, score)
         self._text.set_visible(are_visible)
 
     def hide_texts(self):
