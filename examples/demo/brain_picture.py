@@ -33,6 +33,7 @@ from vtk_mls.commands import demo
 
 SURFACE = 105  # T1 at which the brain ends, of 255
 BRAIN = (0.87, 0.66, 0.60)
+SHEET_TOP = 156  # z
 
 
 def draw(directory: Path):
@@ -56,7 +57,7 @@ def draw(directory: Path):
         "Before",
         "a half-plane cuts it; orange handles are dragged",
         shaded(whole, "Turned", BRAIN),
-        _sheet(),
+        sheet(),
         *before,
     )
     fill(
@@ -80,9 +81,9 @@ def draw(directory: Path):
     render(panels, VIEW, MIDDLE, 97, directory / "cut.png")
 
 
-def opened(image):
+def opened(image, degrees=demo.DEGREES):
     """The image of the brain, cut and pulled open, with values continued behind the faces."""
-    deform = pulled_open(image)
+    deform = pulled_open(image, degrees)
     deform.SetHideVoid(False)  # contours need the cells on the face,
     deform.SetVoidValues("continued")  # and colors behind it
     deform.AddGradientVectorArray("Turned")
@@ -155,11 +156,12 @@ def shaded(surface, gradient, color=None):
     return actor
 
 
-def _sheet():
-    plane = vtkPlaneSource()
-    plane.SetOrigin(18, EDGE[1], EDGE[2])
-    plane.SetPoint1(178, EDGE[1], EDGE[2])
-    plane.SetPoint2(18, EDGE[1], 156)
+def sheet(depth=1.0):
+    """An actor of the cut, from above the brain down to its edge, or to a part of that depth."""
+    plane, bottom = vtkPlaneSource(), SHEET_TOP - depth * (SHEET_TOP - EDGE[2])
+    plane.SetOrigin(18, EDGE[1], bottom)
+    plane.SetPoint1(178, EDGE[1], bottom)
+    plane.SetPoint2(18, EDGE[1], SHEET_TOP)
     mapper = vtkPolyDataMapper()
     mapper.SetInputConnection(plane.GetOutputPort())
     actor = vtkActor()

@@ -106,15 +106,31 @@ def window(panels, lights):
         scene = vtkRenderer()
         scene.SetViewport(i / panels, 0, (i + 1) / panels, TITLES)
         scene.SetBackground(BACKGROUND)
-        scene.AutomaticLightCreationOff()
-        for towards, intensity in lights.items():
-            light = vtkLight()
-            light.SetLightTypeToSceneLight()
-            light.SetPosition(towards)
-            light.SetIntensity(intensity)
-            scene.AddLight(light)
+        illuminate(scene, lights)
         window.AddRenderer(scene)
     return window
+
+
+def illuminate(scene, lights):
+    """Light a renderer from directions, with intensities."""
+    scene.AutomaticLightCreationOff()
+    for towards, intensity in lights.items():
+        light = vtkLight()
+        light.SetLightTypeToSceneLight()
+        light.SetPosition(towards)
+        light.SetIntensity(intensity)
+        scene.AddLight(light)
+
+
+def look(scene, view, middle, scale):
+    """Point the camera of a renderer from the direction `view` at `middle`."""
+    camera = scene.GetActiveCamera()
+    camera.ParallelProjectionOn()
+    camera.SetParallelScale(scale)
+    camera.SetFocalPoint(middle)
+    camera.SetPosition(np.array(middle) + 600 * np.array(view))
+    camera.SetViewUp(0, 0, 1)
+    scene.ResetCameraClippingRange()
 
 
 def fill(window, i, title, caption, *actors):
@@ -138,12 +154,5 @@ def render(window, view, middle, scale, file, others=()):
     """
     for number in range(window.GetRenderers().GetNumberOfItems()):
         scene = window.GetRenderers().GetItemAsObject(number)
-        towards = dict(others).get(number, view)
-        camera = scene.GetActiveCamera()
-        camera.ParallelProjectionOn()
-        camera.SetParallelScale(scale)
-        camera.SetFocalPoint(middle)
-        camera.SetPosition(np.array(middle) + 600 * np.array(towards))
-        camera.SetViewUp(0, 0, 1)
-        scene.ResetCameraClippingRange()
+        look(scene, dict(others).get(number, view), middle, scale)
     draw(window, file)

@@ -39,10 +39,10 @@ def brain():
     return image
 
 
-def pulled_open(dataset):
+def pulled_open(dataset, degrees=demo.DEGREES):
     """An `MLSDeform` of an image or mesh of the brain, to be updated."""
     deform, source = MLSDeform(), MLSControlPoints()
-    rest, deformed = demo.control_points()
+    rest, deformed = demo.control_points(degrees)
     source.SetRestPoints(rest)
     source.SetDeformedPoints(deformed)
     deform.SetInputData(dataset)

@@ -43,9 +43,7 @@ SIDE = 32
 
 def recommended(q, p):
     """Ours, with the settings that the report recommends."""
-    best = report(p, q).recommended
-    names = ("kind", "degree", "alpha", "smoothing")
-    d = vtk_mls.Deformation(p, q, **{name: getattr(best, name) for name in names})
+    d = vtk_mls.Deformation(p, q, **report(p, q).recommended.options)
     return d.backward, d.forward
 
 

@@ -224,7 +224,6 @@ GIVEN = {
     ("python", 3): PYVISTA,
     ("python", 4): CONTROL_POINTS + "volume = np.zeros((256, 256, 256), np.float32)\n",
     ("python", 5): CONTROL_POINTS,
-    ("python", 6): CONTROL_POINTS,
     ("cuts", 0): CONTROL_POINTS + WAVELET + CUT,
     ("paraview_clicks", 0): BENT,
 }

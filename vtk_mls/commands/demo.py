@@ -71,12 +71,12 @@ def brain():
     return image
 
 
-def control_points():
+def control_points(degrees=DEGREES):
     """Rest and deformed positions (n, 3): both halves rotate outward, the points below stay."""
     import numpy as np
 
     front, back, below = (_both_sides(np.array(points, float)) for points in (FRONT, BACK, BELOW))
-    angle = np.radians(DEGREES)
+    angle = np.radians(degrees)
     deformed = np.vstack([_rotated(front, -angle), _rotated(back, angle), below])
     return np.vstack([front, back, below]), deformed
 
