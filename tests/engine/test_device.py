@@ -290,6 +290,15 @@ def test_sources_are_one_text():
     assert text.count("inline quaternion_t whole_rotation") == 1
 
 
+@pytest.mark.parametrize("key", DEVICES)
+def test_functions_that_no_kernel_calls_are_not_built(key):
+    kernel = device.kernel(dispatch.choose(key), "local_points", LOCAL_POINTS)
+    (binary,) = kernel.get_info(cl.kernel_info.PROGRAM).get_info(cl.program_info.BINARIES)
+    assert "cross3(" in device.source("local_points.cl")
+    assert b"local_points" in binary
+    assert b"cross3" not in binary
+
+
 def test_kernel_files_have_names_of_their_own():
     """`#include` finds them by name in all folders."""
     paths = list(resource("opencl").rglob("*.[ch]*"))
