@@ -290,6 +290,7 @@ def test_sources_are_one_text():
     assert text.count("inline quaternion_t whole_rotation") == 1
 
 
+@pytest.mark.filterwarnings("ignore")  # output of the compiler
 @pytest.mark.parametrize("key", DEVICES)
 def test_functions_that_no_kernel_calls_are_not_built(key):
     text = device.source("local_points.cl", LOCAL_POINTS)
