@@ -6,6 +6,9 @@
 #error "LANES is missing: points per work item, 1, 2, 4, 8 or 16"
 #endif
 
+// Intel's compiler and PoCL also build functions that the kernel does not call, unless they are static.
+#define inline static inline
+
 #include "structs.h"
 
 #define GLUE_(a, b) a##b

@@ -290,6 +290,16 @@ def test_sources_are_one_text():
     assert text.count("inline quaternion_t whole_rotation") == 1
 
 
+@pytest.mark.filterwarnings("ignore")  # output of the compiler
+@pytest.mark.parametrize("key", DEVICES)
+def test_functions_that_no_kernel_calls_are_not_built(key):
+    text = device.source("local_points.cl", LOCAL_POINTS)
+    (binary,) = cl.Program(device.context(dispatch.choose(key)), text).build().binaries
+    assert "cross3(" in text
+    assert b"local_points" in binary
+    assert b"cross3" not in binary
+
+
 def test_kernel_files_have_names_of_their_own():
     """`#include` finds them by name in all folders."""
     paths = list(resource("opencl").rglob("*.[ch]*"))
