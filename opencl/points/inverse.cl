@@ -11,6 +11,7 @@
 #define MIN_SHARE 0.03f
 #define MIN_DECREASE 0.1f        // of the residual, relative to the predicted decrease
 #define INVERSE_TOLERANCE 3e-7f  // relative to x: about the resolution of float32
+#define STEPS_TOLERANCE 6e-8f    // the same for all steps together, where material is squeezed
 #define MAX_CHORDS 5
 #define CHORD_TOLERANCE 5e-6f    // before the last step, which is not checked
 
@@ -52,8 +53,8 @@ inline integer is_cut_off(const map_t *map, vec x, vec displacement) {
 // A step that reduces the residual too little is halved, and the next one is at most twice as long, so
 // that searches without a solution end soon. A search may cross cuts; is_cut_off checks its end. Lanes
 // that have ended do not change.
-inline real newton(const map_t *map, vec x, vec rest, vec *displacement) {
-  real smallest = FLT_MAX, share = 1, close = INVERSE_TOLERANCE * size_of(x);
+inline real newton(const map_t *map, vec x, vec rest, float tolerance, vec *displacement) {
+  real smallest = FLT_MAX, share = 1, close = tolerance * size_of(x);
   vec step = {0, 0, 0}, trial = *displacement;
   integer open = (real)(0) == 0;
   for (int i = 0; i < MAX_TRIALS; ++i) {
@@ -77,18 +78,21 @@ inline real newton(const map_t *map, vec x, vec rest, vec *displacement) {
 
 #if STEPS
 // The steps one after the other, each from no displacement, then together for what rounding has left.
+// Returns the residual of all steps together or the largest of one step, whichever is smaller: where
+// steps expand, rounding of a stage is more than any tolerance in the residual of all.
 inline real newton_by_steps(const map_t *map, vec x, vec *displacement) {
   integer cut_off = 0;
+  real largest = 0;
   *displacement = (vec){0, 0, 0};
   for (int k = 0; k < map->params.step_count; ++k) {
     const map_t step = step_of(map, k);
     const vec stage = vec_add(x, *displacement);
     vec d = {0, 0, 0};
-    newton(&step, stage, x, &d);
+    largest = fast_max(newton(&step, stage, x, INVERSE_TOLERANCE, &d), largest);
     cut_off |= is_cut_off(&step, stage, d);
     *displacement = vec_add(*displacement, d);
   }
-  const real smallest = newton(map, x, x, displacement);
+  const real smallest = fast_min(newton(map, x, x, STEPS_TOLERANCE, displacement), largest);
   return select(smallest, (real)(FLT_MAX), cut_off);
 }
 #endif

@@ -250,6 +250,23 @@ def test_many_steps_keep_to_the_tolerance(steps, kind, cuts, lanes, rng, monkeyp
     assert np.abs(found - expected)[inside].max() < 0.04 * TOLERANCE * GRID.spacing.max()
 
 
+@pytest.mark.parametrize("frame", CUT_FRAMES)
+@pytest.mark.parametrize("cuts", ["two planes", "plane and half-plane", "polygon"])
+def test_cuts_in_many_steps_stay_exact(cuts, frame, rng):
+    options = {"cuts": CUTS[cuts], "cut_frame": frame, "steps": 4, "device": DEVICES[0]}
+    handles = random_handles(rng, 8)
+    exact, coarse = (Deformation(*handles, map_tolerance=t, **options) for t in (0, TOLERANCE))
+    expected, whole = exact.displacement_field(CUT_GRID), coarse.displacement_field(CUT_GRID)
+    assert distance(CUT_GRID, whole.displacement, expected.displacement) <= TOLERANCE
+    assert not np.array_equal(whole.displacement, expected.displacement)
+    np.testing.assert_array_equal(whole.void, expected.void)
+    first, size = (31, 9, 22), (29, 41, 37)
+    found = coarse.displacement_field(CUT_GRID.part(first, size))
+    i, j, k = (slice(a, a + n) for a, n in zip(first, size))
+    np.testing.assert_array_equal(found.displacement, whole.displacement[k, j, i])
+    np.testing.assert_array_equal(found.void_distance, whole.void_distance[k, j, i])
+
+
 @pytest.mark.parametrize("tolerance", [-0.1, np.nan, np.inf])
 def test_it_must_be_a_distance(tolerance):
     with pytest.raises(ValueError, match="`map_tolerance` must be a number from 0 on, got"):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import suppress
+from functools import partial
 
 import numpy as np
 from vtkmodules.vtkCommonDataModel import (
@@ -35,6 +36,11 @@ _SEAM = (
     "`Input` has images in several blocks that are not parts of one image, each of which is "
     "deformed by itself: what crosses a border between them is lost; make one image of them first "
     "(in ParaView by Resample To Image)"
+)
+_COARSE = (
+    "{} of {} cells are inverted: they stay straight, and are too large for the deformation, which "
+    "steps do not change; refine the mesh, or lower `Blend` to the array that "
+    "`GenerateLargestBlend` adds"
 )
 
 
@@ -191,10 +197,19 @@ class MLSDeform(ReferenceInput, DeformingFilter):
         )
         arguments = options, deformations, mesh, output, splits
         if initial is None:
-            tasks = warping.Warp(*arguments).tasks()
+            warp = warping.Warp(*arguments)
         else:
-            tasks = initial_transforms.WarpAfter(initial, self._between, *arguments).tasks()
-        return tasks + self._step_tasks(deformations.whole, output)
+            warp = initial_transforms.WarpAfter(initial, self._between, *arguments)
+        tasks = warp.tasks() + self._step_tasks(deformations.whole, output)
+        if deformations.whole.steps == 0 and not self.GetGenerateLargestBlend():
+            tasks.append(partial(self._warn_of_inverted_cells, warp))
+        return tasks
+
+    def _warn_of_inverted_cells(self, warp, progress):
+        """Warn if cells are inside out in as many steps as the map needs not to fold."""
+        count = warp.inverted_cells(progress)
+        if count > 0:
+            self._warn(_COARSE.format(count, warp.output.GetNumberOfCells()))
 
     def _deform_image(self, image, inInfo, outInfo):
         """Functions of a Progress that deform an image."""

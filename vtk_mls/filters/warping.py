@@ -242,12 +242,16 @@ class Warp:
 
     def _add_largest_blend(self, progress):
         blend, (checking, searching) = self.deformations.blend, progress.divided(1, 30)
-        if self.inverted is None:
-            jacobian = self._jacobian(self.deformation, self._points(), checking)
-            self.inverted, _ = self._count_inverted(self._points(), jacobian)
-        if self.inverted > 0:
+        if self.inverted_cells(checking) > 0:
             blend = largest_blend(blend, self._inverts, searching)
         arrays.add(self.output.GetFieldData(), "LargestBlend", float(blend))
+
+    def inverted_cells(self, progress):
+        """The number of cells that are inside out, when the points have moved."""
+        if self.inverted is None:
+            jacobian = self._jacobian(self.deformation, self._points(), progress)
+            self.inverted, _ = self._count_inverted(self._points(), jacobian)
+        return self.inverted
 
     def _inverts(self, blend, progress):
         """Whether some cell is inside out at a blend."""

@@ -86,9 +86,10 @@ class Transform:
         -------
         (m, 3) float64, world coordinates
             v with G(v) = x, to 1e-5 of the extent of the control points or of the distance from
-            them, whichever is larger. NaN without an inverse: where the map folds, where material
-            was pushed through a cut, and where x is not finite or too far away for the device's
-            float32. Where the map folds there can be several inverses; one of them is returned.
+            them, whichever is larger; in several steps, to that in each of them. NaN without an
+            inverse: where the map folds, where material was pushed through a cut, and where x is
+            not finite or too far away for the device's float32. Where the map folds there can be
+            several inverses; one of them is returned.
         """
         points = validation.coordinates(points)
         with question(progress) as part:
