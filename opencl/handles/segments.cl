@@ -275,11 +275,11 @@ typedef struct {
   real a[SEGMENTS], b[SEGMENTS], norm[SEGMENTS];
 } recurrence_t;
 
-// From the moments up to `top`; the last a[k] only from those up to 2 SEGMENTS - 1.
-HOT recurrence_t recurrence_of(const real m[MOMENTS], const int top, real mean, real sigma) {
+// From the moments up to 2 SEGMENTS - 1.
+HOT recurrence_t recurrence_of(const real m[MOMENTS], real mean, real sigma) {
   real c[2 * SEGMENTS];
   const real per_total = 1 / fast_max(m[0], (real)(1e-30f));
-  UNROLL_MOMENTS for (int i = 0; i < 2 * SEGMENTS; ++i) c[i] = i <= top ? m[i] * per_total : (real)(0);
+  UNROLL_MOMENTS for (int i = 0; i < 2 * SEGMENTS; ++i) c[i] = m[i] * per_total;
   UNROLL_MOMENTS for (int i = 1; i < 2 * SEGMENTS; ++i)
     UNROLL_MOMENTS for (int j = 2 * SEGMENTS - 1; j >= i; --j) c[j] = fma(-mean, c[j - 1], c[j]);
   const real per_sigma = 1 / sigma;
@@ -372,7 +372,7 @@ HOT rule_t rule_of(const real m[MOMENTS], int skewed) {
 #endif
   real sigma, zeros[SEGMENTS];
   const real mean = mean_of(m, &sigma);
-  const recurrence_t r = recurrence_of(m, 2 * SEGMENTS - 1, mean, sigma);
+  const recurrence_t r = recurrence_of(m, mean, sigma);
   real reach = 0;  // all zeros are within
   UNROLL_MOMENTS for (int k = 0; k < SEGMENTS; ++k)
     reach = fast_max(reach, fabs(r.a[k]) + sqrt(r.b[k]) + (k + 1 < SEGMENTS ? sqrt(r.b[k + 1]) : 0));
