@@ -1,9 +1,10 @@
 # make demo     deform a real volume in four ways; write .vti files and a picture to demo-output/
 # make check    style, and the tests of core, engine, filters and project: for every day
-# make test     all tests with a few of their cases, in the newest installed ParaView
+# make test     all tests with a few of their cases, without those of windows
+# make mouse    tests of windows, the web page and the newest installed ParaView, by mouse
 # make matrix   all cases of all tests in every supported ParaView, which it installs
 # make environments  test the wheel in empty environments, from the oldest packages to the newest
-# make drivers  run the kernels under an OpenCL simulator and a GPU compiler
+# make drivers  run the kernels under an OpenCL simulator and a GPU compiler (ALL=1: longer)
 # make fuzz     test random cases until one fails (CASES=10000)
 # make accuracy measure the error of the kernels, for docs/accuracy.md
 # make pages    write docs/{properties,formats,benchmarks}.md and the types of the filters from their tables
@@ -19,7 +20,7 @@
 # Everything is installed in .venv; stamp files mark installed extras. Commands run as
 # `.venv/bin/python -m ...`, which also works in a folder with a space in its name.
 .DELETE_ON_ERROR:
-.PHONY: demo check test matrix environments drivers fuzz accuracy pages docs bench lint types clean
+.PHONY: demo check test mouse matrix environments drivers fuzz accuracy pages docs bench lint types clean
 PYTHON ?= python3
 OPENCL ?= cpu
 CASES ?= 10000
@@ -35,12 +36,15 @@ demo: .venv/demo-$(OPENCL).stamp
 	@$(PY) examples/demo/make_demo.py demo-output
 
 check: lint
-	$(PY) -m pytest --numprocesses auto --dist worksteal -m "not long and not matrix" $(CHECKED)
+	$(PY) -m pytest --numprocesses auto --dist worksteal -m "not matrix" $(CHECKED)
 
 test: lint .venv-slicer/made.stamp
 	@bash .ci/drivers
-	@bash tests/paraview/install.sh
 	$(PY) -m pytest --numprocesses auto --dist worksteal -m "not matrix" $(BY_MOUSE:%=--ignore %)
+
+mouse: .venv/test-$(OPENCL).stamp
+	@bash .ci/drivers
+	@bash tests/paraview/install.sh
 	$(PY) -m pytest $(SECOND_TRY) -m "not matrix" $(BY_MOUSE)
 
 matrix: lint .venv-slicer/made.stamp
@@ -61,7 +65,7 @@ types: .venv/test-$(OPENCL).stamp
 	$(PY) -m mypy
 
 drivers: .venv-oclgrind/made.stamp
-	@bash tests/drivers/run.sh
+	@bash tests/drivers/run.sh $(if $(ALL),all)
 
 fuzz: .venv/test-$(OPENCL).stamp
 	@$(PY) tests/fuzz/run.py $(CASES)

@@ -81,12 +81,12 @@ def _brain():
     return normals
 
 
-def _surface(source, colour=BRAIN, opacity=1.0):
+def _surface(source, color=BRAIN, opacity=1.0):
     mapper, actor = vtkPolyDataMapper(), vtkActor()
     mapper.SetInputConnection(source.GetOutputPort())
     mapper.ScalarVisibilityOff()
     actor.SetMapper(mapper)
-    actor.GetProperty().SetColor(colour)
+    actor.GetProperty().SetColor(color)
     actor.GetProperty().SetOpacity(opacity)
     actor.GetProperty().SetAmbient(0.2)
     actor.GetProperty().SetDiffuse(0.75)
@@ -102,7 +102,7 @@ def _axes(frame):
         yield _text(f"{name}: {NAMES[letter]}", end + 18 * along, AXES[number])
 
 
-def _arrow(start, end, colour):
+def _arrow(start, end, color):
     along = (end - start) / np.linalg.norm(end - start)
     line, shaft, head = vtkLineSource(), vtkTubeFilter(), vtkConeSource()
     line.SetPoint1(start)
@@ -115,10 +115,10 @@ def _arrow(start, end, colour):
     head.SetHeight(14)
     head.SetRadius(5)
     head.SetResolution(24)
-    return _surface(shaft, colour), _surface(head, colour)
+    return _surface(shaft, color), _surface(head, color)
 
 
-def _text(text, place, colour, eye=EYE):
+def _text(text, place, color, eye=EYE):
     actor = vtkBillboardTextActor3D()
     actor.SetInput(text)
     actor.SetPosition(place + 250 * eye)  # before all else
@@ -126,7 +126,7 @@ def _text(text, place, colour, eye=EYE):
     font.SetFontFamilyToArial()
     font.SetFontSize(26 * OVERSAMPLING)
     font.SetBold(True)
-    font.SetColor(colour)
+    font.SetColor(color)
     font.SetJustificationToCentered()
     font.SetVerticalJustificationToCentered()
     return actor

@@ -86,8 +86,8 @@ def _slices(volumes, height=420, gap=40):
     for values in slices:
         levels = ((values - low) / (high - low))[..., None]
         blue, orange = np.array([24, 43, 73]), np.array([247, 178, 91])
-        colours = np.where(np.isnan(levels), 255, (1 - levels) * blue + levels * orange)
-        tile = Image.fromarray(colours.round().astype(np.uint8))
+        colors = np.where(np.isnan(levels), 255, (1 - levels) * blue + levels * orange)
+        tile = Image.fromarray(colors.round().astype(np.uint8))
         width = height * values.shape[1] // values.shape[0]
         tiles.append(tile.resize((width, height), Image.Resampling.BICUBIC))
     starts = np.cumsum([0, *(tile.width + gap for tile in tiles)])

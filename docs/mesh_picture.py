@@ -135,10 +135,10 @@ def _tetrahedra(image):
 
 
 def _colours():
-    colours = vtkColorTransferFunction()
-    for t1, colour in TISSUES.items():
-        colours.AddRGBPoint(t1, *colour)
-    return colours
+    colors = vtkColorTransferFunction()
+    for t1, color in TISSUES.items():
+        colors.AddRGBPoint(t1, *color)
+    return colors
 
 
 def _volume(mesh):
@@ -181,27 +181,27 @@ def _section(mesh, image):
     outline.NonManifoldEdgesOff()
     outline.ColoringOff()
     drawn = []
-    for source, colour, opacity, width in ((cells, LINES, 0.5, 1.5), (outline, OUTLINE, 1, 5)):
+    for source, color, opacity, width in ((cells, LINES, 0.5, 1.5), (outline, OUTLINE, 1, 5)):
         actor = _actor(source)
         actor.GetMapper().ScalarVisibilityOff()
         actor.SetPosition(len(drawn) + 1, 0, 0)
         actor.GetProperty().SetRepresentationToWireframe()
-        actor.GetProperty().SetColor(colour)
+        actor.GetProperty().SetColor(color)
         actor.GetProperty().SetOpacity(opacity)
         actor.GetProperty().SetLineWidth(width)
         actor.GetProperty().LightingOff()
         drawn.append(actor)
-    mapper, grey = vtkImageSliceMapper(), vtkImageSlice()
+    mapper, gray = vtkImageSliceMapper(), vtkImageSlice()
     mapper.SetInputData(image)
     mapper.SetOrientationToX()
     mapper.SetSliceNumber(round(SECTION - image.GetOrigin()[0]))
-    grey.SetMapper(mapper)
+    gray.SetMapper(mapper)
     shades = vtkColorTransferFunction()
     shades.AddRGBPoint(0, *BACKGROUND)
     shades.AddRGBPoint(230, 1, 1, 1)
-    grey.GetProperty().SetLookupTable(shades)
-    grey.GetProperty().UseLookupTableScalarRangeOn()
-    return grey, *drawn
+    gray.GetProperty().SetLookupTable(shades)
+    gray.GetProperty().UseLookupTableScalarRangeOn()
+    return gray, *drawn
 
 
 def _actor(source):

@@ -53,8 +53,8 @@ for column, (title, volume) in enumerate(shown.items()):
         smooth_shading=True,
     )
     handles = rest if title == "at rest" else deformed
-    for points, colour in ((handles[:1], "darkorange"), (handles[1:], "royalblue")):
-        plotter.add_points(points, color=colour, point_size=15, render_points_as_spheres=True)
+    for points, color in ((handles[:1], "darkorange"), (handles[1:], "royalblue")):
+        plotter.add_points(points, color=color, point_size=15, render_points_as_spheres=True)
     plotter.add_text(title, font_size=16, position="upper_edge")
     plotter.camera_position = [(250, 235, -1500), (250, 235, 90), (1, 0, 0)]
     plotter.camera.parallel_projection = True

@@ -33,7 +33,7 @@ titles = {"at rest": frog, "deformed as labels": labels, "deformed as numbers: w
 for column, (title, volume) in enumerate(titles.items()):
     plotter.subplot(0, column)
     plane = volume.extract_subset((0, 199, 0, 149, 20, 20)).points_to_cells()
-    tissues = plane.threshold(0.5, scalars="tissue")  # a colour for each voxel, none mixed
+    tissues = plane.threshold(0.5, scalars="tissue")  # a color for each voxel, none mixed
     plotter.add_mesh(tissues, cmap="tab20", clim=(1, 20), lighting=False, show_scalar_bar=False)
     plotter.add_text(title, font_size=13, position="upper_edge")
     plotter.view_xy()

@@ -6,7 +6,7 @@ Twist a volume in ParaView by eight control points.
 Run:  pvpython examples/paraview_deform.py [FOLDER]
 
 You will see, in FOLDER/paraview_deform.png: on the left a square bar, which is a contour of one
-array of a volume coloured by another, with the control points at its ends; on the right the same
+array of a volume colored by another, with the control points at its ends; on the right the same
 volume after the four upper ones were carried round by a quarter turn.  At the end the displacement
 field must point, at every control point, back to where it came from.
 """

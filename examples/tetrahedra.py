@@ -4,7 +4,7 @@
 A ring of tetrahedra is cut through and bent open. Cells that the cut crosses are split exactly
 along it, their points doubled, so that either end moves on its own.
 
-You will see the ring, and the same bent open, in colours that say how well the cells have kept
+You will see the ring, and the same bent open, in colors that say how well the cells have kept
 their volume. The end checks that none is inside out.
 """
 

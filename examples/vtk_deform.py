@@ -22,7 +22,7 @@ ball.SetCenter(24, 32, 32)
 ball.SetRadius(12, 12, 12)
 ball.SetOutputScalarTypeToFloat()
 
-# The centre of the ball is dragged along x; the centres of the cube's faces stay.
+# The center of the ball is dragged along x; the centers of the cube's faces stay.
 faces = [(0, 32, 32), (63, 32, 32), (32, 0, 32), (32, 63, 32), (32, 32, 0), (32, 32, 63)]
 handles = MLSControlPoints()
 handles.SetRestPoints([(24, 32, 32), *faces])
@@ -53,13 +53,13 @@ def values(algorithm):
     return vtk_to_numpy(image.GetPointData().GetScalars()).reshape(64, 64, 64)
 
 
-def centre(volume):
+def center(volume):
     return np.array([axis.mean() for axis in np.nonzero(volume > 127)])[::-1]
 
 
 before, after, by_vtk = values(ball), values(deform), values(reslice)
-print(f"The ball's centre moved from {centre(before).round(1)} to {centre(after).round(1)}")
+print(f"The ball's center moved from {center(before).round(1)} to {center(after).round(1)}")
 difference = np.abs(after - by_vtk).max()
 print(f"MLSDeform and vtkImageReslice differ by at most {difference:.2g} of 255")
-assert centre(after)[0] - centre(before)[0] > 5
+assert center(after)[0] - center(before)[0] > 5
 assert difference < 1

@@ -5,7 +5,7 @@ The ends of a turn by 360 degrees are where they began, so p and q do not tell i
 array "Path" of the control points says where they are on the way, and the deformation goes through
 these places in small steps. None of them folds.
 
-You will see a bar, its handles moved to their ends at once, and the same by a path, in colours of
+You will see a bar, its handles moved to their ends at once, and the same by a path, in colors of
 the determinant of the Jacobian: it is the change of volume, and below 0 the bar is inside out. The
 end checks that nothing folds and that the cells keep their volume.
 """

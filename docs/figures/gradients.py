@@ -25,7 +25,7 @@ right = np.einsum("nij,ni->nj", jacobian, slope)
 
 _, panels = plt.subplots(1, 2, figsize=(7.4, 3.5))
 titles = ("carried along: wrong", "times the Jacobian, Eq. 29")
-for axes, arrows, colour, title in zip(panels, (slope, right), (STILL, MOVED), titles):
+for axes, arrows, color, title in zip(panels, (slope, right), (STILL, MOVED), titles):
     axes.pcolormesh(x, y, layers, cmap="gray", vmin=-2, vmax=1.5, rasterized=True)
-    axes.quiver(s, t, arrows[:, 0], arrows[:, 1], color=colour, scale=16, width=0.008)
+    axes.quiver(s, t, arrows[:, 0], arrows[:, 1], color=color, scale=16, width=0.008)
     frame(axes, title, 1.9)

@@ -84,7 +84,7 @@ def opened(image):
     """The image of the brain, cut and pulled open, with values continued behind the faces."""
     deform = pulled_open(image)
     deform.SetHideVoid(False)  # contours need the cells on the face,
-    deform.SetVoidValues("continued")  # and colours behind it
+    deform.SetVoidValues("continued")  # and colors behind it
     deform.AddGradientVectorArray("Turned")
     deform.Update()
     image = vtkImageData()
@@ -128,8 +128,8 @@ def clipped(surface, name, value):
     return clip.GetOutput()
 
 
-def shaded(surface, gradient, colour=None):
-    """Actor lit by minus a gradient, in one colour or those of T1."""
+def shaded(surface, gradient, color=None):
+    """Actor lit by minus a gradient, in one color or those of T1."""
     data = surface.GetPointData()
     slope = vtk_to_numpy(data.GetArray(gradient)).astype(float)
     length = np.linalg.norm(slope, axis=1, keepdims=True)
@@ -138,7 +138,7 @@ def shaded(surface, gradient, colour=None):
     lit.SetPoints(surface.GetPoints())
     lit.SetPolys(surface.GetPolys())
     lit.GetPointData().SetNormals(normals)
-    if colour is None:
+    if color is None:
         t1 = vtk_to_numpy(data.GetArray("T1"))
         tints = np.array(list(TISSUES.values())).T
         rgb = np.stack([np.interp(t1, list(TISSUES), tint) for tint in tints], axis=-1)
@@ -147,7 +147,7 @@ def shaded(surface, gradient, colour=None):
     mapper.SetInputData(lit)
     actor = vtkActor()
     actor.SetMapper(mapper)
-    actor.GetProperty().SetColor(colour or (1, 1, 1))
+    actor.GetProperty().SetColor(color or (1, 1, 1))
     actor.GetProperty().SetAmbient(0.1)
     actor.GetProperty().SetDiffuse(0.9)
     actor.GetProperty().SetSpecular(0.15)

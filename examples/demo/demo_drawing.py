@@ -29,10 +29,10 @@ BACKGROUND = (0.07, 0.09, 0.13)
 DRAGGED, PINNED, REST = (1.0, 0.55, 0.10), (0.25, 0.62, 1.0), (0.62, 0.66, 0.72)
 
 
-def spheres(centres, radius, colour):
+def spheres(centers, radius, color):
     """An actor of balls around points (n, 3)."""
     points = vtkPoints()
-    points.SetData(numpy_to_vtk(centres, deep=True))
+    points.SetData(numpy_to_vtk(centers, deep=True))
     balls = vtkPolyData()
     balls.SetPoints(points)
     sphere = vtkSphereSource()
@@ -42,16 +42,16 @@ def spheres(centres, radius, colour):
     glyphs = vtkGlyph3D()
     glyphs.SetInputData(balls)
     glyphs.SetSourceConnection(sphere.GetOutputPort())
-    return actor_of(glyphs, colour)
+    return actor_of(glyphs, color)
 
 
-def actor_of(source, colour):
-    """The actor of an algorithm's output, in one colour."""
+def actor_of(source, color):
+    """The actor of an algorithm's output, in one color."""
     mapper = vtkPolyDataMapper()
     mapper.SetInputConnection(source.GetOutputPort())
     actor = vtkActor()
     actor.SetMapper(mapper)
-    actor.GetProperty().SetColor(colour)
+    actor.GetProperty().SetColor(color)
     actor.GetProperty().SetAmbient(0.35)
     actor.GetProperty().SetDiffuse(0.65)
     return actor

@@ -56,7 +56,7 @@ def pulled_open(dataset):
 
 
 def marked(positions):
-    """Actors that show where the control points are, moved ones in another colour."""
+    """Actors that show where the control points are, moved ones in another color."""
     rest, deformed = demo.control_points()
     moved = np.any(rest != deformed, axis=1)
     return spheres(positions[moved], 3.0, DRAGGED), spheres(positions[~moved], 3.0, PINNED)

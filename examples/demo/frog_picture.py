@@ -91,7 +91,7 @@ def _control_points(file):
 
 
 def _tissues(file):
-    """Actor of the outer surface of all tissues, one colour each."""
+    """Actor of the outer surface of all tissues, one color each."""
     reader = vtkXMLImageDataReader()
     reader.SetFileName(str(file))
     nets = vtkSurfaceNets3D()
@@ -107,15 +107,15 @@ def _tissues(file):
     normals.SetInputData(_outer(nets.GetOutput()))
     normals.SplittingOff()
     normals.ConsistencyOff()
-    colours = vtkLookupTable()
-    colours.SetNumberOfTableValues(len(TISSUES))
-    colours.SetRange(min(TISSUES), max(TISSUES))
-    for i, colour in enumerate(TISSUES.values()):
-        colours.SetTableValue(i, *colour, 1.0)
+    colors = vtkLookupTable()
+    colors.SetNumberOfTableValues(len(TISSUES))
+    colors.SetRange(min(TISSUES), max(TISSUES))
+    for i, color in enumerate(TISSUES.values()):
+        colors.SetTableValue(i, *color, 1.0)
     mapper = vtkPolyDataMapper()
     mapper.SetInputConnection(normals.GetOutputPort())
     mapper.SetColorModeToMapScalars()
-    mapper.SetLookupTable(colours)
+    mapper.SetLookupTable(colors)
     mapper.UseLookupTableScalarRangeOn()
     actor = vtkActor()
     actor.SetMapper(mapper)
@@ -157,7 +157,7 @@ def _drag(rest, deformed, at_rest):
         yield from _arrow(start, end, DRAGGED if at_rest else REST)
 
 
-def _arrow(start, end, colour):
+def _arrow(start, end, color):
     """A shaft and a head that ends at the surface of the control point's sphere."""
     along = (end - start) / np.linalg.norm(end - start)
     tip = end - 7.0 * along
@@ -175,7 +175,7 @@ def _arrow(start, end, colour):
     head.SetHeight(14.0)
     head.SetRadius(6.0)
     head.SetResolution(24)
-    return actor_of(shaft, colour), actor_of(head, colour)
+    return actor_of(shaft, color), actor_of(head, color)
 
 
 def _ambient_occlusion():

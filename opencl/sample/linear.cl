@@ -6,7 +6,7 @@ typedef struct { tap_t first, second; } pair_t;
 // Values and those behind them, by one load for each two.
 #define PAIR(l) vload2(0, values + LANE_OFFSET(from, l))
 #define FOUR_PAIRS(l) PAIR(l), PAIR(l + 1), PAIR(l + 2), PAIR(l + 3)
-HOT void load_neighbours(pair_t *pair, __global const VALUE *values, offset_t from) {
+HOT void load_neighbors(pair_t *pair, __global const VALUE *values, offset_t from) {
 #if LANES == 1
   pair->first = (TAP)values[from];
   pair->second = (TAP)values[from + 1];
@@ -41,7 +41,7 @@ HOT void load_pair(pair_t *pair, const box_t *box, const offsets_t *at, const in
   }
   __global const VALUE *row = values + k * box->step_z + j * box->step_y;
   if (box->step_x == 1) {
-    load_neighbours(pair, row, at->corner);
+    load_neighbors(pair, row, at->corner);
   } else {
     pair->first = gathered(row, at->corner);
     pair->second = gathered(row + box->step_x, at->corner);

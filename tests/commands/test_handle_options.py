@@ -157,7 +157,7 @@ BAD = {
     "no mask": (["--mask", "none.vti"], "`none.vti`"),
     "mesh as a mask": (["--mask", "marrow.vtp"], "`--mask` must be an image, got a vtkPolyData in"),
     "points as a mask": (["--mask", "handles.csv"], "`handles.csv`: its name must end in"),
-    "grey mask": (["--mask", "in.vti"], "`in.vti` must have numbers from 0 to 1, got"),
+    "gray mask": (["--mask", "in.vti"], "`in.vti` must have numbers from 0 to 1, got"),
     "two masks": (
         ["--mask", "labels.vti", "--mask-ball", "0,0,0,1,1"],
         "one mask, got `--mask-ball` and `--mask`",

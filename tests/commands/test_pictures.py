@@ -32,7 +32,7 @@ from vtkmodules.vtkRenderingVolume import (
 from vtk_mls import Deformation, HalfPlane
 from vtk_mls.filters import MLSControlPoints, MLSDeform
 
-SIZE, MIDDLE, ZOOM = 41, 20.0, 4  # voxels along an edge, their centre, pixels per voxel
+SIZE, MIDDLE, ZOOM = 41, 20.0, 4  # voxels along an edge, their center, pixels per voxel
 OPAQUE = 255
 
 

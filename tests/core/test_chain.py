@@ -245,12 +245,12 @@ def test_voids_are_those_of_the_members(rng, device, frame):
     np.testing.assert_array_equal(got[clear], np.where(inside & (distance > 0), 1, 9)[clear])
 
 
-def test_cells_are_void_by_their_centres(rng):
+def test_cells_are_void_by_their_centers(rng):
     chain = Chain([affine(rng), opened()])
     cells = chain.void_of_cells(TARGET)
-    centres = chain.void(TARGET.cells.points()).reshape(TARGET.cells.shape)
-    np.testing.assert_array_equal(cells.at_centre, centres)
-    assert 0 < centres.sum() < cells.touched.sum()
+    centers = chain.void(TARGET.cells.points()).reshape(TARGET.cells.shape)
+    np.testing.assert_array_equal(cells.at_center, centers)
+    assert 0 < centers.sum() < cells.touched.sum()
 
 
 def test_the_overlap_is_that_of_the_member(rng):

@@ -71,7 +71,7 @@ def test_is_a_translation_where_all_move_alike(kind_and_degree, device, rng):
 
 
 def own_map(kind, degree, rng):
-    """A random map of the kind, as a function on points around the centre of the cube."""
+    """A random map of the kind, as a function on points around the center of the cube."""
     rotation = random_rotation(rng)
     if kind == "rigid":
         return lambda v: (v - 128) @ rotation.T + 120

@@ -321,7 +321,7 @@ def test_each_array_has_its_own_interpolation(device):
     assert (near.item(), linear.item()) == (0, 2)
 
 
-def test_a_neighbour_without_weight_brings_nothing_in(device):
+def test_a_neighbor_without_weight_brings_nothing_in(device):
     """NaN beside a place exactly between two others does not spread."""
     grid, target = Grid((2, 2, 1)), Grid((1, 1, 1), origin=(0.5, 0, 0))
     values = np.array([[2.0, 4.0], [np.nan, np.inf]]).reshape(grid.shape)

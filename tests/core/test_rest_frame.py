@@ -358,7 +358,7 @@ def test_guesses_on_fine_grids(key, shape, rng, monkeypatch):
 
 @pytest.mark.parametrize("key", DEVICES)
 @pytest.mark.parametrize("shape", ["half-plane", "crossing half-planes", "polygon"])
-def test_neighbours_in_a_search_change_nothing(key, shape, rng):
+def test_neighbors_in_a_search_change_nothing(key, shape, rng):
     """The origin of a point is the same to the bit, whichever points are searched for beside it."""
     d = rest_frame(*bent(rng), device=key, cuts=SHAPES[shape])
     v = rng.uniform(*BOX, (3001, 3))

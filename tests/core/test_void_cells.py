@@ -67,12 +67,12 @@ def test_it_is_that_of_the_map_at_cell_centers(device, cut, shape, opening, cut_
         found = d.void_of_cells(grid)
         expected = d.void_field(grid.cells)
         void_count += expected.sum()
-        differ = np.flatnonzero(found.at_centre != expected)
+        differ = np.flatnonzero(found.at_center != expected)
         if len(differ):  # those on the face itself, to rounding
-            centres = grid.cells.at(
+            centers = grid.cells.at(
                 np.stack(np.unravel_index(differ, expected.shape)[::-1], axis=1)
             )
-            assert np.abs(d.void_distance(centres)).max() < 1e-5 * size.max()
+            assert np.abs(d.void_distance(centers)).max() < 1e-5 * size.max()
         corners = d.void_field(grid)
         touched = np.zeros_like(expected)
         for ends in itertools.product(*[(0, 1) if n > 1 else (0,) for n in grid.shape]):
@@ -89,9 +89,9 @@ def test_cells_far_from_faces_are_not_evaluated():
     void, unknown = flags & void_cells.VOID > 0, flags & void_cells.UNKNOWN > 0
     assert void.shape == (63, 63, 63)
     assert unknown.mean() < 0.2
-    centres = np.abs(np.arange(63) + 0.5 - 31.7)
-    assert unknown[..., centres < 4].all()
-    assert not unknown[..., centres > 6].any()
+    centers = np.abs(np.arange(63) + 0.5 - 31.7)
+    assert unknown[..., centers < 4].all()
+    assert not unknown[..., centers > 6].any()
     assert not void[~unknown].any()
 
 
@@ -143,7 +143,7 @@ def test_corners_that_lie_alike_tell_nothing(device, scene):
     d = Deformation(rest, deformed, cuts=cuts, device=device)
     expected = d.void_field(grid.cells)
     assert expected.any()
-    np.testing.assert_array_equal(d.void_of_cells(grid).at_centre, expected)
+    np.testing.assert_array_equal(d.void_of_cells(grid).at_center, expected)
 
 
 @pytest.mark.parametrize(("slices", "share"), [(2, 1.0), (40, 0.3)])
@@ -181,14 +181,14 @@ def test_given_void_distances_replace_the_map(device):
 def test_slabs_are_the_whole(device, monkeypatch):
     grid, (rest, deformed) = Grid((20, 18, 22)), layers([9.5], [-0.4, 0.4])
     d = Deformation(rest, deformed, cuts=[across(9.5, 0.3)], device=device)
-    expected = d.void_of_cells(grid).at_centre
+    expected = d.void_of_cells(grid).at_center
     assert 0 < expected.sum() < expected.size
     monkeypatch.setattr(void_cells, "MAX_SLAB_CELLS", 3 * 19 * 17)
-    np.testing.assert_array_equal(d.void_of_cells(grid).at_centre, expected)
+    np.testing.assert_array_equal(d.void_of_cells(grid).at_center, expected)
 
 
 def test_without_cuts_nothing_is_void():
     d = Deformation([[0, 0, 0]], [[0, 0, 0]], device=FAST)
     void = d.void_of_cells(Grid((5, 4, 3)))
-    assert void.at_centre.shape == void.touched.shape == (2, 3, 4)
-    assert not (void.at_centre | void.touched).any()
+    assert void.at_center.shape == void.touched.shape == (2, 3, 4)
+    assert not (void.at_center | void.touched).any()

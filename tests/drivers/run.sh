@@ -3,7 +3,8 @@
 # other faults than CPU drivers do:
 #   - Oclgrind, a simulator that reports accesses out of bounds and races;
 #   - rusticl, Mesa's compiler for GPUs, without float64 (as root on Debian, by apt).
-# A missing implementation is reported, and is no failure.
+# A missing implementation is reported, and is no failure. With the argument "all" rusticl builds
+# more kernels.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 cache=$PWD/.cache/drivers
@@ -38,14 +39,15 @@ check_by_rusticl() {
     return
   fi
   driver >"$cache/rusticl/rusticl.icd"
-  # a few steps only: it builds each of the larger kernels in a minute
-  RUSTICL_ENABLE=llvmpipe OCL_ICD_VENDORS=$cache/rusticl $python $check rusticl \
-    "affine, half-plane: points" "affine, half-plane: grid" "rigid, no cut: points" \
-    "polynomial, no cut: points" "affine, between nodes" "images, linear" \
-    "affine, curves: points" "affine, regions and limits: points"
+  # a few steps only: it builds the larger kernels in a minute, and one in eight
+  local steps=("affine, half-plane: points" "rigid, no cut: points" "polynomial, no cut: points"
+    "affine, between nodes" "images, linear" "affine, curves: points"
+    "affine, regions and limits: points")
+  [ "$1" != all ] || steps+=("affine, half-plane: grid" "rigid, half-plane: inverse" "slopes on a grid")
+  RUSTICL_ENABLE=llvmpipe OCL_ICD_VENDORS=$cache/rusticl $python $check rusticl "${steps[@]}"
 }
 
-check_by_rusticl >"$cache/rusticl.log" 2>&1 & rusticl=$!
+check_by_rusticl "${1:-few}" >"$cache/rusticl.log" 2>&1 & rusticl=$!
 status=0
 check_by_oclgrind || status=1
 wait $rusticl || status=1

@@ -36,7 +36,7 @@ STATES = {
     },
     "cuts": {"cuts": [HalfPlane((MIDDLE,) * 3, (0.3, 1, 0.1), (0, 0, 1)), POLYGON], "nu": 3.3},
 }
-_REST = sorted(STATES.keys() - {"cuts", "shapes"})
+_REST = sorted(STATES.keys() - {"cuts"})
 
 
 def state(rng, places=0, **options):
@@ -55,7 +55,7 @@ def commands_of(script):
 
 @pytest.mark.parametrize(
     "name",
-    ["cuts", "shapes", *(pytest.param(name, marks=pytest.mark.matrix) for name in _REST)],
+    ["cuts", *(pytest.param(name, marks=pytest.mark.matrix) for name in _REST)],
 )
 def test_command_and_script_make_the_same_files(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

@@ -26,7 +26,7 @@ BUILT = {"XDG_CACHE_HOME": f"{USUAL}", "POCL_CACHE_DIR": f"{USUAL}/pocl/kcache"}
 HANDLE = types.SimpleNamespace(native_vector_width_float=16)
 FAKE = device.Device("0:0", "Processor", "Maker", "cpu", "OpenCL 3.0", HANDLE, "1.0")
 
-# A stand-in for Python in the child: reads the request and runs `{behaviour}`.
+# A stand-in for Python in the child: reads the request and runs `{behavior}`.
 STUB = """
 import json, os, signal, sys, time
 folder = os.path.dirname(sys.argv[1])
@@ -36,7 +36,7 @@ lanes, part = request["lanes"], request["part"]
 def report(**message):
     print({mark!r} + json.dumps(message), flush=True)
 report(step="the first step")
-{behaviour}
+{behavior}
 report(speed=2e6 * lanes)
 """
 DIES = "os.kill(os.getpid(), signal.SIGSEGV)"
@@ -61,9 +61,9 @@ def fresh(tmp_path, monkeypatch):
 def child(fresh, monkeypatch):
     """Let children behave like this."""
 
-    def behave(behaviour):
+    def behave(behavior):
         stub = fresh / "stub.py"
-        stub.write_text(STUB.format(mark=MARK, behaviour=behaviour))
+        stub.write_text(STUB.format(mark=MARK, behavior=behavior))
         monkeypatch.setattr(child_process, "interpreter", lambda: [sys.executable, str(stub)])
 
     return behave
@@ -90,7 +90,7 @@ def test_a_sound_device_is_tested_once(child, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("behaviour", "sentence"),
+    ("behavior", "sentence"),
     [
         pytest.param(DIES, "the process ends by SIGSEGV", id="dies"),
         pytest.param(HANGS, "it does not come to an end (the first step: no answer", id="hangs"),
@@ -101,8 +101,8 @@ def test_a_sound_device_is_tested_once(child, monkeypatch):
     ],
 )
 @pytest.mark.skipif(sys.platform == "win32", reason="there are no signals on Windows")
-def test_a_driver_that_only_fails_at_16_points(child, behaviour, sentence):
-    child(f"if lanes == 16: {behaviour}")
+def test_a_driver_that_only_fails_at_16_points(child, behavior, sentence):
+    child(f"if lanes == 16: {behavior}")
     (result,), sentences = messages_of(device_check.results, [FAKE])
     assert (result.lanes, result.speed, result.is_checked) == (8, 16e6, True)
     assert len(result.failures) == 1
@@ -149,15 +149,15 @@ open(os.path.join(path, "binary"), "w").close()"""
 
 
 @pytest.mark.parametrize(
-    ("behaviour", "next_day"),
+    ("behavior", "next_day"),
     [
         pytest.param(LIES, 16, id="failed at every width"),
         pytest.param(f"if lanes == 16: {HANGS}", 16, id="did not end"),
         pytest.param(f"if lanes == 16: {LIES}", 8, id="narrower"),
     ],
 )
-def test_inconclusive_results_are_checked_again(child, behaviour, next_day, monkeypatch):
-    child(behaviour)
+def test_inconclusive_results_are_checked_again(child, behavior, next_day, monkeypatch):
+    child(behavior)
     (before,) = device_check.results([FAKE])
     child("")
     monkeypatch.setattr(device_check, "_results", {})

@@ -45,7 +45,7 @@ def values(attributes, name):
     return arrays.to_numpy(attributes.GetArray(name))
 
 
-@pytest.mark.parametrize("name", ["RGB", "RGBA", "colour of the scanner"])
+@pytest.mark.parametrize("name", ["RGB", "RGBA", "color of the scanner"])
 @pytest.mark.parametrize("components", [3, 4])
 @pytest.mark.parametrize("of", ["Point", "Cell"])
 def test_colors_stay(of, components, name, tmp_path, rng):

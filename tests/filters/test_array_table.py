@@ -127,7 +127,9 @@ def of_port(tmp_path):
     return run
 
 
-@pytest.mark.parametrize("writer", [IMAGE, MESH, MAP, CONTROL_POINTS, ARROWS])
+@pytest.mark.parametrize(
+    "writer", [pytest.param(IMAGE, marks=pytest.mark.matrix), MESH, MAP, CONTROL_POINTS, ARROWS]
+)
 def test_what_is_written_is_what_the_table_says(writer, of_port):
     find = {IMAGE: of_image, MESH: of_mesh, MAP: of_map}
     find |= {CONTROL_POINTS: partial(of_port, 0), ARROWS: partial(of_port, 1)}

@@ -139,10 +139,10 @@ def test_points_of_the_grid_are_where_vtk_has_them(image):
 
 
 def test_cells_of_the_grid_are_where_vtk_has_them(image):
-    centres = vtkCellCenters()
-    centres.SetInputData(image)
-    centres.Update()
-    expected = centres.GetOutput()
+    centers = vtkCellCenters()
+    centers.SetInputData(image)
+    centers.Update()
+    expected = centers.GetOutput()
     cells = ImageGeometry.of_image(image).grid.cells
     assert cells.size == image.GetNumberOfCells()
     expected = [expected.GetPoint(i) for i in range(expected.GetNumberOfPoints())]

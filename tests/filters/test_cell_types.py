@@ -247,8 +247,8 @@ def check_empty(kind):
                 np.testing.assert_allclose(places_of(output), moved, atol=5e-5)
                 np.testing.assert_array_equal(empty, [True, False, True, False, True])
                 full = [1, 3]
-                centres = np.array([places_of(output)[corners_of(output, i)].mean(0) for i in full])
-                jacobian = reference().jacobian(centres)
+                centers = np.array([places_of(output)[corners_of(output, i)].mean(0) for i in full])
+                jacobian = reference().jacobian(centers)
                 turned = np.linalg.solve(jacobian, flow[full][..., None])[..., 0]
                 if kind not in ("Verts", "Lines"):  # whose centers are others
                     found = array_of(output, "flow", "Cell")[full]

@@ -375,7 +375,7 @@ def test_jacobians(kind, device):
 
 def test_folds_are_counted():
     deforming = scene(MLSDeform)
-    # one control point is dragged past its neighbour
+    # one control point is dragged past its neighbor
     rest = [(2.0, 3, 3), (4.0, 3, 3), (6.0, 3, 3)]
     deformed = [(2.0, 3, 3), (6.5, 3, 3), (6.0, 3, 3)]
     connect(deforming, make_image(), control_points(rest, deformed))

@@ -11,7 +11,7 @@ sys.path.insert(0, str(FUZZ))
 import run  # noqa: E402
 
 
-@pytest.mark.long
+@pytest.mark.matrix
 def test_random_cases():
     assert run.run(0, 40) == {}
 

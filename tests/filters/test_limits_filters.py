@@ -160,7 +160,7 @@ BAD = {
     "falloff": (lambda d: d.SetMaskBall(0, 0, 0, 1, 0), "`MaskBall` is no ball: `falloff` .*0"),
     "four": (lambda d: d.SetMaskBall(0, 0, 0, 1), "`MaskBall` must be five numbers"),
     "text": (lambda d: d.SetMaskBall("abcde"), "`MaskBall` must be numbers"),
-    "grey": (
+    "gray": (
         lambda d: d.SetMask(mask_image(FULL, VTK_FLOAT)),
         "`Mask` must have numbers from 0 to 1, got 200 to 200; divide",
     ),

@@ -95,7 +95,7 @@ def test_live_props_follow_the_display(gui):
     ):
         gui.run(f"{change}; simple.Render(view)")
         assert gui.value("volumes()") == expected, change
-    gui.screenshot("1_grey")
+    gui.screenshot("1_gray")
     gui.run("other = simple.CreateRenderView(); simple.Show(deform, other)")
     gui.run("simple.GetDisplayProperties(deform, other).SetRepresentationType('Volume')")
     gui.run("simple.Render(other)")

@@ -20,17 +20,17 @@ image = data(source)
 scalars = image.GetPointData().GetScalars().GetName()
 VALUES = vtk_to_numpy(image.GetPointData().GetScalars())
 bounds = np.reshape(image.GetBounds(), (3, 2))
-centre, size = bounds.mean(axis=1), np.ptp(bounds, axis=1)
+center, size = bounds.mean(axis=1), np.ptp(bounds, axis=1)
 
 
 def hard_handles(is_cut):
     """Random handles with large drags, in close pairs; or pulled apart at a cut."""
     rng = np.random.default_rng(7)
-    rest = centre + rng.uniform(-0.4, 0.4, (24, 3)) * size
+    rest = center + rng.uniform(-0.4, 0.4, (24, 3)) * size
     deformed = rest + rng.uniform(-0.05, 0.05, (24, 3)) * size
     if is_cut:
-        side = np.sign(rest[:, :1] - centre[0])
-        return rest, rest + side * [[0.08 * size[0], 0, 0]] * (rest[:, 2:] > centre[2])
+        side = np.sign(rest[:, :1] - center[0])
+        return rest, rest + side * [[0.08 * size[0], 0, 0]] * (rest[:, 2:] > center[2])
     deformed[1::2] = deformed[::2] + 0.5 * np.array(image.GetSpacing()) * [[0.6, 0.64, -0.48]]
     return rest, deformed
 
@@ -41,7 +41,7 @@ def filter_of(kind, cut, tolerance, **settings):
     assert proxy.MapTolerance == proxy.GetClientSideObject().GetMapTolerance() == TOLERANCE
     proxy.CutType = cut
     if cut != "none":
-        proxy.CutOrigin = list(centre)
+        proxy.CutOrigin = list(center)
         for name, value in CUTS[cut].items():
             setattr(proxy, name, value)
     for name, value in settings.items():
@@ -64,8 +64,8 @@ def picture(proxy, kind, colors, name):
     if colors and colors[1] == "Gradient":
         high = 0.2 * float(VALUES.max())
         simple.GetColorTransferFunction("Gradient").RescaleTransferFunction(-high, high)
-    view.CameraPosition = list(centre + 2.4 * size.max() * np.array([0.4, -0.6, 0.9]))
-    view.CameraFocalPoint, view.CameraViewUp = list(centre), [0, 0, 1]
+    view.CameraPosition = list(center + 2.4 * size.max() * np.array([0.4, -0.6, 0.9]))
+    view.CameraFocalPoint, view.CameraViewUp = list(center), [0, 0, 1]
     simple.Render(view)
     pixels = screenshot(view, FOLDER / f"tolerance_{name}.png")
     simple.Hide(proxy, view)

@@ -46,7 +46,7 @@ MORE_QUESTIONS = [
 ]
 
 
-@pytest.mark.long
+@pytest.mark.matrix
 @pytest.mark.parametrize(
     ("question", "sizes", "base"),
     [
@@ -111,7 +111,7 @@ Instructions executed for kernel 'mine':
     assert benchmarks.operations._operations(told, "none") == 0
 
 
-@pytest.mark.long
+@pytest.mark.matrix
 def test_kernels_have_shares_of_the_peaks(benchmarks, monkeypatch):
     engine, n = engine_for("cpu"), 32
     names = [question.name for question in benchmarks.operations.questions(n)]
@@ -126,7 +126,7 @@ def test_kernels_have_shares_of_the_peaks(benchmarks, monkeypatch):
     assert affine["% of the peak"] == pytest.approx(100 * affine["G/s"] / peak["G/s"])
 
 
-@pytest.mark.long
+@pytest.mark.matrix
 def test_devices_with_a_memory_of_their_own_tell_how_arrays_come_there(benchmarks, monkeypatch):
     monkeypatch.setattr(benchmarks.roofline, "_COPIED", 1 << 20)
     speeds = benchmarks.roofline.transfers(engine_for("cpu").device)
@@ -134,14 +134,14 @@ def test_devices_with_a_memory_of_their_own_tell_how_arrays_come_there(benchmark
     assert all(0.01 < speed < 1e5 for speed in speeds.values())
 
 
-@pytest.mark.long
+@pytest.mark.matrix
 def test_an_update_passes_its_arrays_once(benchmarks):
     rows = benchmarks.traffic.table(32)
     assert rows["rigid"]["read"] == 4
     assert rows["rigid"]["written"] == 4
 
 
-@pytest.mark.long
+@pytest.mark.matrix
 def test_a_program_that_starts_tells_how_long_its_steps_take(benchmarks):
     steps = benchmarks.alone._asked(["start"])  # with the usual caches: without, minutes
     assert list(steps) == ["import", "device", "first map", "second map"]

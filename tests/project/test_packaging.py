@@ -108,7 +108,7 @@ def test_versions_agree():
     assert f"rev: v{ruff}" in hooks
 
 
-@pytest.mark.long
+@pytest.mark.matrix
 def test_wheel_in_a_fresh_environment(distributions, tmp_path):
     venv.create(tmp_path / "fresh", with_pip=True, symlinks=True)
     python = tmp_path / "fresh" / "bin" / "python"

@@ -16,7 +16,7 @@ PROJECT = Path(__file__).resolve().parents[2]
 TEXT = (PROJECT / "CONTRIBUTING.md").read_text()
 FOLDERS = ("docs", "opencl", "paraview_plugin", "tests", "vtk_mls")
 
-pytestmark = pytest.mark.long
+pytestmark = pytest.mark.matrix
 
 
 def recipe(title):

@@ -204,9 +204,9 @@ class Resampling:
         data = self.output.GetCellData()
         void_distance, self._void_distance = self._void_distance, None
         void = self.deformation.void_of_cells(self.target, void_distance, progress)
-        arrays.add(data, "Void", void.at_centre.ravel())
+        arrays.add(data, "Void", void.at_center.ravel())
         if self.options.hides_void and void_arrays.CAN_HIDE_CELLS:
-            void_arrays.hide(data, void.at_centre | void.touched)
+            void_arrays.hide(data, void.at_center | void.touched)
 
     def _add_gradient(self, progress):
         """Add "Gradient" of point scalars."""

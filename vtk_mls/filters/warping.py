@@ -356,7 +356,7 @@ def _stamp(thing):
 
 
 def cell_centers(mesh):
-    """Centres of the cells (n, 3); NaN for cells without points."""
+    """Centers of the cells (n, 3); NaN for cells without points."""
     filled = without_empty(mesh)
     centers = vtkCellCenters()
     centers.SetInputData(filled)

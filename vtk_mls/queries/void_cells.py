@@ -32,14 +32,19 @@ class VoidCells(NamedTuple):
 
     Attributes
     ----------
-    at_centre : array of bool
+    at_center : array of bool
         Whether the center of the cell is void.
     touched : array of bool
         Whether a corner of the cell is void.
     """
 
-    at_centre: NDArray[np.bool_]
+    at_center: NDArray[np.bool_]
     touched: NDArray[np.bool_]
+
+    @property
+    def at_centre(self) -> NDArray[np.bool_]:
+        """The name of `at_center` before version 0.2."""
+        return self.at_center
 
 
 def classify_cells(deformation, engine, grid, void_distance, progress):
