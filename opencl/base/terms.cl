@@ -12,11 +12,11 @@ typedef struct {
 #define CHANGES (2 * SEGMENTS > PAIRS ? 2 * SEGMENTS : PAIRS)
 
 #if SEGMENTS
-// A segment as seen from v: its nearest point, relative to k, and the share of the length there;
-// moments about a share `center` from there.
+// A segment as seen from v: moments about a share t of its length, which is that of the nearest point
+// or 1/2, and the point there, relative to k.
 typedef struct {
   vec q, u, along_q, along_u;
-  real t, center, m[MOMENTS];
+  real t, m[MOMENTS];
 } moments_t;
 
 // Moments up to `top`. With `slopes`, for weights divided by the squared distance.
@@ -29,7 +29,6 @@ HOT moments_t segment_moments(const map_t *map, int i, const pivot_t *pivot,
 #if CUTS
   e2 = select(e2, (real)(1), e2 >= UNREACHABLE);  // no segment but the pivot can be reached
 #endif
-  result.t = nearest.t;
   real c = at->c;
 #if CUTS
   integer hides_any = 0;
@@ -41,15 +40,18 @@ HOT moments_t segment_moments(const map_t *map, int i, const pivot_t *pivot,
 #endif
   c = select(c / whole_power(damping, INTEGER_ALPHA), (real)(0), damping >= UNREACHABLE);
 #endif
-  result.center = moments_of(at, &nearest, map->params.smoothing2, e2, slopes, top, c, result.m);
+  const real from_nearest =
+      moments_of(at, &nearest, map->params.smoothing2, e2, slopes, top, c, result.m);
+  result.t = nearest.t + from_nearest;
   result.along_q = (vec){at->along_q[0], at->along_q[1], at->along_q[2]};
   result.along_u = (vec){at->along_u[0], at->along_u[1], at->along_u[2]};
   const integer is_pivot = pivot->k == i;
   const vec none = {0, 0, 0};
   const vec q = {at->q[0] - pivot->q.x, at->q[1] - pivot->q.y, at->q[2] - pivot->q.z};
   const vec u = {at->u[0] - pivot->u.x, at->u[1] - pivot->u.y, at->u[2] - pivot->u.z};
-  result.q = vec_select(vec_madd(nearest.t, result.along_q, q), none, is_pivot);
-  result.u = vec_select(vec_madd(nearest.t, result.along_u, u), none, is_pivot);
+  const real t = select(result.t, from_nearest, is_pivot);  // k is the nearest point then
+  result.q = vec_madd(t, result.along_q, vec_select(q, none, is_pivot));
+  result.u = vec_madd(t, result.along_u, vec_select(u, none, is_pivot));
   return result;
 }
 
@@ -60,9 +62,8 @@ HOT void segment_pairs(const map_t *map, int i, const pivot_t *pivot, const eval
   const moments_t along = segment_moments(map, i, pivot, point, slopes, top);
   const rule_t rule = rule_of(along.m, slopes);
   UNROLL_MOMENTS for (int j = 0; j < SEGMENTS; ++j) {
-    const real t = along.center + rule.t[j];
-    pairs[j].q = vec_madd(t, along.along_q, along.q);
-    pairs[j].u = vec_madd(t, along.along_u, along.u);
+    pairs[j].q = vec_madd(rule.t[j], along.along_q, along.q);
+    pairs[j].u = vec_madd(rule.t[j], along.along_u, along.u);
     pairs[j].w = rule.w[j];
   }
 }

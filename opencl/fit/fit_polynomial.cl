@@ -102,8 +102,8 @@ inline void functions_on_segments(const map_t *map, const pivot_t *pivot, real *
 #define fitted_displacement TYPED(fitted_displacement)
 #define fitted_jacobian TYPED(fitted_jacobian)
 
-// Degree 3, and degree 2 with curves, are fitted in double only, which most of their points need.
-#if defined(USE_FP64) && (FUNCTIONS == 3 || FUNCTIONS == 9 && !SEGMENTS)
+// Degree 3 is fitted in double only, which most of its points need.
+#if defined(USE_FP64) && FUNCTIONS <= 9
 #define MIXED 1  // float, and double where it is needed
 #else
 #define MIXED 0

@@ -46,20 +46,29 @@ HOT void add_pair(sums_t *sums, real w, vec q, vec u) {
 #endif
 }
 
+#if SEGMENTS
+// A segment, whose points are q + t along_q, by the moments of its weight.
+HOT void add_segment(sums_t *sums, const moments_t *at) {
+  const vec along_p = vec_add(at->along_q, at->along_u);
+  const vec wq = vec_madd(at->m[0], at->q, vec_scale(at->m[1], at->along_q));
+  const vec wtq = vec_madd(at->m[1], at->q, vec_scale(at->m[2], at->along_q));
+  sums->weight += at->m[0];
+  sums->q = vec_add(sums->q, wq);
+  sums->u = vec_madd(at->m[0], at->u, vec_madd(at->m[1], at->along_u, sums->u));
+  add_outer(&sums->c, vec_add(at->q, at->u), wq);
+  add_outer(&sums->c, along_p, wtq);
+#if SIMILARITY
+  sums->spread += dot3(at->q, wq) + dot3(at->along_q, wtq);
+#endif
+}
+#endif
+
 HOT void add_term(sums_t *sums, const map_t *map, int i, const pivot_t *pivot,
                   const evaluation_point_t *point) {
 #if SEGMENTS
   if (i >= map->params.count) {
-    // all at the mean, and the square deviation: the same as two points
     const moments_t along = segment_moments(map, i, pivot, point, 0, TOP);
-    const real mean = along.m[1] / fast_max(along.m[0], (real)(1e-30f)), t = along.center + mean;
-    const real width = fma(-mean, along.m[1], along.m[2]);
-    add_pair(sums, along.m[0], vec_madd(t, along.along_q, along.q),
-             vec_madd(t, along.along_u, along.u));
-    add_outer(&sums->c, vec_add(along.along_q, along.along_u), vec_scale(width, along.along_q));
-#if SIMILARITY
-    sums->spread = fma(width, dot3(along.along_q, along.along_q), sums->spread);
-#endif
+    add_segment(sums, &along);
     return;
   }
 #endif

@@ -106,28 +106,27 @@ inline void add_group(const map_t *map, sums_t *sums, int first, int stop, const
 HOT void add_segment(const map_t *map, sums_t *sums, int i, const weighted_fit_t *fit) {
   const int functions = functions_of(map);
   const moments_t along = segment_moments(map, i, &fit->pivot, &fit->point, 0, TOP);
-  const expansion_t expansion = expansion_of(along.m, along.center);
+  const factors_t factors = factors_of(along.m);
   __global const float *powers = powers_along(map, i);
-  real at_nearest[FUNCTIONS];
-  functions_along(map, &fit->pivot, along.q, at_nearest);
-  const vec middle = vec_madd(expansion.by[1][0], along.along_u, along.u);
-  const vec change = vec_scale(expansion.by[1][1], along.along_u);
+  real start[FUNCTIONS];
+  functions_along(map, &fit->pivot, along.q, start);
+  const vec middle = vec_madd(factors.l[1][0], along.along_u, along.u);
   const sum_vec u = {TO_SUM(middle.x), TO_SUM(middle.y), TO_SUM(middle.z)};
-  const sum_vec du = {TO_SUM(change.x), TO_SUM(change.y), TO_SUM(change.z)};
+  const sum_vec du = {TO_SUM(along.along_u.x), TO_SUM(along.along_u.y), TO_SUM(along.along_u.z)};
   sum_t w[SEGMENTS], f[SEGMENTS][FUNCTIONS];
-  UNROLL_MOMENTS for (int k = 0; k < SEGMENTS; ++k) w[k] = TO_SUM(expansion.norm[k]);
+  UNROLL_MOMENTS for (int k = 0; k < SEGMENTS; ++k) w[k] = TO_SUM(factors.norm[k]);
   sums->weight += w[0];
   sums->u = sum_madd(w[0], u, sums->u);
   UNROLL for (int j = 0; j < functions; ++j) {
-    real c[SEGMENTS];  // of the powers of t about the nearest point
-    c[0] = at_nearest[j];
+    real c[SEGMENTS];  // of the powers of t about along.t
+    c[0] = start[j];
     UNROLL_MOMENTS for (int k = 1; k < SEGMENTS; ++k) c[k] = powers[(k - 1) * FUNCTIONS + j];
     UNROLL_MOMENTS for (int k = 0; k + 1 < SEGMENTS; ++k)
       UNROLL_MOMENTS for (int l = SEGMENTS - 2; l >= max(k, 1); --l) c[l] = fma(along.t, c[l + 1], c[l]);
     sum_t wf[SEGMENTS];
     UNROLL_MOMENTS for (int k = 0; k < SEGMENTS; ++k) {
-      real sum = expansion.by[k][k] * c[k];
-      UNROLL_MOMENTS for (int l = k + 1; l < SEGMENTS; ++l) sum = fma(expansion.by[l][k], c[l], sum);
+      real sum = c[k];
+      UNROLL_MOMENTS for (int l = k + 1; l < SEGMENTS; ++l) sum = fma(factors.l[l][k], c[l], sum);
       f[k][j] = TO_SUM(sum);
       wf[k] = w[k] * f[k][j];
     }

@@ -57,12 +57,8 @@ HOT real whole_power(real x, int n) {
   return n == 1 ? x : n == 2 ? x * x : n == 3 ? x * x * x : (x * x) * (x * x);
 }
 
-// The angle of (x, y), y > 0, from the x axis: 0 to pi, relative error 2e-7. `per_larger` is 1 over
-// the larger of |x| and y. Also s, the square of the smaller over the larger, and A of arctan(r) = r
-// + A s r.
-HOT real half_turn(real x, real y, real per_larger, real *s_of, real *series_of) {
-  const real size = fabs(x), ratio = fast_min(size, y) * per_larger, s = ratio * ratio;
-  const integer steep = size < y;
+// A of arctan(r) = r (1 + A s) for s = r^2, 0 <= r <= 1: relative error of the arctan 2e-7.
+HOT real arctan_series(real s) {
   real series = 0.00284989f;
   series = fma(series, s, (real)(-0.01606862f));
   series = fma(series, s, (real)(0.0426915f));
@@ -70,12 +66,7 @@ HOT real half_turn(real x, real y, real per_larger, real *s_of, real *series_of)
   series = fma(series, s, (real)(0.10640933f));
   series = fma(series, s, (real)(-0.14203644f));
   series = fma(series, s, (real)(0.19992619f));
-  series = fma(series, s, (real)(-0.33333073f));
-  *s_of = s;
-  *series_of = series;
-  real angle = fma(series * s, ratio, ratio);
-  angle = select(angle, 1.57079633f - angle, steep);
-  return select(angle, 3.14159265f - angle, x < 0);
+  return fma(series, s, (real)(-0.33333073f));
 }
 
 // The functions G of `near_integrals`, which are smooth where the closed forms cancel: relative error
@@ -92,37 +83,38 @@ HOT real end_series(real y, int n) {
 }
 
 // The integrals f[k] of (t - f)^k / ((t - f)^2 + a^2)^n over the segment, k up to `top`, by closed
-// forms. With low = -f, high = 1 - f and P = low high + a^2, that for n = 1, k = 0 is the angle at
-// which v sees the segment over a. By n, k = 0 follows from
+// forms. With low = -f, high = 1 - f and P = low high + a^2, that for n = 1, k = 0 is the angle of
+// (P, a), at which v sees the segment, over a. By n, k = 0 follows from
 //   2 n a^2 K(n + 1) = high / (high^2 + a^2)^n - low / (low^2 + a^2)^n + (2 n - 1) K(n),
 // which cancels beyond the ends of the segment, where P > 0; there, with y = a^2 / P^2 and D = P^2 + a^2,
-//   K(2) = 1 / D + (1 / D + A / P^2) / (2 P) with A of `half_turn`,
+//   K(2) = 1 / D + (1 / D + A / P^2) / (2 P) with A of `arctan_series`,
 //   K(3) = (1 + P) / D^2 + G(y) / P^5 and K(4) = ((1 + P)^2 - a^2 / 3) / D^3 + G(y) / P^7.
 HOT void near_integrals(real projection, real a2, int n, int top, real f[MOMENTS]) {
   const real low = -projection, high = 1 - projection, both = low + high;
   const real low2 = fma(low, low, a2), high2 = fma(high, high, a2);
-  const real p = fma(low, high, a2), per_a = rsqrt(a2), a = a2 * per_a;
-  // one division for 1 / D and 1 / the larger of |P| and a
-  const real d = low2 * high2, larger = fast_max(fabs(p), a), per_both = 1 / (d * larger);
-  const real per_d = per_both * larger, per_larger = per_both * d;
-  real y, series;
-  const real angle = half_turn(p, a, per_larger, &y, &series);
+  const real p = fma(low, high, a2), p2 = p * p, per_a2 = 1 / a2;
+  // one division for 1 / D and 1 / the larger of P^2 and a^2
+  const real d = low2 * high2, larger = fast_max(p2, a2), per_both = 1 / (d * larger);
+  const real per_d = per_both * larger, square = per_both * d;
+  // the angle is a / P (1 + A y), plus pi for P < 0, or pi / 2 - P / a (1 + A / y)
+  const integer steep = p2 < a2, ahead = (p > 0) & !steep;
+  const real y = fast_min(p2, a2) * square, series = arctan_series(y), per_p = p * square;
+  const real right_angles = select(select((real)(2), (real)(0), ahead), (real)(1), steep);
   real k[5], odd[5];  // f[0] and f[1] by n
   k[0] = 1;
   odd[0] = 0.5f * both;
-  k[1] = angle * per_a;
+  k[1] = fma(fma(series, y, (real)(1)), select(per_p, -per_p, steep),
+             1.57079633f * right_angles * sqrt(per_a2));
   if (n == 1 || top > 2) odd[1] = 0.34657359f * fast_log2(high2 / low2);
   if (n > 1) {
-    const real half_a2 = 0.5f * per_a * per_a;
-    const integer ahead = p > a, beyond = ahead & (y < 0.25f);
-    const real square = per_larger * per_larger, cube = square * per_larger;
+    const real half_a2 = 0.5f * per_a2, fifth = square * square * per_p;
+    const integer beyond = ahead & (y < 0.25f);
     const real direct = half_a2 * fma(2 * a2 - p, per_d, k[1]);
-    k[2] = select(direct, fma(0.5f * per_larger, fma(series, square, per_d), per_d), ahead);
+    k[2] = select(direct, fma(0.5f * per_p, fma(series, square, per_d), per_d), ahead);
     odd[2] = 0.5f * both * per_d;
     if (n > 2) {
       const real change = per_d * per_d * fma(a2, 1 + 4 * p, -p * fma((real)(3), p, (real)(1)));
       const real by_k2 = 0.5f * half_a2 * fma((real)(3), k[2], change);
-      const real fifth = cube * square;
       const real by_series = fma(end_series(y, 3), fifth, (1 + p) * per_d * per_d);
       k[3] = select(by_k2, by_series, beyond);
       odd[3] = 0.25f * both * (low2 + high2) * per_d * per_d;
@@ -283,11 +275,11 @@ typedef struct {
   real a[SEGMENTS], b[SEGMENTS], norm[SEGMENTS];
 } recurrence_t;
 
-// From the moments up to `top`; the last a[k] only from those up to 2 SEGMENTS - 1.
-HOT recurrence_t recurrence_of(const real m[MOMENTS], const int top, real mean, real sigma) {
+// From the moments up to 2 SEGMENTS - 1.
+HOT recurrence_t recurrence_of(const real m[MOMENTS], real mean, real sigma) {
   real c[2 * SEGMENTS];
   const real per_total = 1 / fast_max(m[0], (real)(1e-30f));
-  UNROLL_MOMENTS for (int i = 0; i < 2 * SEGMENTS; ++i) c[i] = i <= top ? m[i] * per_total : (real)(0);
+  UNROLL_MOMENTS for (int i = 0; i < 2 * SEGMENTS; ++i) c[i] = m[i] * per_total;
   UNROLL_MOMENTS for (int i = 1; i < 2 * SEGMENTS; ++i)
     UNROLL_MOMENTS for (int j = 2 * SEGMENTS - 1; j >= i; --j) c[j] = fma(-mean, c[j - 1], c[j]);
   const real per_sigma = 1 / sigma;
@@ -380,7 +372,7 @@ HOT rule_t rule_of(const real m[MOMENTS], int skewed) {
 #endif
   real sigma, zeros[SEGMENTS];
   const real mean = mean_of(m, &sigma);
-  const recurrence_t r = recurrence_of(m, 2 * SEGMENTS - 1, mean, sigma);
+  const recurrence_t r = recurrence_of(m, mean, sigma);
   real reach = 0;  // all zeros are within
   UNROLL_MOMENTS for (int k = 0; k < SEGMENTS; ++k)
     reach = fast_max(reach, fabs(r.a[k]) + sqrt(r.b[k]) + (k + 1 < SEGMENTS ? sqrt(r.b[k + 1]) : 0));
@@ -403,35 +395,26 @@ HOT rule_t rule_of(const real m[MOMENTS], int skewed) {
 }
 #endif
 
-// The powers of t, relative to the nearest point, by the polynomials p[k] that are orthogonal for the
-// weight of a segment: t^j is the sum of by[j][k] p[k]. `norm` are the square norms of p[k].
+// The factors of the matrix of moments m[j + k] = sum of l[j][i] norm[i] l[k][i] over i, with 1 on the
+// diagonal of l: t^j is the sum of l[j][i] times polynomials that are orthogonal for the weight of a
+// segment, of these square norms.
 typedef struct {
-  real by[SEGMENTS][SEGMENTS], norm[SEGMENTS];
-} expansion_t;
+  real l[SEGMENTS][SEGMENTS], norm[SEGMENTS];
+} factors_t;
 
-HOT expansion_t expansion_of(const real m[MOMENTS], real center) {
-  expansion_t result;
-#if SEGMENTS == 2
-  const real mean = m[1] / fast_max(m[0], (real)(1e-30f)), sigma = 1, start = center + mean;
-  const real a[2] = {0, 0}, b[2] = {0, 0};
-  result.norm[1] = fast_max(fma(-mean, m[1], m[2]), (real)(0));
-#else
-  real sigma;
-  const real mean = mean_of(m, &sigma), start = center + mean;
-  const recurrence_t r = recurrence_of(m, TOP, mean, sigma);
-  const real *a = r.a, *b = r.b;
-  UNROLL_MOMENTS for (int k = 1; k < SEGMENTS; ++k) result.norm[k] = m[0] * r.norm[k];
-#endif
-  result.norm[0] = m[0];
-  UNROLL_MOMENTS for (int k = 0; k < SEGMENTS; ++k) result.by[0][k] = k == 0;
-  // t p[k] = sigma p[k+1] + (start + sigma a[k]) p[k] + sigma b[k] p[k-1]
-  UNROLL_MOMENTS for (int j = 1; j < SEGMENTS; ++j)
-    UNROLL_MOMENTS for (int k = 0; k < SEGMENTS; ++k) {
-      real next = 0;
-      if (k > 0) next = sigma * result.by[j - 1][k - 1];
-      if (k < j) next = fma(fma(sigma, a[k], start), result.by[j - 1][k], next);
-      if (k + 1 < j) next = fma(sigma * b[k + 1], result.by[j - 1][k + 1], next);
-      result.by[j][k] = next;
+HOT factors_t factors_of(const real m[MOMENTS]) {
+  factors_t result;
+  UNROLL_MOMENTS for (int k = 0; k < SEGMENTS; ++k) {
+    real column[SEGMENTS];
+    UNROLL_MOMENTS for (int j = k; j < SEGMENTS; ++j) {
+      column[j] = m[j + k];
+      UNROLL_MOMENTS for (int i = 0; i < k; ++i)
+        column[j] = fma(-result.l[j][i], result.norm[i] * result.l[k][i], column[j]);
     }
+    result.norm[k] = fast_max(column[k], (real)(0));
+    const real per_norm = 1 / fast_max(column[k], (real)(1e-30f));
+    UNROLL_MOMENTS for (int j = k + 1; j < SEGMENTS; ++j) result.l[j][k] = per_norm * column[j];
+    result.l[k][k] = 1;
+  }
   return result;
 }

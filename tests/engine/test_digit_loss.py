@@ -7,7 +7,7 @@ import pytest
 from control_point_sets import DEVICES, EXTENT, TOLERANCE, deformation, places, random_handles
 from pairwise import paired
 
-from vtk_mls import HalfPlane
+from vtk_mls import CurveHandle, HalfPlane
 from vtk_mls.engine import dispatch
 from vtk_mls.engine.engine import Engine
 from vtk_mls.kinds.polynomials import Polynomial
@@ -118,6 +118,17 @@ def test_most_points_need_float_only(key, kind_and_degree, alpha, share, rng, mo
     d = deformation(d.rest, d.deformed, kind_and_degree, key, alpha=alpha)
     assert (d.backward(v) == origins).all(axis=1).mean() >= share
     assert (d.jacobian(v) == slopes).all(axis=(1, 2)).mean() >= share
+
+
+@pytest.mark.parametrize("kind_and_degree", KINDS)
+def test_most_points_beside_a_curve_need_float_only(key, kind_and_degree, rng, monkeypatch):
+    nodes = 0.15 * EXTENT + 0.7 * EXTENT * np.linspace(0, 1, 9)[:, None] ** [1, 2, 0.5]
+    handles, options = random_handles(rng, 15), {"handles": [CurveHandle(*bent(nodes))], "alpha": 2}
+    v = rng.uniform(0, EXTENT, (20_000, 3))
+    origins = deformation(*handles, kind_and_degree, key, **options).backward(v)
+    monkeypatch.setattr(Polynomial, "needs_float64", lambda self, alpha: False)
+    in_float = deformation(*handles, kind_and_degree, key, **options).backward(v)
+    assert (in_float == origins).all(axis=1).mean() >= 0.9
 
 
 @pytest.mark.parametrize("cut_frame", [None, "rest", "deformed"])
