@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vtk_mls import KINDS, Deformation
-from vtk_mls.engine.device import device_check
+from vtk_mls.engine.device import device_check, drivers
 from vtk_mls.engine.device.devices import POCL, list_devices
 
 EXTENT = 256.0  # all errors are in voxels of a grid of this size
@@ -29,15 +29,17 @@ LOCAL_POINTS = (("LANES", 1), ("VALUE", "float"))
 
 
 def _sound_devices():
-    """Devices that compute right, the fastest first; a process can use one PoCL only."""
+    """Devices that compute right, those of the fastest drivers first; a process can use one PoCL."""
     found = list_devices()
     results = dict(zip(found, device_check.results(found)))
-    sound = sorted((d for d in found if results[d].lanes), key=lambda d: -results[d].speed)
+    sound = [d for d in found if results[d].lanes]
+    sound.sort(key=lambda d: (not drivers.is_fastest(d.platform), -results[d].speed))
     pocl = next((d.key.partition(":")[0] for d in sound if d.platform == POCL), None)
     return [d for d in sound if d.platform != POCL or d.key.partition(":")[0] == pocl]
 
 
-# Keys of the devices that are tested thoroughly, the fastest of each kind, and of the others.
+# Keys of the devices that are tested thoroughly, the default of each kind, and of the others. What
+# tests of filters and programs build is then built once.
 DEVICES = list({d.kind: d.key for d in reversed(_sound_devices())}.values())
 OTHER_DEVICES = [d.key for d in _sound_devices() if d.key not in DEVICES]
 
