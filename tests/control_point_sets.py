@@ -29,7 +29,7 @@ LOCAL_POINTS = (("LANES", 1), ("VALUE", "float"))
 
 
 def _sound_devices():
-    """Devices that compute right, those of the fastest drivers first; a process can use one PoCL."""
+    """Devices that compute right, the fastest drivers first; a process can use one PoCL only."""
     found = list_devices()
     results = dict(zip(found, device_check.results(found)))
     sound = [d for d in found if results[d].lanes]
