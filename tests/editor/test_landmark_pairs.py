@@ -105,7 +105,7 @@ def test_a_key_takes_the_kind_with_smaller_errors(count, rng):
         assert state.pairs.better is None
         assert hands.state is state
         assert "fewer than 8 pairs" in hands.message
-        assert lines_of(state.pairs, [])[-1] == "  8 pairs tell which kind is best"
+        assert lines_of(state.pairs, [])[-1] == "  kinds are compared from 8 pairs on"
         return
     kind, error = state.pairs.better
     assert (kind, error) == ("affine", pytest.approx(0, abs=1e-6))

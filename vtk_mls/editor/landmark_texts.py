@@ -114,7 +114,7 @@ def lines_of(table, selected, score=None):
         if table.better:
             lines.append("  with the kind {} {:.3g}: press 8".format(*table.better))
         elif not table.compares_kinds:
-            lines.append("  8 pairs tell which kind is best")
+            lines.append("  kinds are compared from 8 pairs on")
     else:
         lines.append("  no errors yet: they need 4 pairs")
     selected_pairs = [pair for pair in rows if pair.row in marked]

@@ -13,9 +13,9 @@ from vtk_mls.landmarks.settings import Settings
 MOVING, TARGET = SIDES = "moving", "target"
 # Pairs for which the errors are computed at each edit, and those without which there is no map.
 _MAX_PAIRS, _MIN_PAIRS = 200, 4
-# Kinds are compared by the errors, which fewer pairs do not tell apart: with 5 pairs from 1,168
-# points of a warped brain the kind of the smallest error was the best one in 3 of 12 cases, with 8
-# in all.
+# Kinds are compared by the errors, which fewer pairs do not tell apart. With 5 of 1,168 points of a
+# warped brain, the kind of the smallest error was the best one in 3 of 12 cases; with 8, 10 and 12
+# in 30 of 36.
 _KINDS, _MIN_COMPARED, _MAX_RATIO = ("rigid", "similarity", "affine"), 8, 0.9
 
 
@@ -152,8 +152,11 @@ def _median(errors):
 
 def _better_kind(state, median):
     """The kind with the smallest median error, and that error; None if not clearly smaller."""
-    medians = {kind: _median(left_out_errors(state, kind)) for kind in _KINDS}
-    best = min(_KINDS, key=medians.__getitem__)
+    found = {kind: _median(left_out_errors(state, kind)) for kind in _KINDS}
+    medians = {kind: error for kind, error in found.items() if error is not None}
+    best = min(medians, key=medians.__getitem__, default=None)
+    if best is None:
+        return None
     return (best, medians[best]) if medians[best] < _MAX_RATIO * median else None
 
 

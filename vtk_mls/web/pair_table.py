@@ -63,7 +63,7 @@ def _comparison(edit):
 def _errors(edit):
     html.Span(
         "median error {{ median_error }}{{ "
-        "compares_kinds || comparison === 'fade' ? '' : '; 8 pairs tell the best kind' }}",
+        "compares_kinds || comparison === 'fade' ? '' : '; kinds: from 8 pairs on' }}",
         v_if="median_error",
         classes="text-caption",
         title="Each pair predicted from the others",
