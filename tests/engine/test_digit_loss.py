@@ -131,9 +131,8 @@ def test_most_points_beside_a_curve_need_float_only(key, kind_and_degree, rng, m
     assert (in_float == origins).all(axis=1).mean() >= 0.9
 
 
-@pytest.mark.parametrize("cut_frame", [None, "rest", "deformed"])
-@pytest.mark.parametrize("kind_and_degree", KINDS)
-def test_points_do_not_depend_on_neighbors_in_double(key, kind_and_degree, cut_frame, rng):
+@paired(width=[2, 4, 8, 16], kind_and_degree=KINDS, cut_frame=[None, "rest", "deformed"])
+def test_points_do_not_depend_on_neighbors_in_double(key, width, kind_and_degree, cut_frame, rng):
     """In any order and in vectors of any width, though about every fourth point needs double."""
     cut = HalfPlane((128, 128, 128), (0.2, 0.1, 1), (1, 0.3, 0))
     options = {"cuts": [cut], "cut_frame": cut_frame} if cut_frame else {}
@@ -143,7 +142,6 @@ def test_points_do_not_depend_on_neighbors_in_double(key, kind_and_degree, cut_f
     v = np.concatenate([near, rng.uniform(0, EXTENT, (900, 3))])
     order = rng.permutation(len(v))
     expected = d.backward(v)[order], d.jacobian(v)[order]
-    for width in (2, 4, 8, 16):
-        engine = Engine(replace(dispatch.choose(key), width=width))
-        np.testing.assert_array_equal(engine.backward(d, v[order]), expected[0])
-        np.testing.assert_array_equal(engine.jacobian(d, v[order]), expected[1])
+    engine = Engine(replace(dispatch.choose(key), width=width))
+    np.testing.assert_array_equal(engine.backward(d, v[order]), expected[0])
+    np.testing.assert_array_equal(engine.jacobian(d, v[order]), expected[1])
