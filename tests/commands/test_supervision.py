@@ -189,14 +189,17 @@ def test_a_small_file_that_names_large_ones_has_time_for_them(tmp_path):
 
 
 @pytest.mark.parametrize("name", [".", "..", "/", ""])
-def test_folders_without_a_name_are_named_too(files, name):
-    for arguments in (
-        ["deform", name, "handles.csv", "out.vti"],
-        ["deform", "in.vti", name, "out.vti"],
-        ["deform", "in.vti", "handles.csv", name],
-        ["points", "handles.csv", name, "out.csv"],
-    ):
-        status, out, err = run(*arguments)
-        assert (status, out, err.count("\n")) == (1, "", 1)
-        words = f"`{name}` is a folder; expected " if name else "no file is named"
-        assert err.startswith(f"vtk-mls: {words}")
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        "deform {} handles.csv out.vti",
+        "deform in.vti {} out.vti",
+        "deform in.vti handles.csv {}",
+        "points handles.csv {} out.csv",
+    ],
+)
+def test_folders_without_a_name_are_named_too(files, arguments, name):
+    status, out, err = run(*(word.format(name) for word in arguments.split()))
+    assert (status, out, err.count("\n")) == (1, "", 1)
+    words = f"`{name}` is a folder; expected " if name else "no file is named"
+    assert err.startswith(f"vtk-mls: {words}")
