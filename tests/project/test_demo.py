@@ -12,8 +12,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkImagingCore import vtkExtractVOI
 from vtkmodules.vtkIOImage import vtkPNGReader
-from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLPolyDataReader
+from vtkmodules.vtkIOXML import (
+    vtkXMLImageDataReader,
+    vtkXMLImageDataWriter,
+    vtkXMLPolyDataReader,
+)
 
 from vtk_mls import KINDS
 
@@ -26,14 +31,32 @@ pytestmark = pytest.mark.skipif(
 )
 
 
-@pytest.fixture(scope="module")
-def output(tmp_path_factory):
-    """The folder that the demo filled, and what it printed."""
+@pytest.fixture(scope="module", params=["coarse", pytest.param("whole", marks=pytest.mark.matrix)])
+def output(request, tmp_path_factory):
+    """The folder that the demo filled, and what it printed; with every fourth voxel of the frog."""
     folder = tmp_path_factory.mktemp("a folder") / "demo"
     printed = io.StringIO()
-    with contextlib.redirect_stdout(printed):
+    with pytest.MonkeyPatch.context() as patch, contextlib.redirect_stdout(printed):
+        if request.param == "coarse":
+            small = _every_fourth_voxel(folder.parent / "frog.vti")
+            patch.setattr(run.demo, "file_of", lambda *_: small)
+            patch.setattr(run, "cut_open", lambda _: None)
         run.main(folder)
     return folder, printed.getvalue()
+
+
+def _every_fourth_voxel(file):
+    """Write the frog's, to a file."""
+    frog, some, writer = vtkXMLImageDataReader(), vtkExtractVOI(), vtkXMLImageDataWriter()
+    frog.SetFileName(str(run.demo.file_of("pyvista", "examples/frog_tissues.vti", "0.44")))
+    frog.Update()
+    some.SetInputData(frog.GetOutput())
+    some.SetVOI(frog.GetOutput().GetExtent())
+    some.SetSampleRate(4, 4, 4)
+    writer.SetInputConnection(some.GetOutputPort())
+    writer.SetFileName(str(file))
+    writer.Write()
+    return file
 
 
 def _read(reader, file):
@@ -60,8 +83,12 @@ def test_handles_are_written(output):
     np.testing.assert_array_equal(drag, [drag for _, drag in run.CONTROL_POINTS.values()])
 
 
-@pytest.mark.parametrize(("name", "height"), [("demo", 640), ("cut", 740)])
-def test_picture_or_what_to_install(output, name, height):
+WHOLE = pytest.mark.parametrize(
+    "output", [pytest.param("whole", marks=pytest.mark.matrix)], indirect=True
+)
+
+
+def assert_picture_or_what_to_install(output, name, height):
     picture = output[0] / f"{name}.png"
     if picture.is_file():
         assert str(picture) in output[1]
@@ -71,6 +98,16 @@ def test_picture_or_what_to_install(output, name, height):
         assert "libegl1" in output[1]
 
 
+def test_picture_of_the_frog_or_what_to_install(output):
+    assert_picture_or_what_to_install(output, "demo", 640)
+
+
+@WHOLE
+def test_picture_of_the_brain_or_what_to_install(output):
+    assert_picture_or_what_to_install(output, "cut", 740)
+
+
+@WHOLE
 def test_the_brain_is_cut_open(output):
     data = _read(vtkXMLImageDataReader(), output[0] / "cut.vti").GetPointData()
     void = vtk_to_numpy(data.GetArray("Void")) > 0
@@ -79,6 +116,7 @@ def test_the_brain_is_cut_open(output):
     assert vtk_to_numpy(data.GetArray("T1"))[void].max() == 0
 
 
+@WHOLE
 def test_the_brain_of_the_tutorial_is_there(output):
     brain = _read(vtkXMLImageDataReader(), output[0] / "brain.vti")
     assert brain.GetDimensions() == (197, 233, 189)
