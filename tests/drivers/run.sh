@@ -3,8 +3,8 @@
 # other faults than CPU drivers do:
 #   - Oclgrind, a simulator that reports accesses out of bounds and races;
 #   - rusticl, Mesa's compiler for GPUs, without float64 (as root on Debian, by apt).
-# A missing implementation is reported, and is no failure. With the argument "all" rusticl builds
-# more kernels.
+# A missing implementation is reported, and is no failure. With the argument "all" both run more
+# kernels.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 cache=$PWD/.cache/drivers
@@ -17,7 +17,7 @@ check_by_oclgrind() {
   rm -f "$cache/oclgrind.log"
   # with inlining LLVM adds calls that Oclgrind does not support
   OCL_ICD_VENDORS=$cache/none OCLGRIND_DATA_RACES=1 OCLGRIND_LOG=$cache/oclgrind.log \
-    PYOPENCL_BUILD_OPTIONS="-O0 -Dalways_inline=" $python $check Oclgrind
+    PYOPENCL_BUILD_OPTIONS="-O0 -Dalways_inline=" $python $check Oclgrind ${1:+"$1"}
 }
 
 driver() { find /usr/lib /usr/lib64 -name 'libRusticlOpenCL.so.1' 2>/dev/null | head -n 1; }
@@ -39,17 +39,18 @@ check_by_rusticl() {
     return
   fi
   driver >"$cache/rusticl/rusticl.icd"
-  # a few steps only: it builds the larger kernels in a minute, and one in eight
-  local steps=("affine, half-plane: points" "rigid, no cut: points" "polynomial, no cut: points"
-    "affine, between nodes" "images, linear" "affine, curves: points"
-    "affine, regions and limits: points")
-  [ "$1" != all ] || steps+=("affine, half-plane: grid" "rigid, half-plane: inverse" "slopes on a grid")
+  # a few steps only: it builds the larger kernels in minutes, and one in eight
+  local steps=("polynomial, no cut: points" "affine, between nodes" "images, linear"
+    "affine, curves: points")
+  [ "$1" != all ] || steps+=("affine, half-plane: points" "rigid, no cut: points"
+    "affine, regions and limits: points" "affine, half-plane: grid" "rigid, half-plane: inverse"
+    "slopes on a grid")
   RUSTICL_ENABLE=llvmpipe OCL_ICD_VENDORS=$cache/rusticl $python $check rusticl "${steps[@]}"
 }
 
-check_by_rusticl "${1:-few}" >"$cache/rusticl.log" 2>&1 & rusticl=$!
+check_by_rusticl "${1:-}" >"$cache/rusticl.log" 2>&1 & rusticl=$!
 status=0
-check_by_oclgrind || status=1
+check_by_oclgrind "${1:-}" || status=1
 wait $rusticl || status=1
 cat "$cache/rusticl.log"
 exit $status
