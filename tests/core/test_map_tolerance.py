@@ -214,7 +214,11 @@ def test_images_that_are_cut_follow_it(cuts, frame, rng):
 
 @pytest.mark.parametrize(
     ("steps", "kind", "cuts", "lanes"),
-    [(8, "rigid", (), None), (16, "affine", (), 1), (8, "rigid", CUTS["half-plane"], None)],
+    [
+        (8, "rigid", (), None),
+        (16, "affine", (), 1),
+        pytest.param(8, "rigid", CUTS["half-plane"], None, marks=pytest.mark.matrix),
+    ],
 )
 def test_many_steps_keep_to_the_tolerance(steps, kind, cuts, lanes, rng, monkeypatch):
     """Cells that are inaccurate between nodes get nodes that are closer."""
@@ -251,7 +255,10 @@ def test_many_steps_keep_to_the_tolerance(steps, kind, cuts, lanes, rng, monkeyp
 
 
 @pytest.mark.parametrize("frame", CUT_FRAMES)
-@pytest.mark.parametrize("cuts", ["two planes", "plane and half-plane", "polygon"])
+@pytest.mark.parametrize(
+    "cuts",
+    ["two planes", "plane and half-plane", pytest.param("polygon", marks=pytest.mark.matrix)],
+)
 def test_cuts_in_many_steps_stay_exact(cuts, frame, rng):
     options = {"cuts": CUTS[cuts], "cut_frame": frame, "steps": 4, "device": DEVICES[0]}
     handles = random_handles(rng, 8)

@@ -7,6 +7,7 @@ import itertools
 import numpy as np
 import pytest
 from hands import SIZE, Hands, ball_image, ball_mesh
+from pairwise import one_of
 
 from vtk_mls import Ball, Deformation, Plane, RegionHandle
 from vtk_mls.editor import State
@@ -191,7 +192,7 @@ class Edits:
         self.editor.set_comparison(mode=str(self._rng.choice(MODES)))
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", one_of(2, range(2)))
 def test_no_random_edit_loses_a_pair(seed, tmp_path):
     rng = np.random.default_rng(seed)
     autosave = Autosave("ball.vtp", tmp_path)

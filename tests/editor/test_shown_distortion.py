@@ -11,6 +11,7 @@ from vtkmodules.vtkFiltersCore import vtkDelaunay3D
 from vtk_mls import HalfPlane
 from vtk_mls.editor.distortion import MODES
 
+PIXELS = 200
 NOTHING, GRID, VOLUME, BOTH = range(4)
 
 
@@ -25,7 +26,7 @@ def tetrahedra():
 @pytest.fixture(params=["volume", "mesh", "tetrahedra"])
 def hands(request):
     data = {"volume": ball_image, "mesh": ball_mesh, "tetrahedra": tetrahedra}[request.param]()
-    hands = Hands(data, pixels=360)
+    hands = Hands(data, pixels=PIXELS)
     hands.press("space")
     return hands
 
@@ -82,7 +83,7 @@ def test_folds_are_red(hands):
 
 def test_slices_are_tinted_by_the_map():
     """The picture in a slice is gray where nothing moves, red in folds."""
-    hands = Hands(ball_image(), pixels=360)
+    hands = Hands(ball_image(), pixels=PIXELS)
     folded(hands)
     distortion, d = hands.editor.view.distortion, hands.state.deformation()
     index = np.argwhere(np.ones((1, SIZE, SIZE)))[:, ::-1] + (0, 0, MIDDLE)
@@ -115,7 +116,7 @@ def test_colors_and_grid_follow_a_drag(hands):
 
 def test_cuts_and_shapes():
     cut = HalfPlane([MIDDLE] * 3, (1, 0, 0), (0, 0, 1))
-    hands = Hands([ball_image(), bone()], pixels=360)
+    hands = Hands([ball_image(), bone()], pixels=PIXELS)
     state = hands.state.changed(cuts=[cut])
     rows = np.flatnonzero(state.rest[:, 0] > MIDDLE + 1)
     hands.editor.change(state.moved(rows, state.rest[rows] + (5, 0, 0)))

@@ -45,6 +45,7 @@ def test_dragging_does_not_split_again(way, calls):
     filter_.SetKind("affine")
     update(filter_)
     assert len(calls) == 1
+    filter_.SetKind("rigid")
     mesh.Modified()
     update(filter_)
     assert len(calls) == 2

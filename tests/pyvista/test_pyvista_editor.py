@@ -109,11 +109,11 @@ def test_errors_of_an_editor_name_the_argument(plotter, options, message):
 def test_one_view_and_one_editor():
     if not can_draw():
         pytest.skip("VTK cannot draw here")
-    plotter = pyvista.Plotter(off_screen=True, shape=(1, 2))
+    plotter = pyvista.Plotter(off_screen=True, shape=(1, 2), window_size=(400, 200))
     with pytest.raises(ValueError, match="one view, got 2"):
         plotter.mls.edit(pyvista.Sphere())
     plotter.close()
-    plotter = pyvista.Plotter(off_screen=True)
+    plotter = pyvista.Plotter(off_screen=True, window_size=(240, 240))
     plotter.mls.edit(pyvista.Sphere())
     with pytest.raises(ValueError, match="has an editor"):
         plotter.mls.edit(pyvista.Sphere())

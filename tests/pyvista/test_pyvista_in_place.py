@@ -152,7 +152,7 @@ def test_a_filter_in_a_pipeline_follows_modified_arrays(make):
 
 
 def test_an_editor_saves_values_as_they_are(tmp_path, opengl):
-    data, plotter = image(), pyvista.Plotter(off_screen=True)
+    data, plotter = image(), pyvista.Plotter(off_screen=True, window_size=(200, 200))
     edit = plotter.mls.edit(data, REST, DEFORMED, device=DEVICES[0])
     saved = []
     for folder in ("before", "after"):

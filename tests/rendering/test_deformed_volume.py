@@ -184,7 +184,7 @@ STYLES = {
 BLENDED = ["shaded", *(name for name, style in STYLES.items() if "blend" in style)]
 
 
-@pytest.mark.parametrize("style", STYLES)
+@pytest.mark.parametrize("style", one_of(3, STYLES))
 def test_every_style_equals_that_of_the_resampled_volume(style):
     assert_alike(*pictures(deformation(), **STYLES[style]))
 
@@ -249,7 +249,7 @@ def test_every_kind(kind):
 @paired(
     cut=CUTS,
     moved=[((-5, 0, 0), (5, 0, 0)), ((0, 0, 0), (10, 2, 0)), ((5, 0, 2), (7, 0, 2))],
-    kind=["rigid", "affine"],
+    kind=["rigid", "affine", "polynomial"],
 )
 def test_voids_of_every_cut(cut, moved, kind):
     d = deformation(*moved, kind, cuts=CUTS[cut])
@@ -260,12 +260,6 @@ def test_voids_of_every_cut(cut, moved, kind):
 def test_a_cut_in_every_blend_mode(style):
     d = deformation((-6, 0, 0), (6, 0, 0), cuts=CUTS["half-plane"])
     assert_alike(*pictures(d, **STYLES[style]), mean=1.5, p99=30)
-
-
-@pytest.mark.parametrize("cut", CUTS)
-def test_a_cut_with_the_polynomial_kind(cut):
-    d = deformation((0, 0, 0), (10, 2, 0), "polynomial", cuts=CUTS[cut])
-    assert_alike(*pictures(d), mean=1.5, p99=30)
 
 
 CROSSING = {
