@@ -3,7 +3,7 @@
 # make test     all tests with a few of their cases, without those of windows
 # make mouse    tests of windows, the web page and the newest installed ParaView, by mouse
 # make matrix   all cases of all tests in every supported ParaView, which it installs
-# make environments  test the wheel in empty environments, from the oldest packages to the newest
+# make environments  test the wheel with the oldest and the newest packages (ALL=1: and others)
 # make drivers  run the kernels under an OpenCL simulator and a GPU compiler (ALL=1: longer)
 # make fuzz     test random cases until one fails (CASES=10000)
 # make accuracy measure the error of the kernels, for docs/accuracy.md
@@ -55,7 +55,7 @@ matrix: lint .venv-slicer/made.stamp
 	$(PY) -m pytest $(SECOND_TRY) $(BY_MOUSE)
 
 environments: .venv/test-$(OPENCL).stamp
-	@$(PY) tests/environments/run.py
+	@$(PY) tests/environments/run.py $(if $(ALL),all)
 
 lint: types
 	$(PY) -m ruff check .

@@ -1,5 +1,6 @@
-"""Installs the wheel in empty environments, from the oldest to the newest: `make environments`.
+"""Installs the wheel in empty environments, the oldest and the newest: `make environments`.
 
+With the argument `all` also in those between them.
 Each has a Python, and what pip takes by itself or versions that are named. The Python is one on
 PATH or of pyenv, or that of a Debian which tests/paraview/install.sh has made: into that what pip
 takes is put from outside. One that is not here is said loudly, and no failure. An environment
@@ -24,29 +25,26 @@ CACHE = Path(os.environ.get("VTK_MLS_PARAVIEW_CACHE", PROJECT / ".cache/paraview
 IN_ROOT = PROJECT / "tests/paraview/in_root.sh"
 PIP = "-m", "pip", "install", "--quiet", "--no-compile"  # Python compiles what is imported
 PLATFORMS = "manylinux_2_28_x86_64", "manylinux2014_x86_64"
-MATRIX = [
-    ("3.10", ("numpy==1.24.4", "vtk==9.2.6")),
-    ("3.10", ()),
-    ("3.12", ("numpy==1.26.4", "vtk==9.3.1")),
-    ("3.14", ()),
-]
+ENDS = [("3.10", ("numpy==1.24.4", "vtk==9.2.6")), ("3.14", ())]
+BETWEEN = [("3.10", ()), ("3.12", ("numpy==1.26.4", "vtk==9.3.1"))]
 
 
-def main():
+def main(*arguments):
+    environments = [*ENDS, *(BETWEEN if "all" in arguments else ())]
     shutil.rmtree(WORK, ignore_errors=True)
     build = [sys.executable, "-m", "build", "--no-isolation", "--wheel", "--outdir", WORK, PROJECT]
     run(*build)
     (wheel,) = WORK.glob("*.whl")
     with ThreadPoolExecutor(2) as pool:
-        outcomes = list(pool.map(partial(outcome, wheel), range(len(MATRIX))))
+        outcomes = list(pool.map(partial(outcome, wheel), *zip(*environments)))
     print("", *outcomes, sep="\n")
     return any("FAILS" in outcome for outcome in outcomes)
 
 
-def outcome(wheel, number):
+def outcome(wheel, version, pinned):
     """A line on one environment, which is removed afterwards."""
-    version, pinned = MATRIX[number]
-    name, folder = f"Python {version}, {', '.join(pinned) or 'what pip takes'}", WORK / f"{number}"
+    name = f"Python {version}, {', '.join(pinned) or 'what pip takes'}"
+    folder = WORK / f"{version}-{len(pinned)}"
     print(f"{name} ...", flush=True)
     try:
         said = tried(version, [f"{wheel}[vtk,cpu]", *pinned], folder)
@@ -116,4 +114,4 @@ def run(*command, cwd=None):
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main(*sys.argv[1:]))
