@@ -251,6 +251,9 @@ def test_undo_and_redo_are_unlimited(mesh_hands):
     np.testing.assert_array_equal(hands.state.deformed, last)
 
 
+@pytest.mark.parametrize(
+    "hands", [pytest.param("volume", marks=pytest.mark.matrix), "mesh"], indirect=True
+)
 def test_kind_and_alpha_change_and_undeformed_data_are_shown(hands, monkeypatch):
     # on a busy machine, too
     monkeypatch.setattr(Pace, "nodes_at_rest", lambda pace: 64)

@@ -212,7 +212,7 @@ def assert_gray(hands, grid, pane, rng):
     assert grays[outside].max() < 16
 
 
-@pytest.mark.parametrize("is_mirrored", [False, True])
+@pytest.mark.parametrize("is_mirrored", [pytest.param(False, marks=pytest.mark.matrix), True])
 def test_oblique_images_are_sliced_correctly_and_handles_move_in_slices(is_mirrored, rng):
     image, grid = oblique_image(is_mirrored)
     middle = grid.points().mean(axis=0)

@@ -170,6 +170,7 @@ def test_a_deformation_that_inverts_nothing_may_be_applied_whole():
         assert count(update(filter_), "LargestBlend") == blend
 
 
+@pytest.mark.matrix
 def test_the_largest_blend_of_cut_meshes_and_rigid_regions(messages):
     """Split cells count as they come; regions turn by a share of their angle."""
     mesh = cells(VTK_HEXAHEDRON, 8)

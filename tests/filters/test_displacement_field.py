@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from test_deform import PLACES, smooth_image
+from smooth_images import PLACES, smooth_image
 from vtk_fixtures import (
     DEFORMED,
     REST,

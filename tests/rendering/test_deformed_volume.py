@@ -270,7 +270,7 @@ CROSSING = {
 }
 
 
-@pytest.mark.parametrize("cuts", CROSSING)
+@pytest.mark.parametrize("cuts", one_of(2, CROSSING))
 @pytest.mark.parametrize("moved", [((-5, 0, 0), (5, 2, 0)), ((0, 0, 0), (10, 2, 0))])
 def test_cuts_that_cross(cuts, moved):
     assert_alike(*pictures(deformation(*moved, cuts=CROSSING[cuts])), mean=1.5, p99=30)
@@ -395,12 +395,12 @@ def test_one_move_uploads_one_map_and_nothing_else():
     scene.picture()
     stretched = volume.GetMapper().GetInput()
     time = stretched.GetMTime()
-    for x in range(1, 8):
+    for x in range(1, 4):
         drawn.update(deformation(right=(10 - x, 2, 0)))
         drawn.update(deformation(right=(10 - x, 1, 0)))  # not drawn, not uploaded
         scene.picture()
         scene.picture()
-    assert drawn.uploads == 8
+    assert drawn.uploads == 4
     assert volume.GetMapper().GetInput() is stretched
     assert stretched.GetMTime() == time
 

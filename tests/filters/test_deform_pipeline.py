@@ -1,0 +1,295 @@
+"""MLSDeform behaves in a pipeline as VTK's own filters do."""
+
+import gc
+
+import numpy as np
+import pytest
+from smooth_images import PLACES, assert_holds, expected, smooth_image
+from vtk_fixtures import (
+    DEFORMED,
+    FAST,
+    REST,
+    TURNED,
+    Executions,
+    add_array,
+    connect,
+    control_points,
+    make_image,
+    update,
+    values_of,
+)
+from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkDataSetAttributes, vtkMultiBlockDataSet
+from vtkmodules.vtkCommonExecutionModel import (
+    vtkStreamingDemandDrivenPipeline,
+    vtkTrivialProducer,
+)
+from vtkmodules.vtkImagingCore import vtkImageShiftScale, vtkRTAnalyticSource
+
+from vtk_mls import Deformation
+from vtk_mls.filters import MLSDeform
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.arrays import ImageGeometry
+
+
+def test_nothing_is_done_twice(deform):
+    source, handles = vtkRTAnalyticSource(), control_points()
+    source.SetWholeExtent(0, 8, 0, 8, 0, 8)
+    runs = [Executions(algorithm) for algorithm in (source, handles, deform)]
+    connect(deform, source, handles)
+
+    def counts():
+        update(deform)
+        return [run.count for run in runs]
+
+    assert counts() == counts() == [1, 1, 1]
+    properties = {
+        "Kind": "affine",
+        "Alpha": 1.5,
+        "Smoothing": 0.5,
+        "Degree": 3,
+        "Interpolation": "nearest",
+        "Background": 2.0,
+        "OutputGrid": "given",
+        "OutputDimensions": (5, 5, 5),
+        "OutputSpacing": (2.0, 2.0, 2.0),
+        "OutputOrigin": (1.0, 1.0, 1.0),
+    }
+    for number, (name, value) in enumerate(properties.items(), start=2):
+        for _ in range(2):
+            getattr(deform, f"Set{name}")(value)
+            assert getattr(deform, f"Get{name}")() == value
+            assert counts() == [1, 1, number], name
+    before = deform.GetMTime()
+    deform.SetOutputDimensions(5, 5, 5)
+    deform.SetOutputSpacing((2, 2, 2))
+    deform.ClearLabelArrays()
+    assert deform.GetMTime() == before
+    handles.SetRestPoint(0, 1.0, 1.0, 1.5)
+    assert counts() == counts() == [1, 2, 12]
+    source.SetStandardDeviation(0.4)
+    assert counts() == counts() == [2, 2, 13]
+
+
+def test_label_arrays_are_a_property(deform):
+    deform.AddLabelArray("a")
+    deform.AddLabelArray("b")
+    before = deform.GetMTime()
+    deform.AddLabelArray("a")
+    assert deform.GetLabelArrays() == ("a", "b")
+    assert deform.GetMTime() == before
+    deform.ClearLabelArrays()
+    assert deform.GetLabelArrays() == ()
+    assert deform.GetMTime() > before
+
+
+def test_changed_data_are_noticed(deform):
+    image, polydata = smooth_image(), update(control_points())
+    connect(deform, image, polydata)
+    first = values_of(update(deform), "values").copy()
+    arrays.to_numpy(polydata.GetPointData().GetArray("Displacement"))[:] += 0.5
+    polydata.GetPointData().GetArray("Displacement").Modified()
+    polydata.GetPointData().Modified()
+    second = values_of(update(deform), "values").copy()
+    assert not np.array_equal(first, second)
+    arrays.to_numpy(image.GetPointData().GetArray("values"))[:] *= 2
+    image.GetPointData().GetArray("values").Modified()
+    third = values_of(update(deform), "values")
+    np.testing.assert_allclose(third, 2 * second, atol=1e-12)
+
+
+@pytest.mark.parametrize("place", ["plain", "shifted", "turned"])
+@pytest.mark.parametrize("choice", ["input", "given"])
+def test_a_part_is_the_same_as_in_the_whole(deform, place, choice):
+    image, handles = smooth_image(**PLACES[place]), control_points()
+    deform.SetOutputGrid(choice)
+    deform.SetOutputDimensions(7, 8, 6)
+    whole = update(connect(deform, image, handles))
+    assert not np.array_equal(values_of(whole, "values"), values_of(image, "values"))
+    wanted = values_of(whole, "values").copy()
+    low = np.array(whole.GetExtent()[::2])
+    extent = [int(i) for a, n in zip(low, (3, 4, 2)) for i in (a + 1, a + n)]
+    part_filter = MLSDeform()
+    part_filter.SetDevice(deform.GetDevice())
+    part_filter.SetOutputGrid(choice)
+    part_filter.SetOutputDimensions(7, 8, 6)
+    connect(part_filter, image, handles)
+    assert part_filter.UpdateExtent(extent)
+    part = part_filter.GetOutputDataObject(0)
+    assert part.GetExtent() == tuple(extent)
+    np.testing.assert_allclose(values_of(part, "values"), wanted[1:3, 1:5, 1:4], rtol=0, atol=1e-4)
+    # more than was there is made, and nothing but that asks for it
+    runs = Executions(part_filter)
+    part_filter.UpdateExtent(extent)
+    assert runs.count == 0
+    part_filter.UpdateWholeExtent()
+    assert runs.count == 1
+    np.testing.assert_array_equal(values_of(part_filter.GetOutputDataObject(0), "values"), wanted)
+
+
+def test_pieces_make_up_the_whole_and_each_sees_all_input(deform):
+    source = vtkRTAnalyticSource()
+    source.SetWholeExtent(0, 9, 0, 9, 0, 9)
+    connect(deform, source, control_points())
+    whole = values_of(update(deform), "RTData").copy()
+    seen = np.zeros(whole.shape, bool)
+    for piece in range(3):
+        deform.UpdatePiece(piece, 3, 0)
+        assert source.GetOutput().GetExtent() == (0, 9, 0, 9, 0, 9)
+        part = deform.GetOutputDataObject(0)
+        e = part.GetExtent()
+        where = np.s_[e[4] : e[5] + 1, e[2] : e[3] + 1, e[0] : e[1] + 1]
+        np.testing.assert_allclose(values_of(part, "RTData"), whole[where], rtol=1e-4)
+        seen[where] = True
+        runs = Executions(deform)
+        deform.UpdatePiece(piece, 3, 0)
+        assert runs.count == 0
+    assert seen.all()
+
+
+def test_the_input_may_be_only_a_part_of_what_it_could_be(deform, device):
+    class Part(vtkTrivialProducer):
+        pass
+
+    producer = Part()
+    image = smooth_image()
+    producer.SetOutput(image)
+    producer.SetWholeExtent(0, 8, 0, 7, 0, 6)
+    output = update(connect(deform, producer, control_points()))
+    assert_holds(output, *expected(image, Deformation(REST, DEFORMED, device=device)))
+
+
+def test_a_filter_downstream_gets_the_output(deform):
+    scale = vtkImageShiftScale()
+    scale.SetScale(2)
+    connect(deform, smooth_image(), control_points())
+    scale.SetInputConnection(deform.GetOutputPort())
+    scale.SetOutputScalarTypeToDouble()
+    output = update(scale)
+    np.testing.assert_array_equal(
+        values_of(output, "values"), 2 * values_of(deform.GetOutputDataObject(0), "values")
+    )
+
+
+@pytest.mark.parametrize("choice", ["input", "fitted"])
+def test_blocks_are_deformed_one_by_one(choice, messages):
+    deform = MLSDeform()
+    deform.SetDevice(FAST)
+    deform.SetOutputGrid(choice)
+    blocks = vtkMultiBlockDataSet()
+    images = [smooth_image(), smooth_image(dimensions=(6, 5, 4), direction=TURNED)]
+    for number, image in enumerate(images):
+        blocks.SetBlock(number, image)
+    output = update(connect(deform, blocks, control_points()))
+    messages.assert_one("what crosses a border between them is lost")
+    value = Deformation(REST, DEFORMED, device=FAST)
+    for number, image in enumerate(images):
+        grid = ImageGeometry.of_image(image).grid
+        target = value.fitted_grid(grid) if choice == "fitted" else grid
+        assert_holds(output.GetBlock(number), *expected(image, value, target))
+
+
+def test_progress_rises_to_one(deform):
+    fractions = []
+    deform.AddObserver("ProgressEvent", lambda *_: fractions.append(deform.GetProgress()))
+    update(connect(deform, smooth_image(), control_points()))
+    assert fractions == sorted(fractions)
+    assert fractions[0] >= 0
+    assert fractions[-1] == 1
+    assert len(fractions) >= 3
+
+
+def test_an_abort_leaves_nothing_and_can_be_resumed(deform):
+    connect(deform, smooth_image(), control_points())
+    tag = deform.AddObserver("ProgressEvent", lambda *_: deform.SetAbortExecute(1))
+    deform.Update()
+    assert deform.GetOutputDataObject(0).GetNumberOfPoints() == 0
+    deform.RemoveObserver(tag)
+    deform.SetAbortExecute(0)
+    assert update(deform).GetNumberOfPoints() == 504
+
+
+def test_the_output_outlives_the_filter(deform):
+    image, handles = smooth_image(), control_points()
+    output = update(connect(deform, image, handles))
+    wanted = values_of(output, "values").copy()
+    copy = output.NewInstance()
+    copy.ShallowCopy(output)
+    del deform, handles, image, output
+    gc.collect()
+    rubbish = [np.full(wanted.shape, np.nan) for _ in range(50)]
+    np.testing.assert_array_equal(values_of(copy, "values"), wanted)
+    del rubbish
+
+
+def test_the_same_output_object_is_refilled(deform):
+    connect(deform, smooth_image(), control_points())
+    output = update(deform)
+    deform.SetKind("affine")
+    assert update(deform) is output
+
+
+def test_another_displacement_array(deform, device):
+    image, polydata = smooth_image(), update(control_points())
+    half = (DEFORMED - REST) / 2
+    add_array(polydata.GetPointData(), "half", half)
+    connect(deform, image, polydata)
+    points = vtkDataObject.FIELD_ASSOCIATION_POINTS
+    deform.SetInputArrayToProcess(0, 1, 0, points, "half")
+    value = Deformation(REST, REST + half, device=device)
+    assert_holds(update(deform), *expected(image, value))
+    polydata.GetPointData().SetActiveVectors("Displacement")
+    deform.SetInputArrayToProcess(0, 1, 0, points, vtkDataSetAttributes.VECTORS)
+    value = Deformation(REST, REST + (DEFORMED - REST), device=device)
+    assert_holds(update(deform), *expected(image, value))
+    # "Weight" may be named although it is absent
+    deform.SetInputArrayToProcess(1, 1, 0, points, "Weight")
+    assert_holds(update(deform), *expected(image, value))
+
+
+def test_whole_extent_is_announced(deform):
+    source = vtkRTAnalyticSource()
+    source.SetWholeExtent(-3, 4, 0, 5, 2, 9)
+    connect(deform, source, control_points())
+    deform.UpdateInformation()
+    info = deform.GetOutputInformation(0)
+    extent = info.Get(vtkStreamingDemandDrivenPipeline.WHOLE_EXTENT())
+    assert extent == (-3, 4, 0, 5, 2, 9)
+
+
+def test_pyvista_datasets_are_accepted(deform):
+    pyvista = pytest.importorskip("pyvista", reason="PyVista is not installed")
+    image = pyvista.ImageData(dimensions=(9, 8, 7))
+    image["values"] = np.arange(504.0)
+    handles = pyvista.PolyData(REST)
+    handles["Displacement"] = DEFORMED - REST
+    output = pyvista.wrap(update(connect(deform, image, handles)))
+    assert output.dimensions == image.dimensions
+    assert not np.array_equal(output["values"], image["values"])
+    handles["Displacement"] = np.zeros((8, 3))
+    output = pyvista.wrap(update(deform))
+    np.testing.assert_array_equal(output["values"], image["values"])
+
+
+def named_image(name, dimensions):
+    """An image with one point array, its active scalars."""
+    image = make_image(dimensions=dimensions)
+    values = np.arange(np.prod(dimensions), dtype=float)
+    add_array(image.GetPointData(), name, values)
+    image.GetPointData().SetActiveScalars(name)
+    return image
+
+
+def point_arrays(image):
+    data = image.GetPointData()
+    return [data.GetArrayName(i) for i in range(data.GetNumberOfArrays())]
+
+
+def test_blocks_do_not_keep_scalars_of_other_blocks(deform, messages):
+    """VTK leaves them in the output of an algorithm that runs on several."""
+    blocks = vtkMultiBlockDataSet()
+    for number, name in enumerate("abc"):
+        blocks.SetBlock(number, named_image(name, (5 - number, 4, 3)))
+    connect(deform, blocks, control_points())
+    output = update(deform)
+    messages.assert_one("what crosses a border between them is lost")
+    assert [point_arrays(output.GetBlock(number)) for number in range(3)] == [["a"], ["b"], ["c"]]
