@@ -61,10 +61,8 @@ def finish(process):
     return output
 
 
-ONLY_IN_MATRIX = [pytest.param(count, marks=pytest.mark.matrix) for count in (1, 4)]
-
-
-@pytest.mark.parametrize("count", [2, *ONLY_IN_MATRIX])
+@pytest.mark.matrix  # minutes; tests/filters/test_pieces.py asks for pieces in one process
+@pytest.mark.parametrize("count", [1, 2, 4])
 def test_pieces_are_the_whole(start, count):
     output = finish(start(count, "pvbatch", "--symmetric", SCRIPTS / "pieces.py"))
     done = re.findall(r"done (\d+) of (\d+)", output)
