@@ -140,6 +140,7 @@ class TestManyPoints:
         with pytest.raises(Aborted, match="stopped at 0%"):
             d.forward_field(x, progress=lambda done: True)
 
+    @pytest.mark.matrix
     def test_where_broydens_method_overflows(self, device):
         """A cubic that folds: as many find their place as do without first guesses."""
         rng = np.random.default_rng(1)  # 3% overflow

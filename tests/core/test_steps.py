@@ -215,7 +215,7 @@ def test_as_many_steps_as_needed_do_not_fold(kind, device):
             assert fewer.smallest_determinant <= 0.1
 
 
-@pytest.mark.parametrize("device", EVERYWHERE)
+@pytest.mark.parametrize("device", [pytest.param("reference", marks=pytest.mark.matrix), *DEVICES])
 def test_a_whole_turn_by_a_path(device, rng):
     shares = [0.1, 0.5, 0.9]
     rest = np.array([(a, b, c) for a in shares for b in shares for c in (0.0, 0.33, 0.66, 1.0)])

@@ -11,7 +11,7 @@ from vtkmodules.vtkFiltersCore import vtkDelaunay3D
 from vtk_mls import HalfPlane
 from vtk_mls.editor.distortion import MODES
 
-PIXELS = 200
+PIXELS = 150
 NOTHING, GRID, VOLUME, BOTH = range(4)
 
 
