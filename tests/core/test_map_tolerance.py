@@ -257,7 +257,11 @@ def test_many_steps_keep_to_the_tolerance(steps, kind, cuts, lanes, rng, monkeyp
 @pytest.mark.parametrize("frame", CUT_FRAMES)
 @pytest.mark.parametrize(
     "cuts",
-    ["two planes", "plane and half-plane", pytest.param("polygon", marks=pytest.mark.matrix)],
+    [
+        "two planes",
+        pytest.param("plane and half-plane", marks=pytest.mark.matrix),
+        pytest.param("polygon", marks=pytest.mark.matrix),
+    ],
 )
 def test_cuts_in_many_steps_stay_exact(cuts, frame, rng):
     options = {"cuts": CUTS[cuts], "cut_frame": frame, "steps": 4, "device": DEVICES[0]}

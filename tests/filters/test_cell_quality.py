@@ -143,10 +143,12 @@ def inverted_at(filter_, blend):
     ("mesh", "handles", "properties"),
     [
         (lambda: cells(VTK_HEXAHEDRON, 12), pinch(2.5), {}),
-        (lambda: cells(VTK_TETRA, 8), pinch(4), {"Kind": "affine"}),
+        pytest.param(
+            *(lambda: cells(VTK_TETRA, 8), pinch(4), {"Kind": "affine"}), marks=pytest.mark.matrix
+        ),
         (lambda: cells(VTK_HEXAHEDRON, 12), pinch(1.25), {"Blend": 2.0}),
         (lambda: cells(VTK_HEXAHEDRON, 12), pinch(-2.5), {"Blend": -1.0}),
-        (plate, pinch(1.8), {"Alpha": 1.0}),
+        pytest.param(plate, pinch(1.8), {"Alpha": 1.0}, marks=pytest.mark.matrix),
         (structured, control_points(REST, REST * [1, 1, -1]), {"Kind": "affine"}),
     ],
     ids=["hexahedra", "tetrahedra", "twice", "backward", "surface", "mirrored"],
