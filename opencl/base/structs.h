@@ -25,7 +25,8 @@ enum {
   // may be in the cell, which is inaccurate then
   INACCURATE = 1,
   OTHER_REGION = 2,
-  SEPARATED = 4
+  SEPARATED = 4,
+  ROUGH = 8
 };
 
 // A control point, local units: q, the factor c of its weight, u = p - q less its mean. The first

@@ -64,7 +64,7 @@ __kernel EXPLICIT_VECTORS void coarse_check(
   const vec index = first_corners(&strip), d = {exact[0], exact[1], exact[2]};
   const integer separated = is_separated(&map, &grid, &coarse, node_planes,
                                          node_of(&coarse, &strip), index, d, exact[3]);
-  bits = select(bits, (integer)(INACCURATE | SEPARATED), separated);
+  bits = select(bits, (integer)(INACCURATE | SEPARATED | ROUGH), separated);
   bits |= select((integer)(OTHER_REGION), (integer)(0), may_be_in_region(&map.cuts, index));
 #endif
   for (int l = 0; l < LANES && x + l < coarse.cells[0]; ++l)

@@ -9,6 +9,8 @@
 
 #define MAX_TRIALS 32
 #define MIN_SHARE 0.03f
+#define POLISHED_FROM 1e-5f      // largest residual of a step after which only rounding keeps ...
+#define POLISHING_SHARE 0.5f     // ... whole steps from reducing the residual of all steps
 #define MIN_DECREASE 0.1f        // of the residual, relative to the predicted decrease
 #define INVERSE_TOLERANCE 3e-7f  // relative to x: about the resolution of float32
 #define STEPS_TOLERANCE 6e-8f    // the same for all steps together, where material is squeezed
@@ -53,7 +55,8 @@ inline integer is_cut_off(const map_t *map, vec x, vec displacement) {
 // A step that reduces the residual too little is halved, and the next one is at most twice as long, so
 // that searches without a solution end soon. A search may cross cuts; is_cut_off checks its end. Lanes
 // that have ended do not change.
-inline real newton(const map_t *map, vec x, vec rest, float tolerance, vec *displacement) {
+inline real newton(const map_t *map, vec x, vec rest, float tolerance, real min_share,
+                   vec *displacement) {
   real smallest = FLT_MAX, share = 1, close = tolerance * size_of(x);
   vec step = {0, 0, 0}, trial = *displacement;
   integer open = (real)(0) == 0;
@@ -65,7 +68,7 @@ inline real newton(const map_t *map, vec x, vec rest, float tolerance, vec *disp
     *displacement = vec_select(*displacement, trial, better);
     smallest = select(smallest, distance, better);
     share = select(share * 0.5f, fast_min(2 * share, (real)(1)), better);
-    open &= (smallest > close) & (share > MIN_SHARE);
+    open &= (smallest > close) & (share > min_share);
     if (!ANY(open)) break;
     if (ANY(open & better)) {
       mat jacobian = material_jacobian(map, &fit);
@@ -88,12 +91,14 @@ inline real newton_by_steps(const map_t *map, vec x, vec *displacement) {
     const map_t step = step_of(map, k);
     const vec stage = vec_add(x, *displacement);
     vec d = {0, 0, 0};
-    largest = fast_max(newton(&step, stage, x, INVERSE_TOLERANCE, &d), largest);
+    largest = fast_max(newton(&step, stage, x, INVERSE_TOLERANCE, (real)(MIN_SHARE), &d), largest);
     cut_off |= is_cut_off(&step, stage, d);
     *displacement = vec_add(*displacement, d);
   }
-  const real smallest = fast_min(newton(map, x, x, STEPS_TOLERANCE, displacement), largest);
-  return select(smallest, (real)(FLT_MAX), cut_off);
+  const real min_share =
+      select((real)(MIN_SHARE), (real)(POLISHING_SHARE), largest <= POLISHED_FROM);
+  const real of_all = newton(map, x, x, STEPS_TOLERANCE, min_share, displacement);
+  return select(fast_min(of_all, largest), (real)(FLT_MAX), cut_off);
 }
 #endif
 

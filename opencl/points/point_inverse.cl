@@ -19,7 +19,7 @@ __kernel EXPLICIT_VECTORS void point_inverse(
   vec to_x = mean_displacement_of(&map.cuts);
   displacement = vec_select(displacement, to_x, is_blocked(&map, x, displacement));
 #endif
-  real relative_residual = newton(&map, x, x, INVERSE_TOLERANCE, &displacement);
+  real relative_residual = newton(&map, x, x, INVERSE_TOLERANCE, (real)(MIN_SHARE), &displacement);
   relative_residual = select(relative_residual, (real)(FLT_MAX), is_cut_off(&map, x, displacement));
 #endif
   store_points(displacements, displacement, points_count, first);

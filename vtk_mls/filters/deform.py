@@ -38,8 +38,8 @@ _SEAM = (
     "(in ParaView by Resample To Image)"
 )
 _COARSE = (
-    "{} of {} cells are inverted: they stay straight, and are too large for the deformation, which "
-    "steps do not change; refine the mesh, or lower `Blend` to the array that "
+    "{} of {} cells are inverted: their straight edges are too long for the deformation, and more "
+    "steps do not help; refine the mesh, or lower `Blend` to the array that "
     "`GenerateLargestBlend` adds"
 )
 

@@ -118,11 +118,12 @@ class CoarseMap:
             limit2=(self.map.deformation.map_tolerance / _SAFETY) ** 2,
         )
         flags = self._check(grid, box, check, middles)
-        is_inaccurate, is_separated, is_other_region = (
+        is_inaccurate, is_separated, is_other_region, is_rough = (
             (flags & CONSTANTS[name]).astype(bool)
-            for name in ("INACCURATE", "SEPARATED", "OTHER_REGION")
+            for name in ("INACCURATE", "SEPARATED", "OTHER_REGION", "ROUGH")
         )
-        inaccurate = dilated(is_inaccurate) | near_handles(self.map, grid.whole, box, STEP)
+        near = near_handles(self.map, grid.whole, box, STEP)
+        inaccurate = dilated(is_inaccurate) | near
         rows = box.rows(own)
         self._inaccurate = ListedCells(memory, own, (inaccurate & ~is_other_region)[rows])
         if self._fine_map:
@@ -130,9 +131,8 @@ class CoarseMap:
             self._separated = ListedCells(memory, own, (separated & ~is_other_region)[rows])
             around = {**self._around, "first_node": box.first + _AROUND[0]}
             checked = Checked(box, own, every, around, self._nodes, middles, check)
-            self._fine_map.find(
-                grid, checked, inaccurate, inaccurate & ~separated & ~is_other_region
-            )
+            refinable = inaccurate & ~separated & ~is_other_region
+            self._fine_map.find(grid, checked, inaccurate, refinable, dilated(is_rough | near))
 
     def _check(self, grid, box, check, middles):
         """Flags of coarse_check.cl for the cells of a box (nz, ny, nx)."""

@@ -69,24 +69,26 @@ class FineMap:
         """Whether points of the map take much longer than interpolation."""
         return deformation.steps_used >= _MIN_STEPS
 
-    def find(self, grid, coarse, inaccurate, refinable):
+    def find(self, grid, coarse, inaccurate, refinable, rough):
         """Find the nodes and cells of a grid.
 
         Parameters
         ----------
         grid : Grid
         coarse : Checked
-        inaccurate, refinable : arrays (nz, ny, nx) of bool
-            Which of the checked cells are inaccurate, and which of these the finer map is for.
+        inaccurate, refinable, rough : arrays (nz, ny, nx) of bool
+            Which of the checked cells are inaccurate, which of these the finer map is for, and
+            where it must be checked, too.
         """
         box, every = coarse.grid_box, coarse.every
         refined_box = box.widened(1, 1).within(every)
         refined = refinable[coarse.box.rows(refined_box)]
         self._find_nodes(grid, coarse, inaccurate, refined_box, refined)
         checked, cells = refined_box.scaled(_RATIO), _doubled(refined)
-        listed = ListedCells(self.map.memory, checked, cells, **self._nodes)
+        unsure = cells & _doubled(rough[coarse.box.rows(refined_box)])
+        listed = ListedCells(self.map.memory, checked, unsure, **self._nodes)
         inaccurate = np.zeros(checked.shape, bool)
-        inaccurate[cells] = self._check(grid, coarse, listed)
+        inaccurate[unsure] = self._check(grid, coarse, listed)
         box = box.scaled(_RATIO)
         rows = checked.rows(box)
         is_exact = dilated(inaccurate)[rows] | near_handles(self.map, grid.whole, box, FINE_STEP)
@@ -184,6 +186,6 @@ def _used_nodes(refined):
 
 
 def _doubled(cells):
-    for axis in range(3):
+    for axis in (2, 1, 0):  # rows are copied as a whole
         cells = cells.repeat(_RATIO, axis)
     return cells
