@@ -12,8 +12,8 @@ typedef struct {
 #define CHANGES (2 * SEGMENTS > PAIRS ? 2 * SEGMENTS : PAIRS)
 
 #if SEGMENTS
-// A segment as seen from v: moments about a share t of its length, which is that of the nearest point
-// or 1/2, and the point there, relative to k.
+// A segment as seen from v: moments about a share t of its length, and the point there, relative to k.
+// For degree 1, t is the mean, without slopes; else that of the nearest point, or 1/2.
 typedef struct {
   vec q, u, along_q, along_u;
   real t, m[MOMENTS];
@@ -40,8 +40,14 @@ HOT moments_t segment_moments(const map_t *map, int i, const pivot_t *pivot,
 #endif
   c = select(c / whole_power(damping, INTEGER_ALPHA), (real)(0), damping >= UNREACHABLE);
 #endif
+  const float smoothing2 = map->params.smoothing2;
+#if SEGMENTS == 2
   const real from_nearest =
-      moments_of(at, &nearest, map->params.smoothing2, e2, slopes, top, c, result.m);
+      slopes ? moments_of(at, &nearest, smoothing2, e2, 1, top, c, result.m)
+             : central_moments(at, &nearest, smoothing2, e2, c, result.m);
+#else
+  const real from_nearest = moments_of(at, &nearest, smoothing2, e2, slopes, top, c, result.m);
+#endif
   result.t = nearest.t + from_nearest;
   result.along_q = (vec){at->along_q[0], at->along_q[1], at->along_q[2]};
   result.along_u = (vec){at->along_u[0], at->along_u[1], at->along_u[2]};

@@ -47,18 +47,13 @@ HOT void add_pair(sums_t *sums, real w, vec q, vec u) {
 }
 
 #if SEGMENTS
-// A segment, whose points are q + t along_q, by the moments of its weight.
+// A segment, whose points are q + t along_q, by the moments of its weight about the mean.
 HOT void add_segment(sums_t *sums, const moments_t *at) {
-  const vec along_p = vec_add(at->along_q, at->along_u);
-  const vec wq = vec_madd(at->m[0], at->q, vec_scale(at->m[1], at->along_q));
-  const vec wtq = vec_madd(at->m[1], at->q, vec_scale(at->m[2], at->along_q));
-  sums->weight += at->m[0];
-  sums->q = vec_add(sums->q, wq);
-  sums->u = vec_madd(at->m[0], at->u, vec_madd(at->m[1], at->along_u, sums->u));
-  add_outer(&sums->c, vec_add(at->q, at->u), wq);
-  add_outer(&sums->c, along_p, wtq);
+  add_pair(sums, at->m[0], at->q, at->u);
+  const vec wtq = vec_scale(at->m[2], at->along_q);
+  add_outer(&sums->c, vec_add(at->along_q, at->along_u), wtq);
 #if SIMILARITY
-  sums->spread += dot3(at->q, wq) + dot3(at->along_q, wtq);
+  sums->spread += dot3(at->along_q, wtq);
 #endif
 }
 #endif

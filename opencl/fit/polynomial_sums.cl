@@ -110,7 +110,7 @@ HOT void add_segment(const map_t *map, sums_t *sums, int i, const weighted_fit_t
   __global const float *powers = powers_along(map, i);
   real start[FUNCTIONS];
   functions_along(map, &fit->pivot, along.q, start);
-  const vec middle = vec_madd(factors.l[1][0], along.along_u, along.u);
+  const vec middle = SEGMENTS > 2 ? vec_madd(factors.l[1][0], along.along_u, along.u) : along.u;
   const sum_vec u = {TO_SUM(middle.x), TO_SUM(middle.y), TO_SUM(middle.z)};
   const sum_vec du = {TO_SUM(along.along_u.x), TO_SUM(along.along_u.y), TO_SUM(along.along_u.z)};
   sum_t w[SEGMENTS], f[SEGMENTS][FUNCTIONS];
@@ -126,7 +126,9 @@ HOT void add_segment(const map_t *map, sums_t *sums, int i, const weighted_fit_t
     sum_t wf[SEGMENTS];
     UNROLL_MOMENTS for (int k = 0; k < SEGMENTS; ++k) {
       real sum = c[k];
+#if SEGMENTS > 2  // else about the mean
       UNROLL_MOMENTS for (int l = k + 1; l < SEGMENTS; ++l) sum = fma(factors.l[l][k], c[l], sum);
+#endif
       f[k][j] = TO_SUM(sum);
       wf[k] = w[k] * f[k][j];
     }
