@@ -77,7 +77,7 @@ HOT placed_segment_t placed_segment(const map_t *map, int i, const pivot_t *pivo
 
 // Weights of segments are computed for some at once, then added: shorter loops, of which processors
 // execute several rounds at a time.
-#define SEGMENT_GROUP 8
+#define SEGMENT_GROUP 16
 
 // The points of segment i; with `slopes`, for weights divided by the squared distance.
 HOT void segment_pairs(const map_t *map, int i, const pivot_t *pivot, const evaluation_point_t *point,
