@@ -12,19 +12,21 @@ typedef struct {
 #define CHANGES (2 * SEGMENTS > PAIRS ? 2 * SEGMENTS : PAIRS)
 
 #if SEGMENTS
-// A segment as seen from v: moments about a share t of its length, which is that of the nearest point
-// or 1/2, and the point there, relative to k.
+// The weight of a segment along it as seen from v: moments about a share of its length, which is
+// `from_nearest` from that of the nearest point, `t`. For degree 1 it is the mean, without slopes;
+// else that of the nearest point, or 1/2.
 typedef struct {
-  vec q, u, along_q, along_u;
-  real t, m[MOMENTS];
-} moments_t;
+  real t, from_nearest, m[MOMENTS];
+} segment_weight_t;
 
 // Moments up to `top`. With `slopes`, for weights divided by the squared distance.
-HOT moments_t segment_moments(const map_t *map, int i, const pivot_t *pivot,
-                              const evaluation_point_t *point, int slopes, const int top) {
+HOT segment_weight_t segment_weight(const map_t *map, int i, const pivot_t *pivot,
+                                    const evaluation_point_t *point, int slopes, const int top) {
   __global const segment_t *at = segment_of(map, i);
   const nearest_t nearest = nearest_on_segment(at, point->v);
-  moments_t result;
+  const float smoothing2 = map->params.smoothing2;
+  segment_weight_t weight;
+  weight.t = nearest.t;
   real e2 = pivot->e2;
 #if CUTS
   e2 = select(e2, (real)(1), e2 >= UNREACHABLE);  // no segment but the pivot can be reached
@@ -40,27 +42,50 @@ HOT moments_t segment_moments(const map_t *map, int i, const pivot_t *pivot,
 #endif
   c = select(c / whole_power(damping, INTEGER_ALPHA), (real)(0), damping >= UNREACHABLE);
 #endif
-  const real from_nearest =
-      moments_of(at, &nearest, map->params.smoothing2, e2, slopes, top, c, result.m);
-  result.t = nearest.t + from_nearest;
+#if SEGMENTS == 2
+  if (!slopes) {
+    weight.from_nearest = central_moments(at, &nearest, smoothing2, e2, c, weight.m);
+    return weight;
+  }
+#endif
+  weight.from_nearest = moments_of(at, &nearest, smoothing2, e2, slopes, top, c, weight.m);
+  return weight;
+}
+
+// A segment, and its point of share t, about which are the moments, relative to k.
+typedef struct {
+  vec q, u, along_q, along_u;
+  real t;
+} placed_segment_t;
+
+HOT placed_segment_t placed_segment(const map_t *map, int i, const pivot_t *pivot,
+                                    const segment_weight_t *weight) {
+  __global const segment_t *at = segment_of(map, i);
+  placed_segment_t result;
+  result.t = weight->t + weight->from_nearest;
   result.along_q = (vec){at->along_q[0], at->along_q[1], at->along_q[2]};
   result.along_u = (vec){at->along_u[0], at->along_u[1], at->along_u[2]};
   const integer is_pivot = pivot->k == i;
   const vec none = {0, 0, 0};
   const vec q = {at->q[0] - pivot->q.x, at->q[1] - pivot->q.y, at->q[2] - pivot->q.z};
   const vec u = {at->u[0] - pivot->u.x, at->u[1] - pivot->u.y, at->u[2] - pivot->u.z};
-  const real t = select(result.t, from_nearest, is_pivot);  // k is the nearest point then
+  const real t = select(result.t, weight->from_nearest, is_pivot);  // k is the nearest point then
   result.q = vec_madd(t, result.along_q, vec_select(q, none, is_pivot));
   result.u = vec_madd(t, result.along_u, vec_select(u, none, is_pivot));
   return result;
 }
 
+// Weights of segments are computed for some at once, then added: shorter loops, of which processors
+// execute several rounds at a time.
+#define SEGMENT_GROUP 16
+
 // The points of segment i; with `slopes`, for weights divided by the squared distance.
 HOT void segment_pairs(const map_t *map, int i, const pivot_t *pivot, const evaluation_point_t *point,
                        int slopes, pair_t pairs[PAIRS]) {
   const int top = SEGMENTS < 4 ? TOP + slopes : TOP + 1;
-  const moments_t along = segment_moments(map, i, pivot, point, slopes, top);
-  const rule_t rule = rule_of(along.m, slopes);
+  const segment_weight_t weight = segment_weight(map, i, pivot, point, slopes, top);
+  const placed_segment_t along = placed_segment(map, i, pivot, &weight);
+  const rule_t rule = rule_of(weight.m, slopes);
   UNROLL_MOMENTS for (int j = 0; j < SEGMENTS; ++j) {
     pairs[j].q = vec_madd(rule.t[j], along.along_q, along.q);
     pairs[j].u = vec_madd(rule.t[j], along.along_u, along.u);

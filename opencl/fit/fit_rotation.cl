@@ -47,31 +47,33 @@ HOT void add_pair(sums_t *sums, real w, vec q, vec u) {
 }
 
 #if SEGMENTS
-// A segment, whose points are q + t along_q, by the moments of its weight.
-HOT void add_segment(sums_t *sums, const moments_t *at) {
-  const vec along_p = vec_add(at->along_q, at->along_u);
-  const vec wq = vec_madd(at->m[0], at->q, vec_scale(at->m[1], at->along_q));
-  const vec wtq = vec_madd(at->m[1], at->q, vec_scale(at->m[2], at->along_q));
-  sums->weight += at->m[0];
-  sums->q = vec_add(sums->q, wq);
-  sums->u = vec_madd(at->m[0], at->u, vec_madd(at->m[1], at->along_u, sums->u));
-  add_outer(&sums->c, vec_add(at->q, at->u), wq);
-  add_outer(&sums->c, along_p, wtq);
+// A segment, whose points are q + t along_q, by the moments of its weight about the mean.
+HOT void add_segment(sums_t *sums, const placed_segment_t *at, const real m[MOMENTS]) {
+  add_pair(sums, m[0], at->q, at->u);
+  const vec wtq = vec_scale(m[2], at->along_q);
+  add_outer(&sums->c, vec_add(at->along_q, at->along_u), wtq);
 #if SIMILARITY
-  sums->spread += dot3(at->q, wq) + dot3(at->along_q, wtq);
+  sums->spread += dot3(at->along_q, wtq);
 #endif
+}
+
+inline void add_segments(sums_t *sums, const map_t *map, int first, int stop, const pivot_t *pivot,
+                         const evaluation_point_t *point) {
+  for (; first < stop; first += SEGMENT_GROUP) {
+    segment_weight_t weights[SEGMENT_GROUP];
+    const int count = min(stop - first, SEGMENT_GROUP);
+    for (int j = 0; j < count; ++j)
+      weights[j] = segment_weight(map, first + j, pivot, point, 0, TOP);
+    for (int j = 0; j < count; ++j) {
+      const placed_segment_t along = placed_segment(map, first + j, pivot, weights + j);
+      add_segment(sums, &along, weights[j].m);
+    }
+  }
 }
 #endif
 
 HOT void add_term(sums_t *sums, const map_t *map, int i, const pivot_t *pivot,
                   const evaluation_point_t *point) {
-#if SEGMENTS
-  if (i >= map->params.count) {
-    const moments_t along = segment_moments(map, i, pivot, point, 0, TOP);
-    add_segment(sums, &along);
-    return;
-  }
-#endif
   pair_t pair;
   set_pair(&pair, control_point_of(map, i), pivot);
   const real w = control_point_weight(map, i, pivot, point);
@@ -171,12 +173,19 @@ inline void fit_step(const map_t *map, fit_t *fit) {
   const pivot_t *pivot = &fit->pivot;
   sums_t sums = {0};
   int block = block_of(map);
-  for (int start = 0; start < term_count(map); start += block) {
+  for (int start = 0; start < map->params.count; start += block) {
     sums_t part = {0};
-    int stop = min(start + block, term_count(map));
+    int stop = min(start + block, map->params.count);
     for (int i = start; i < stop; ++i) add_term(&part, map, i, pivot, &fit->point);
     add_sums(&sums, &part);
   }
+#if SEGMENTS
+  for (int start = map->params.count; start < term_count(map); start += block) {
+    sums_t part = {0};
+    add_segments(&part, map, start, min(start + block, term_count(map)), pivot, &fit->point);
+    add_sums(&sums, &part);
+  }
+#endif
   // k itself, in the sum with weight c, has its own share
   real total = fma(pivot->r, sums.weight - pivot->c, pivot->c);
   fit->share = pivot->r / total;

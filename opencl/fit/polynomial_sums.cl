@@ -103,14 +103,15 @@ inline void add_group(const map_t *map, sums_t *sums, int first, int stop, const
 #if SEGMENTS
 // Adds segment i. The functions and p - q along it are sums of the polynomials of t that are
 // orthogonal for its weight; so their products are sums over these polynomials.
-HOT void add_segment(const map_t *map, sums_t *sums, int i, const weighted_fit_t *fit) {
+HOT void add_segment(const map_t *map, sums_t *sums, int i, const segment_weight_t *weight,
+                     const weighted_fit_t *fit) {
   const int functions = functions_of(map);
-  const moments_t along = segment_moments(map, i, &fit->pivot, &fit->point, 0, TOP);
-  const factors_t factors = factors_of(along.m);
+  const placed_segment_t along = placed_segment(map, i, &fit->pivot, weight);
+  const factors_t factors = factors_of(weight->m);
   __global const float *powers = powers_along(map, i);
   real start[FUNCTIONS];
   functions_along(map, &fit->pivot, along.q, start);
-  const vec middle = vec_madd(factors.l[1][0], along.along_u, along.u);
+  const vec middle = SEGMENTS > 2 ? vec_madd(factors.l[1][0], along.along_u, along.u) : along.u;
   const sum_vec u = {TO_SUM(middle.x), TO_SUM(middle.y), TO_SUM(middle.z)};
   const sum_vec du = {TO_SUM(along.along_u.x), TO_SUM(along.along_u.y), TO_SUM(along.along_u.z)};
   sum_t w[SEGMENTS], f[SEGMENTS][FUNCTIONS];
@@ -126,7 +127,9 @@ HOT void add_segment(const map_t *map, sums_t *sums, int i, const weighted_fit_t
     sum_t wf[SEGMENTS];
     UNROLL_MOMENTS for (int k = 0; k < SEGMENTS; ++k) {
       real sum = c[k];
+#if SEGMENTS > 2  // else about the mean
       UNROLL_MOMENTS for (int l = k + 1; l < SEGMENTS; ++l) sum = fma(factors.l[l][k], c[l], sum);
+#endif
       f[k][j] = TO_SUM(sum);
       wf[k] = w[k] * f[k][j];
     }
@@ -218,7 +221,13 @@ inline void sum_up(const map_t *map, const weighted_fit_t *fit, sums_t *sums) {
 #if SEGMENTS
   sums_t along;
   clear_sums(map, &along);
-  for (int i = map->params.count; i < term_count(map); ++i) add_segment(map, &along, i, fit);
+  for (int start = map->params.count; start < term_count(map); start += SEGMENT_GROUP) {
+    segment_weight_t weights[SEGMENT_GROUP];
+    const int count = min(term_count(map) - start, SEGMENT_GROUP);
+    for (int j = 0; j < count; ++j)
+      weights[j] = segment_weight(map, start + j, &fit->pivot, &fit->point, 0, TOP);
+    for (int j = 0; j < count; ++j) add_segment(map, &along, start + j, weights + j, fit);
+  }
   add_sums(map, sums, &along);
 #endif
 }

@@ -59,14 +59,12 @@ HOT real whole_power(real x, int n) {
 
 // A of arctan(r) = r (1 + A s) for s = r^2, 0 <= r <= 1: relative error of the arctan 2e-7.
 HOT real arctan_series(real s) {
-  real series = 0.00284989f;
-  series = fma(series, s, (real)(-0.01606862f));
-  series = fma(series, s, (real)(0.0426915f));
-  series = fma(series, s, (real)(-0.07504293f));
-  series = fma(series, s, (real)(0.10640933f));
-  series = fma(series, s, (real)(-0.14203644f));
-  series = fma(series, s, (real)(0.19992619f));
-  return fma(series, s, (real)(-0.33333073f));
+  const real s2 = s * s, s4 = s2 * s2;  // pairs of terms, whose sums do not wait for each other
+  const real a = fma(s, (real)(0.19992619f), (real)(-0.33333073f));
+  const real b = fma(s, (real)(0.10640933f), (real)(-0.14203644f));
+  const real c = fma(s, (real)(0.0426915f), (real)(-0.07504293f));
+  const real d = fma(s, (real)(0.00284989f), (real)(-0.01606862f));
+  return fma(s4, fma(s2, d, c), fma(s2, b, a));
 }
 
 // The functions G of `near_integrals`, which are smooth where the closed forms cancel: relative error
@@ -82,30 +80,30 @@ HOT real end_series(real y, int n) {
   return sum;
 }
 
-// The integrals f[k] of (t - f)^k / ((t - f)^2 + a^2)^n over the segment, k up to `top`, by closed
-// forms. With low = -f, high = 1 - f and P = low high + a^2, that for n = 1, k = 0 is the angle of
-// (P, a), at which v sees the segment, over a. By n, k = 0 follows from
-//   2 n a^2 K(n + 1) = high / (high^2 + a^2)^n - low / (low^2 + a^2)^n + (2 n - 1) K(n),
+// By powers j up to n, the integrals k[j] of 1 / ((t - f)^2 + a^2)^j over the segment, and odd[j] of
+// (t - f) / ((t - f)^2 + a^2)^j, by closed forms; odd[1] only `with_logarithm`. With low = -f,
+// high = 1 - f and P = low high + a^2, k[1] is the angle of (P, a), at which v sees the segment, over
+// a. By j, k[j] follows from
+//   2 j a^2 K(j + 1) = high / (high^2 + a^2)^j - low / (low^2 + a^2)^j + (2 j - 1) K(j),
 // which cancels beyond the ends of the segment, where P > 0; there, with y = a^2 / P^2 and D = P^2 + a^2,
 //   K(2) = 1 / D + (1 / D + A / P^2) / (2 P) with A of `arctan_series`,
 //   K(3) = (1 + P) / D^2 + G(y) / P^5 and K(4) = ((1 + P)^2 - a^2 / 3) / D^3 + G(y) / P^7.
-HOT void near_integrals(real projection, real a2, int n, int top, real f[MOMENTS]) {
+HOT void power_integrals(real projection, real a2, int n, int with_logarithm, real k[5], real odd[5]) {
   const real low = -projection, high = 1 - projection, both = low + high;
   const real low2 = fma(low, low, a2), high2 = fma(high, high, a2);
   const real p = fma(low, high, a2), p2 = p * p, per_a2 = 1 / a2;
   // one division for 1 / D and 1 / the larger of P^2 and a^2
-  const real d = low2 * high2, larger = fast_max(p2, a2), per_both = 1 / (d * larger);
+  const real d = fma(p, p, a2), larger = fast_max(p2, a2), per_both = 1 / (d * larger);
   const real per_d = per_both * larger, square = per_both * d;
   // the angle is a / P (1 + A y), plus pi for P < 0, or pi / 2 - P / a (1 + A / y)
   const integer steep = p2 < a2, ahead = (p > 0) & !steep;
   const real y = fast_min(p2, a2) * square, series = arctan_series(y), per_p = p * square;
   const real right_angles = select(select((real)(2), (real)(0), ahead), (real)(1), steep);
-  real k[5], odd[5];  // f[0] and f[1] by n
   k[0] = 1;
   odd[0] = 0.5f * both;
   k[1] = fma(fma(series, y, (real)(1)), select(per_p, -per_p, steep),
              1.57079633f * right_angles * sqrt(per_a2));
-  if (n == 1 || top > 2) odd[1] = 0.34657359f * fast_log2(high2 / low2);
+  if (with_logarithm) odd[1] = 0.34657359f * fast_log2(high2 / low2);
   if (n > 1) {
     const real half_a2 = 0.5f * per_a2, fifth = square * square * per_p;
     const integer beyond = ahead & (y < 0.25f);
@@ -130,8 +128,14 @@ HOT void near_integrals(real projection, real a2, int n, int top, real f[MOMENTS
       }
     }
   }
-  // f[k] of n is f[k - 2] of n - 1 less a^2 f[k - 2] of n
-  real g[5][MOMENTS];
+}
+
+// The integrals f[k] of (t - f)^k / ((t - f)^2 + a^2)^n over the segment, k up to `top`: f[k] of n is
+// f[k - 2] of n - 1 less a^2 f[k - 2] of n.
+HOT void near_integrals(real projection, real a2, int n, int top, real f[MOMENTS]) {
+  const real low = -projection, high = 1 - projection;
+  real k[5], odd[5], g[5][MOMENTS];
+  power_integrals(projection, a2, n, n == 1 || top > 2, k, odd);
   UNROLL_MOMENTS for (int j = 0; j <= n; ++j) {
     g[j][0] = k[j];
     g[j][1] = odd[j];
@@ -224,6 +228,45 @@ HOT real moments_of(__global const segment_t *at, const nearest_t *nearest, floa
   }
   return select((real)(0), 0.5f - nearest->t, is_far);
 }
+
+#if SEGMENTS == 2
+// The same up to 2 about the mean, without slopes: m[1] is 0. Beyond FAR_SEGMENT the closed forms lose
+// digits of m[2] only, by less than rounding takes from the squared distance; a segment farther than
+// POINT_SEGMENT lengths counts as its middle, with a relative error below 1e-7.
+#define POINT_SEGMENT 1e4f
+HOT real central_moments(__global const segment_t *at, const nearest_t *nearest, float smoothing2,
+                         real e2, real c, real m[MOMENTS]) {
+#if INTEGER_ALPHA > 1
+  const int n = INTEGER_ALPHA;
+  const float density = at->density;
+  const real width2 = density * (nearest->off2 + smoothing2), ratio = e2 * density;
+  real k[5], odd[5];
+  power_integrals(nearest->projection, fast_max(width2, (real)(MIN_WIDTH2(n) * max(density, 1.0f))), n,
+                  0, k, odd);
+  const real per_k = 1 / k[n], from_f = odd[n] * per_k;
+  const real square = fma(k[n - 1], per_k, -fma(from_f, from_f, width2));
+  m[0] = k[n] * (c * whole_power(ratio, n));
+  m[2] = m[0] * fast_min(fast_max(square, (real)(0)), (real)(0.25f));
+  real mean = from_f + (nearest->projection - nearest->t);
+  const real middle = nearest->projection - 0.5f, d2 = fma(middle, middle, width2);
+  const integer is_point = d2 > POINT_SEGMENT * POINT_SEGMENT;
+  if (ANY(is_point)) {
+    m[0] = select(m[0], c * whole_power(ratio / d2, n), is_point);
+    m[2] = select(m[2], 0.083333333f * m[0], is_point);
+    mean = select(mean, 0.5f - nearest->t, is_point);
+  }
+  m[1] = 0;
+  return mean;
+#else
+  // its logarithm would lose digits of the mean
+  const real from_nearest = moments_of(at, nearest, smoothing2, e2, 0, 2, c, m);
+  const real mean = m[1] / fast_max(m[0], (real)(1e-30f));
+  m[2] = fast_max(fma(-mean, m[1], m[2]), (real)(0));
+  m[1] = 0;
+  return from_nearest + mean;
+#endif
+}
+#endif
 
 // Points t[i] with weights w[i] that have the moments m of a segment.
 typedef struct {
@@ -404,6 +447,10 @@ typedef struct {
 
 HOT factors_t factors_of(const real m[MOMENTS]) {
   factors_t result;
+#if SEGMENTS == 2  // about the mean
+  result.norm[0] = m[0];
+  result.norm[1] = m[2];
+#else
   UNROLL_MOMENTS for (int k = 0; k < SEGMENTS; ++k) {
     real column[SEGMENTS];
     UNROLL_MOMENTS for (int j = k; j < SEGMENTS; ++j) {
@@ -416,5 +463,6 @@ HOT factors_t factors_of(const real m[MOMENTS]) {
     UNROLL_MOMENTS for (int j = k + 1; j < SEGMENTS; ++j) result.l[j][k] = per_norm * column[j];
     result.l[k][k] = 1;
   }
+#endif
   return result;
 }

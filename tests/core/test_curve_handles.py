@@ -207,6 +207,24 @@ def test_a_tolerance_holds_near_curves(device, rng):
     assert np.abs(difference).max() <= 0.02 * 2 / 47
 
 
+@pytest.mark.parametrize("alpha", [2, 3])
+@pytest.mark.parametrize("device", DEVICES)
+def test_nodes_close_to_each_other(device, alpha, rng):
+    """Segments between them are far shorter than their distance from most points."""
+    nodes = np.insert(_curve()[1], 3, _curve()[1][2] + (1e-6, 0, 0), axis=0)
+    v = rng.uniform(-1, 1, (500, 3))
+    kernels, numpy = (
+        Deformation(
+            *_points(np.random.default_rng(1)),
+            handles=CurveHandle(nodes + 0.1 * np.sin(nodes), nodes),
+            alpha=alpha,
+            device=name,
+        )
+        for name in (device, "reference")
+    )
+    np.testing.assert_allclose(kernels.backward(v), numpy.backward(v), atol=1e-5)
+
+
 def test_a_translated_curve_moves_everything_alike(rng):
     rest = _curve()[0]
     value = Deformation(handles=CurveHandle(rest, rest + (1, 2, 3)), device="reference")
