@@ -231,19 +231,44 @@ inline vec displacement_of(const map_t *map, const fit_t *fit) {
   return vec_add(fit->u, moved);
 }
 
+// The change of G(v) with the torque on the rotation, in the frame of q: t to (F t) x s.
+inline mat lever_of(const real flexibility[6], vec s) {
+  mat lever;
+  for (int axis = 0; axis < 3; ++axis) {
+    const vec unit = {axis == 0, axis == 1, axis == 2};
+    const vec change = cross3(symmetric_vec(flexibility, unit), s);
+    lever.a[axis] = change.x;
+    lever.a[3 + axis] = change.y;
+    lever.a[6 + axis] = change.z;
+  }
+  return lever;
+}
+
+// The columns of derivatives, turned from the frame of q by `rotation` and reflected out of that of p.
+inline void turn_columns(const fit_t *fit, const mat *rotation, mat *j) {
+  for (int column = 0; column < 3; ++column) {
+    const vec d = {j->a[column], j->a[3 + column], j->a[6 + column]};
+    const vec turned = reflected(fit, fit->p_mirror, mat_vec(rotation, d));
+    j->a[column] = turned.x;
+    j->a[3 + column] = turned.y;
+    j->a[6 + column] = turned.z;
+  }
+}
+
 // d(G - v)/dv, rows by the component of G. The weights change the optimum only through each
-// control point's residual; its influence on G(v) is derived in vtk_mls/reference/engine.py.
+// control point's residual; its influence on G(v) is derived in vtk_mls/reference/engine.py. It is
+// summed in the frame of q.
 inline weight_jacobian_t displacement_jacobian(const map_t *map, const fit_t *fit) {
   const pivot_t *pivot = &fit->pivot;
   mat change = rotation_change(fit->between), rotation = change, c = fit->c;
   for (int i = 0; i < 9; i += 4) rotation.a[i] += 1;
   mat s = rotated_back(&change, &c);
-  real mu = 1 + fit->factor;
-  vec rotated_s = mat_vec(&rotation, reflected(fit, fit->q_mirror, fit->s));
-  vec moved = vec_scale(mu, rotated_s);
+  const real mu = 1 + fit->factor;
+  const vec at = reflected(fit, fit->q_mirror, fit->s), moved = vec_scale(mu, at);
   real stiffness[6], flexibility[6];
   stiffness_of(&s, stiffness);
   invert_symmetric(stiffness, flexibility);
+  const mat lever = lever_of(flexibility, moved);
   vec a, b;
   line_of(&c, &a, &b);
   vec both = vec_add(a, b);
@@ -259,26 +284,28 @@ inline weight_jacobian_t displacement_jacobian(const map_t *map, const fit_t *fi
       reflected_pair(fit, &p, &q, changes[j].u);
       p = vec_sub(p, fit->p);
       q = vec_sub(q, fit->q);
-      vec rotated = mat_vec(&rotation, q);
-      vec influence = vec_scale(fit->share, vec_madd(-mu, rotated, p));
+      const vec turned = transposed_mat_vec(&rotation, p);
+      vec influence = vec_scale(fit->share, vec_madd(-mu, q, turned));
       if (map->params.rank == 2) {
-        vec torque = cross3(q, transposed_mat_vec(&rotation, p));
-        vec omega = mat_vec(&rotation, symmetric_vec(flexibility, torque));
-        influence = vec_add(influence, cross3(omega, moved));
+        influence = vec_add(influence, mat_vec(&lever, cross3(q, turned)));
       } else if (map->params.rank == 1) {
         vec da = vec_scale(strength * dot3(q, b), vec_madd(-dot3(p, a), a, p));
         vec db = vec_scale(strength * dot3(p, a), vec_madd(-dot3(q, b), b, q));
-        vec omega = vec_sub(cross3(both, da), mat_vec(&rotation, cross3(both, db)));
+        vec omega = vec_sub(transposed_mat_vec(&rotation, cross3(both, da)), cross3(both, db));
         influence = vec_madd(gain, cross3(omega, moved), influence);
       }
 #if SIMILARITY
-      real stretch = dot3(p, rotated) - mu * dot3(q, q);
+      real stretch = dot3(turned, q) - mu * dot3(q, q);
       integer flat = fit->spread <= 1e-30f;
-      influence = vec_madd(select(stretch / fit->spread, (real)(0), flat), rotated_s, influence);
+      influence = vec_madd(select(stretch / fit->spread, (real)(0), flat), at, influence);
 #endif
-      add_influence(&jacobian, changes + j, reflected(fit, fit->p_mirror, influence));
+      add_influence(&jacobian, changes + j, influence);
     }
   }
+  turn_columns(fit, &rotation, &jacobian.by_v);
+#if AT_REST
+  turn_columns(fit, &rotation, &jacobian.by_x);
+#endif
   change = rotation_change(fit->rotation);
   for (int i = 0; i < 9; ++i)
     jacobian.by_v.a[i] += change.a[i] + fit->factor * (change.a[i] + (i % 4 == 0 ? 1.0f : 0.0f));
