@@ -111,6 +111,19 @@ class PairEdits:
         self.view.center_on(point)
         self.document.move_slices(point)
 
+    def click_table(self, pixel):
+        """Jump to the pair of the table at a pixel, or switch its tick; whether it is there."""
+        cell = None if self.view.target is None else self.view.target.cell_at(pixel)
+        if cell is None:
+            return False
+        row, is_tick = cell
+        if row is not None and row.row is not None:
+            if is_tick:
+                self.set_enabled([row.row], not row.is_enabled)
+            else:
+                self.jump_to(row.row)
+        return True
+
     def jump_by(self, step):
         """Jump to the next pair (1) or the previous one (-1)."""
         count = len(self.state)
