@@ -88,10 +88,7 @@ class PairText:
         self._table.SetVisibility(bool(lines))
 
     def cell_at(self, pixel):
-        """The `PairRow` at a pixel of the window, and whether it is at the tick; None beside rows.
-
-        Below the rows, and in the title of the table, the row is None.
-        """
+        """The `PairRow` at a pixel, and whether its tick is there; None beside rows."""
         if not self._table.GetVisibility():
             return None
         size, lines = [0.0, 0.0], self._table.GetInput().split("\n")
@@ -100,8 +97,9 @@ class PairText:
         if not (0 <= across < 1 and 0 <= down < 1):
             return None
         line = int(down * len(lines)) - 1
-        row = self._rows[line] if 0 <= line < len(self._rows) else None
-        return row, int(across * max(map(len, lines))) in _TICK_COLUMNS
+        if not 0 <= line < len(self._rows) or self._rows[line].row is None:
+            return None
+        return self._rows[line], int(across * max(map(len, lines))) in _TICK_COLUMNS
 
     def lay_out(self, renderer):
         """Place the texts at the top of another renderer, of the target."""

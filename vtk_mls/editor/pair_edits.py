@@ -112,16 +112,15 @@ class PairEdits:
         self.document.move_slices(point)
 
     def click_table(self, pixel):
-        """Jump to the pair of the table at a pixel, or switch its tick; whether it is there."""
+        """Jump to the pair of the table at a pixel, or switch its tick; whether there is one."""
         cell = None if self.view.target is None else self.view.target.cell_at(pixel)
         if cell is None:
             return False
-        row, is_tick = cell
-        if row is not None and row.row is not None:
-            if is_tick:
-                self.set_enabled([row.row], not row.is_enabled)
-            else:
-                self.jump_to(row.row)
+        pair, is_tick = cell
+        if is_tick:
+            self.set_enabled([pair.row], not pair.is_enabled)
+        else:
+            self.jump_to(pair.row)
         return True
 
     def jump_by(self, step):

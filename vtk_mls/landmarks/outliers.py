@@ -16,8 +16,7 @@ _NEIGHBORS = 12  # their errors define the usual error at a place
 _LIMIT = 3.0
 # The same for errors relative to the remainder. Those of exact pairs of smooth maps reach 3.7.
 _REMAINDER_LIMIT = 4.0
-_SPREAD_QUANTILE = 0.8  # of errors, by which their spread is measured; few are outliers
-_MAX_SPREAD_RATIO = 0.9
+_SPREAD_QUANTILE = 0.7  # of errors, by which their spread is measured; few are outliers
 _MAX_SHARE = 1 / 3  # of the pairs that can be outliers
 _ROUNDING = 1e-9  # of the extent of the pairs; smaller errors are ignored
 # Largest distance from the prediction of a swapped pair to the other's place, in its own error.
@@ -94,7 +93,7 @@ def _score(pairs, predicted, remainder, inliers, neighbors):
     (middle, high), (rim_middle, rim_high) = (
         np.quantile(x[inliers], (0.5, _SPREAD_QUANTILE)) for x in (relative, error / rim)
     )
-    if high * rim_middle < _MAX_SPREAD_RATIO * rim_high * middle:
+    if high * rim_middle < rim_high * middle:
         usual = np.sqrt(np.median(relative[neighbors], axis=1) * np.median(relative[inliers]))
         return error / (_REMAINDER_LIMIT * remainder * usual + rounding)
     usual = np.sqrt(np.median(error[neighbors], axis=1) * np.median(error[inliers]))
