@@ -10,7 +10,7 @@ from hands import SIZE, Hands, ball_image, ball_mesh
 from pairwise import one_of
 
 from vtk_mls import Ball, Deformation, Plane, RegionHandle
-from vtk_mls.editor import State
+from vtk_mls.editor import State, pairs
 from vtk_mls.editor.autosave import Autosave
 from vtk_mls.editor.landmark_texts import lines_of
 from vtk_mls.editor.pairs import MOVING, TARGET, Pending
@@ -95,6 +95,34 @@ def test_the_table_has_both_places_of_the_selected_pair_and_its_score(rng):
     assert len(lines_of(table, [2, 3])) == len(lines_of(table, [])) == len(lines_of(table, [2])) - 2
 
 
+def test_a_click_on_the_table_jumps_to_a_pair_and_on_its_tick_leaves_it_out(rng):
+    q = rng.uniform(6, SIZE - 7, (8, 3))
+    state = State(q + rng.normal(0, 0.5, q.shape), q, device="reference")
+    hands = Hands(ball_image(), state, target=ball_image(), pixels=600)
+    hands.picture()
+    text = hands.editor.view.target._text._table
+    size = [0.0, 0.0]
+    text.GetSize(hands.editor.view.target._texts, size)
+    left, top = text.GetPosition()
+    lines = text.GetInput().split("\n")
+    height, width = size[1] / len(lines), size[0] / max(map(len, lines))
+
+    def click(line, letter):
+        hands.click((left + (letter + 0.5) * width, top - (line + 0.5) * height))
+
+    click(4, 10)
+    assert hands.editor.selected.tolist() == [3]
+    np.testing.assert_allclose(hands.editor.slices.point, q[3])
+    click(6, 3)
+    assert np.flatnonzero(~hands.state.enabled).tolist() == [5]
+    assert hands.editor.selected.tolist() == [3]
+    click(6, 3)
+    assert hands.state.enabled.all()
+    hands.press("6")
+    click(4, 10)  # without the table, a click is on the target behind it
+    assert hands.state.pending is not None
+
+
 @pytest.mark.parametrize("count", [7, 8])
 def test_a_key_takes_the_kind_with_smaller_errors(count, rng):
     """The data are stretched to the target, which the kind "rigid" does not predict."""
@@ -116,6 +144,15 @@ def test_a_key_takes_the_kind_with_smaller_errors(count, rng):
     assert hands.state.pairs.better is None
     hands.press("8")
     assert hands.message.startswith("No other kind")
+
+
+def test_kinds_without_errors_are_not_better(rng, monkeypatch):
+    def errors(state, kind=None):
+        return np.full(len(state), 1.0 if kind is None else np.nan)
+
+    monkeypatch.setattr(pairs, "left_out_errors", errors)
+    table = state_of(rng).pairs
+    assert (table.median_error, table.better, table.compares_kinds) == (1, None, True)
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 4])

@@ -12,6 +12,7 @@ from vtk_mls.base.linear_algebra import fitted_affine
 from vtk_mls.landmarks import Settings, pair_report, report
 from vtk_mls.landmarks.left_out import PointPairs, predictions
 from vtk_mls.landmarks.page import page
+from vtk_mls.landmarks.text import heading
 
 DEVICE = "reference"
 
@@ -93,6 +94,31 @@ def test_clean_pairs_are_not_accused():
     value = report(p, q, device=DEVICE)
     assert value.outlier.sum() <= 2
     assert value.swaps == []
+
+
+def test_exact_pairs_are_not_accused(rng):
+    p = rng.uniform(0, 100, (400, 3))
+    q = p + 3 * np.sin(np.roll(p, 1, axis=1) / 20)
+    value = report(p, q, device=DEVICE)
+    assert value.outlier.mean() <= 0.02
+    # pairs that are off by a tenth of their distances are found
+    off = rng.choice(400, 4, replace=False)
+    q[off] += (1, 0.5, 0.5)
+    assert report(p, q, device=DEVICE).outlier[off].all()
+
+
+def test_folds_only_beside_the_landmarks_are_told_apart(rng):
+    q = rng.uniform(0, 100, (150, 3))
+    value = report(q + 3 * np.sin(np.roll(q, 1, axis=1) / 20), q, device=DEVICE)
+    assert value.smallest_determinant <= 0 < value.determinant_between
+    assert "folds, but not between neighboring landmarks" in heading(value)[-1]
+    q = rng.uniform(0, 10, (6, 3))
+    q[1] = q[0] + 0.1
+    p = q.copy()
+    p[[0, 1]] = p[[1, 0]] * 1.01
+    value = report(p, q, device=DEVICE)
+    assert value.determinant_between <= 0
+    assert "but not" not in heading(value)[-1]
 
 
 def test_exact_translations_have_no_outliers(rng):

@@ -15,6 +15,7 @@ from vtk_mls.vtk import arrays
 _COLOR, _TITLE_COLOR, _PANEL = (0.95, 0.95, 0.8), (1, 0.78, 0.35), (0.04, 0.05, 0.08)
 _MARGIN, _SIZE = 14, 13
 _MAX_ROWS, _MAX_NAME = 24, 14  # of the table, and letters of a name
+_TICK_COLUMNS = range(2, 5)  # letters of a line
 
 
 class LandmarkNames:
@@ -61,6 +62,7 @@ class PairText:
     def __init__(self, renderer, title):
         self._title, self._table = text_actor(_TITLE_COLOR, _SIZE), text_actor(_COLOR, _SIZE)
         self._title.SetInput(title)
+        self._renderer, self._rows = renderer, []
         for actor in (self._title, self._table):
             actor.GetTextProperty().SetVerticalJustificationToTop()
             renderer.AddViewProp(actor)
@@ -81,8 +83,23 @@ class PairText:
         `score` is that of the only selected row, and why it is refused; None without one.
         """
         lines = [] if table is None else lines_of(table, selected, score)
+        self._rows = [] if table is None else _shown_rows(table, selected)
         self._table.SetInput("\n".join(lines))
         self._table.SetVisibility(bool(lines))
+
+    def cell_at(self, pixel):
+        """The `PairRow` at a pixel, and whether its tick is there; None beside rows."""
+        if not self._table.GetVisibility():
+            return None
+        size, lines = [0.0, 0.0], self._table.GetInput().split("\n")
+        self._table.GetSize(self._renderer, size)
+        across, down = (pixel - np.array(self._table.GetPosition())) * (1, -1) / size
+        if not (0 <= across < 1 and 0 <= down < 1):
+            return None
+        line = int(down * len(lines)) - 1
+        if not 0 <= line < len(self._rows) or self._rows[line].row is None:
+            return None
+        return self._rows[line], int(across * max(map(len, lines))) in _TICK_COLUMNS
 
     def lay_out(self, renderer):
         """Place the texts at the top of another renderer, of the target."""
@@ -94,21 +111,22 @@ class PairText:
 
 def lines_of(table, selected, score=None):
     """Lines of text as of `PairText.set_table`: the part around the selected rows."""
-    marked = {int(row) for row in selected}
-    rows = table.rows
-    first = max(0, min(min(marked, default=0) - _MAX_ROWS // 2, len(rows) - _MAX_ROWS))
-    lines = [f"  {'name':{_MAX_NAME}} distance    error"]
-    for row in rows[first : first + _MAX_ROWS]:
-        mark = ">" if row.row is not None and row.row in marked else " "
+    marked, rows = {int(row) for row in selected}, table.rows
+    shown = _shown_rows(table, selected)
+    lines = [f"  use {'name':{_MAX_NAME}} distance    error"]
+    for row in shown:
+        name = f"{row.name[:_MAX_NAME]:{_MAX_NAME}}"
         if row.row is None:
             missing = "target" if row.deformed is None else "data"
-            lines.append(f"  {row.name[:_MAX_NAME]:{_MAX_NAME}} click on the {missing}")
+            lines.append(f"      {name} click on the {missing}")
             continue
+        mark = ">" if row.row in marked else " "
+        tick = "[x]" if row.is_enabled else "[ ]"
         error = "off" if not row.is_enabled else "-" if row.error is None else f"{row.error:.4g}"
-        name = row.name[:_MAX_NAME]
-        lines.append(f"{mark} {name:{_MAX_NAME}} {row.distance:8.4g} {error:>8}")
+        lines.append(f"{mark} {tick} {name} {row.distance:8.4g} {error:>8}")
     if len(rows) > _MAX_ROWS:
-        lines.append(f"  {first + 1} to {min(first + _MAX_ROWS, len(rows))} of {len(rows)}")
+        first = rows.index(shown[0])
+        lines.append(f"  {first + 1} to {first + len(shown)} of {len(rows)}")
     if table.has_errors:
         lines.append(f"  median error when left out {table.median_error:.3g}")
         if table.better:
@@ -121,6 +139,14 @@ def lines_of(table, selected, score=None):
     if len(selected_pairs) == 1:
         lines += _lines_about(*selected_pairs, score)
     return lines
+
+
+def _shown_rows(table, selected):
+    """The rows of a `PairTable` that fit in the window, around the selected ones."""
+    rows = table.rows
+    start = int(min(selected, default=0)) - _MAX_ROWS // 2
+    first = max(0, min(start, len(rows) - _MAX_ROWS))
+    return rows[first : first + _MAX_ROWS]
 
 
 def _lines_about(pair, score):

@@ -45,8 +45,9 @@ class Observer:
 class Mouse(Observer):
     """Selects and drags handles, and moves slices; beside them the mouse moves the camera."""
 
-    def __init__(self, interactor, document, tools, place):
+    def __init__(self, interactor, document, tools, place, click_table):
         self._document, self._tools, self._place = document, tools, place
+        self._click_table = click_table
         self._view, self._slices = document.view, document.view.slices
         self._is_placing, self._adjusted_pixel, self._corrects_rest = False, None, False
         self._drag = self._picker = self._normal = None
@@ -90,6 +91,9 @@ class Mouse(Observer):
     def _press(self, interactor, event):
         self.finish()
         self._pressed_pixel = self.pixel
+        if self._click_table(self.pixel):
+            self._abort(event)
+            return
         pane = self._view.pane_at(self.pixel)
         row, has_target = self._handle_at(pane), self._view.target is not None
         is_moving = self._view.side_at(self.pixel) == MOVING

@@ -117,6 +117,10 @@ class TargetView:
         """Show or hide the table of pairs."""
         self._has_table = not self._has_table
 
+    def cell_at(self, pixel):
+        """The cell of the table at a pixel, as of `PairText.cell_at`."""
+        return self._text.cell_at(pixel)
+
     def initial_map(self, device):
         """The translation that shows undeformed data near the target; None if they are near."""
         if self.far_centers is None:

@@ -206,22 +206,20 @@ def _multinomial(exponents) -> float:
     return factorial[sum(exponents)] / np.prod(factorial[exponents])
 
 
-def _polynomial_fit(weighted):
-    """Eq. 23 to 26: weighted orthogonal polynomials psi_j, starting from psi_0 = 1.
+def shares(weighted):
+    """The share (m, n) of each p_i in the polynomials fitted at v: l(v) = sum_i share_i p_i."""
+    parts = [psi * (psi_v / norm)[:, None] for psi, psi_v, _, norm in _orthogonal(weighted)]
+    return weighted.w * sum(parts)
 
-    The displacement p - q is fitted, so that undetermined functions are those of the identity map.
-    """
+
+def _orthogonal(weighted):
+    """psi_j at the control points (m, n) and at v, its slope at v, and its norm: Eq. 23 and 25."""
     control_points, w = weighted.control_points, weighted.w
     basis, local = control_points.determined, control_points.local(weighted.v)
     (values, origins), at_v = weighted.values_of(basis), basis(local)
-    p, q = (
-        weighted.p + weighted.p_star[:, None],
-        weighted.q + weighted.q_star[:, None],
-    )
-    u = p - q
 
     def inner(f, g):  # Eq. 23
-        return np.einsum("mi,mi...,mi...->m...", w, f, g)
+        return np.einsum("mi,mi,mi->m", w, f, g)
 
     psi_0 = np.ones_like(w)
     orthogonal = [(psi_0, np.ones(len(at_v)), np.zeros((len(at_v), 3)), weighted.total)]
@@ -238,9 +236,22 @@ def _polynomial_fit(weighted):
         is_zero = norm <= _MIN_SQUARED_NORM * before
         f_v, df_v = np.where(is_zero, 0, f_v), np.where(is_zero[:, None], 0, df_v)
         orthogonal.append((f, f_v, df_v, np.where(is_zero, 1, norm)))
+    return orthogonal
 
+
+def _polynomial_fit(weighted):
+    """Eq. 23 to 26: weighted orthogonal polynomials psi_j, starting from psi_0 = 1.
+
+    The displacement p - q is fitted, so that undetermined functions are those of the identity map.
+    """
+    orthogonal, w = _orthogonal(weighted), weighted.w
+    p, q = (
+        weighted.p + weighted.p_star[:, None],
+        weighted.q + weighted.q_star[:, None],
+    )
+    u = p - q
     displacement = weighted.p_k - weighted.q_k
-    gradient = np.zeros((len(at_v), 3, 3))
+    gradient = np.zeros((len(w), 3, 3))
     # each coefficient from the remainder of u: near a curve weights differ by up to 1e30
     remaining = u
     for psi, psi_v, dpsi_v, norm in orthogonal:  # Eq. 26

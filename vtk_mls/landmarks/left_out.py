@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from vtk_mls import kinds
 from vtk_mls.base.progress import SILENT, Progress
+from vtk_mls.kinds import polynomials
 from vtk_mls.kinds.kind import Kind
 from vtk_mls.landmarks.settings import Settings
 
@@ -78,6 +79,26 @@ def nearby_predictions(
     result = np.empty((len(pairs), 3))
     for part in _parts(np.arange(len(pairs)), others.shape[1], points):
         result[part] = _predicted(points, part, others[part], settings)
+    return result
+
+
+def remainders(
+    pairs: PointPairs, others: NDArray[np.int64], settings: Settings
+) -> NDArray[np.float64]:
+    """Bounds (n,) of the errors of `nearby_predictions` for a smooth map, up to a common factor.
+
+    A polynomial of order m fitted to a smooth map has at most the error sum_i |s_i| d_i^(m + 1),
+    times a bound of its derivatives, for shares s_i of the pairs at distances d_i: the remainder of
+    Taylor's theorem. It is large for pairs at the rim and for isolated ones.
+    """
+    order = kinds.named(settings.kind, settings.degree).proxy_order
+    points = _FittedPoints(pairs, polynomials.Polynomial(order))
+    result = np.empty(len(pairs))
+    for part in _parts(np.arange(len(pairs)), others.shape[1], points):
+        v, near = pairs.deformed[part], pairs.deformed[others[part]]
+        shares = polynomials.shares(_WeightedPairs(points, v, settings, part, others[part]))
+        distance = np.linalg.norm(near - v[:, None], axis=2)
+        result[part] = (np.abs(shares) * distance ** (order + 1)).sum(axis=1)
     return result
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from vtk_mls.landmarks.left_out import PointPairs, nearby_predictions, nearest
+from vtk_mls.landmarks.left_out import PointPairs, nearby_predictions, nearest, remainders
 from vtk_mls.landmarks.settings import Settings
 
 _MAX_PREDICTORS = 64  # the nearest pairs, from which each is predicted here
@@ -14,6 +14,9 @@ _NEIGHBORS = 12  # their errors define the usual error at a place
 # medians once in 2,000 times. At the rim of the pairs, where predictions extrapolate, the limit is
 # up to twice as large.
 _LIMIT = 3.0
+# The same for errors relative to the remainder. Those of exact pairs of smooth maps reach 3.7.
+_REMAINDER_LIMIT = 4.0
+_SPREAD_QUANTILE = 0.7  # of errors, by which their spread is measured; few are outliers
 _MAX_SHARE = 1 / 3  # of the pairs that can be outliers
 _ROUNDING = 1e-9  # of the extent of the pairs; smaller errors are ignored
 # Largest distance from the prediction of a swapped pair to the other's place, in its own error.
@@ -36,8 +39,10 @@ def find(pairs: PointPairs, settings: Settings) -> tuple[NDArray[np.bool_], NDAr
     min_count = len(pairs) - int(_MAX_SHARE * len(pairs))
     while True:
         neighbors = nearest(pairs, inliers, _NEIGHBORS)
-        predicted = nearby_predictions(pairs, nearest(pairs, inliers, _MAX_PREDICTORS), settings)
-        score = _score(pairs, predicted, inliers, neighbors)
+        predictors = nearest(pairs, inliers, _MAX_PREDICTORS)
+        predicted = nearby_predictions(pairs, predictors, settings)
+        remainder = remainders(pairs, predictors, settings)
+        score = _score(pairs, predicted, remainder, inliers, neighbors)
         suspects = inliers[score[inliers] > 1]
         worst = suspects[score[suspects] >= score[neighbors[suspects]].max(axis=1)]
         worst = worst[np.argsort(-score[worst], kind="stable")][: max(0, len(inliers) - min_count)]
@@ -72,13 +77,24 @@ def swapped(
     return result
 
 
-def _score(pairs, predicted, inliers, neighbors):
-    """The error of each prediction (n,), relative to the limit."""
+def _score(pairs, predicted, remainder, inliers, neighbors):
+    """The error of each prediction (n,), relative to the limit.
+
+    Errors of noisy pairs are alike amid the others. Those of exact pairs are like the remainder,
+    with a few that are large. The measure for which the errors of the inliers spread less counts.
+    """
     error = np.linalg.norm(predicted - pairs.rest, axis=1)
-    usual = np.sqrt(np.median(error[neighbors], axis=1) * np.median(error[inliers]))
     offset = pairs.deformed[neighbors] - pairs.deformed[:, None]
     reach = np.linalg.norm(offset, axis=2).mean(axis=1)
     # 0 amid the neighbors, 1 far from them
     outside = np.linalg.norm(offset.mean(axis=1), axis=1) / reach
+    rim, relative = 1 + outside**2, error / remainder
     rounding = _ROUNDING * np.ptp(pairs.rest, axis=0).max()
-    return error / (_LIMIT * (1 + outside**2) * usual + rounding)
+    (middle, high), (rim_middle, rim_high) = (
+        np.quantile(x[inliers], (0.5, _SPREAD_QUANTILE)) for x in (relative, error / rim)
+    )
+    if high * rim_middle < rim_high * middle:
+        usual = np.sqrt(np.median(relative[neighbors], axis=1) * np.median(relative[inliers]))
+        return error / (_REMAINDER_LIMIT * remainder * usual + rounding)
+    usual = np.sqrt(np.median(error[neighbors], axis=1) * np.median(error[inliers]))
+    return error / (_LIMIT * rim * usual + rounding)

@@ -37,6 +37,8 @@ def heading(report: Report) -> list[str]:
     if determinant <= 0:
         kind = "the kind affine with " if report.recommended.kind == "polynomial" else ""
         result, remedy = "folds", f"; more smoothing, or {kind}--steps auto, avoids folds"
+        if report.determinant_between > 0:
+            result = "folds, but not between neighboring landmarks"
     lines.append(f"the map {result}: smallest determinant {determinant:.3g}{remedy}")
     return lines
 
