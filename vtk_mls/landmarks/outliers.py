@@ -16,7 +16,8 @@ _NEIGHBORS = 12  # their errors define the usual error at a place
 _LIMIT = 3.0
 # The same for errors relative to the remainder. Those of exact pairs of smooth maps reach 3.7.
 _REMAINDER_LIMIT = 4.0
-_SPREAD_QUANTILE = 0.7  # of errors, by which their spread is measured; few are outliers
+_SPREAD_QUANTILE = 0.7  # of errors, over their median: their spread, which few outliers change
+_MAX_NOISE_SPREAD = 1.5  # of errors by noise: 1.24 if it is normal
 _MAX_SHARE = 1 / 3  # of the pairs that can be outliers
 _ROUNDING = 1e-9  # of the extent of the pairs; smaller errors are ignored
 # Largest distance from the prediction of a swapped pair to the other's place, in its own error.
@@ -80,8 +81,9 @@ def swapped(
 def _score(pairs, predicted, remainder, inliers, neighbors):
     """The error of each prediction (n,), relative to the limit.
 
-    Errors of noisy pairs are alike amid the others. Those of exact pairs are like the remainder,
-    with a few that are large. The measure for which the errors of the inliers spread less counts.
+    Errors of noisy pairs are alike amid the others. Those of exact pairs grow like the remainder:
+    most are small, and a few are large. Errors that spread more than noise are compared relative to
+    the remainder, if they spread less so.
     """
     error = np.linalg.norm(predicted - pairs.rest, axis=1)
     offset = pairs.deformed[neighbors] - pairs.deformed[:, None]
@@ -90,11 +92,15 @@ def _score(pairs, predicted, remainder, inliers, neighbors):
     outside = np.linalg.norm(offset.mean(axis=1), axis=1) / reach
     rim, relative = 1 + outside**2, error / remainder
     rounding = _ROUNDING * np.ptp(pairs.rest, axis=0).max()
-    (middle, high), (rim_middle, rim_high) = (
-        np.quantile(x[inliers], (0.5, _SPREAD_QUANTILE)) for x in (relative, error / rim)
-    )
-    if high * rim_middle < rim_high * middle:
+    spread, relative_spread = _spread((error / rim)[inliers]), _spread(relative[inliers])
+    if spread > max(_MAX_NOISE_SPREAD, relative_spread):
         usual = np.sqrt(np.median(relative[neighbors], axis=1) * np.median(relative[inliers]))
         return error / (_REMAINDER_LIMIT * remainder * usual + rounding)
     usual = np.sqrt(np.median(error[neighbors], axis=1) * np.median(error[inliers]))
     return error / (_LIMIT * rim * usual + rounding)
+
+
+def _spread(errors):
+    """How much errors (n,) differ from each other: 1 if they are equal."""
+    middle, high = np.quantile(errors, (0.5, _SPREAD_QUANTILE))
+    return high / middle if middle else 1.0
