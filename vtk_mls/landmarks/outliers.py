@@ -17,7 +17,9 @@ _LIMIT = 3.0
 # The same for errors relative to the remainder. Those of exact pairs of smooth maps reach 3.7.
 _REMAINDER_LIMIT = 4.0
 _SPREAD_QUANTILE = 0.7  # of errors, over their median: their spread, which few outliers change
-_MAX_NOISE_SPREAD = 1.5  # of errors by noise: 1.24 if it is normal
+# The largest spread of n errors by noise is _NOISE_SPREAD + _NOISE_SPREAD_OF_FEW / sqrt(n). Many
+# normal errors have 1.24.
+_NOISE_SPREAD, _NOISE_SPREAD_OF_FEW = 1.3, 2.3
 _MAX_SHARE = 1 / 3  # of the pairs that can be outliers
 _ROUNDING = 1e-9  # of the extent of the pairs; smaller errors are ignored
 # Largest distance from the prediction of a swapped pair to the other's place, in its own error.
@@ -93,7 +95,7 @@ def _score(pairs, predicted, remainder, inliers, neighbors):
     rim, relative = 1 + outside**2, error / remainder
     rounding = _ROUNDING * np.ptp(pairs.rest, axis=0).max()
     spread, relative_spread = _spread((error / rim)[inliers]), _spread(relative[inliers])
-    if spread > max(_MAX_NOISE_SPREAD, relative_spread):
+    if spread > max(_NOISE_SPREAD + _NOISE_SPREAD_OF_FEW / len(inliers) ** 0.5, relative_spread):
         usual = np.sqrt(np.median(relative[neighbors], axis=1) * np.median(relative[inliers]))
         return error / (_REMAINDER_LIMIT * remainder * usual + rounding)
     usual = np.sqrt(np.median(error[neighbors], axis=1) * np.median(error[inliers]))
