@@ -10,7 +10,7 @@ from itertools import combinations, product
 
 import pytest
 
-# Names of values of which one is enough: the kernels of both are the same text.
+# Values that count as another one, because the same kernels serve both.
 ALIKE = {"polynomial3": "polynomial2"}
 
 

@@ -75,8 +75,8 @@ HOT placed_segment_t placed_segment(const map_t *map, int i, const pivot_t *pivo
   return result;
 }
 
-// Weights of segments are computed for some at once, then added: shorter loops, of which processors
-// execute several rounds at a time.
+// The weights of this many segments are computed in one loop and added in another. A processor
+// overlaps the rounds of a short loop.
 #define SEGMENT_GROUP 16
 
 // The points of segment i; with `slopes`, for weights divided by the squared distance.

@@ -199,7 +199,7 @@ def test_slopes_are_those_of_differences(device, rng):
 def test_as_many_steps_as_needed_do_not_fold(kind, device):
     for seed in range(1 if device == "reference" else 8):
         rng = np.random.default_rng(seed)
-        count, alpha = rng.choice([15, 60]), rng.choice([1.0, 2.0])
+        count, alpha = rng.choice([15, 60]), rng.choice([1.0, 1.5, 2.0, 3.0])
         count = 15 if device == "reference" else count
         rest, deformed = _moved(rng, rng.choice([0.05, 0.1, 0.2]), count)
         options = {"kind": kind, "alpha": alpha, "device": device}

@@ -74,8 +74,7 @@ class Editor(ShapeEdits, PairEdits, Saving):
         self._add_tools()
         if target is not None:
             self.set_target(target)
-        clicks = self.place_at, self.click_table
-        self._mouse = Mouse(interactor, self.document, self._tools, *clicks)
+        self._mouse = Mouse(interactor, self.document, self._tools, self.place_at, self.click_table)
         self._keyboard = Keyboard(interactor, self)
         tick = self.document.tick
         self._timer_tag = interactor.AddObserver("TimerEvent", lambda *_: tick(), PRIORITY)

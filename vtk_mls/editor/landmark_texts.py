@@ -83,7 +83,7 @@ class PairText:
         `score` is that of the only selected row, and why it is refused; None without one.
         """
         lines = [] if table is None else lines_of(table, selected, score)
-        self._rows = [] if table is None else _shown_rows(table, selected)
+        self._rows = [] if table is None else table.rows[_shown(table, selected)]
         self._table.SetInput("\n".join(lines))
         self._table.SetVisibility(bool(lines))
 
@@ -112,9 +112,9 @@ class PairText:
 def lines_of(table, selected, score=None):
     """Lines of text as of `PairText.set_table`: the part around the selected rows."""
     marked, rows = {int(row) for row in selected}, table.rows
-    shown = _shown_rows(table, selected)
+    shown = _shown(table, selected)
     lines = [f"  use {'name':{_MAX_NAME}} distance    error"]
-    for row in shown:
+    for row in rows[shown]:
         name = f"{row.name[:_MAX_NAME]:{_MAX_NAME}}"
         if row.row is None:
             missing = "target" if row.deformed is None else "data"
@@ -125,8 +125,7 @@ def lines_of(table, selected, score=None):
         error = "off" if not row.is_enabled else "-" if row.error is None else f"{row.error:.4g}"
         lines.append(f"{mark} {tick} {name} {row.distance:8.4g} {error:>8}")
     if len(rows) > _MAX_ROWS:
-        first = rows.index(shown[0])
-        lines.append(f"  {first + 1} to {first + len(shown)} of {len(rows)}")
+        lines.append(f"  {shown.start + 1} to {shown.stop} of {len(rows)}")
     if table.has_errors:
         lines.append(f"  median error when left out {table.median_error:.3g}")
         if table.better:
@@ -141,12 +140,12 @@ def lines_of(table, selected, score=None):
     return lines
 
 
-def _shown_rows(table, selected):
-    """The rows of a `PairTable` that fit in the window, around the selected ones."""
-    rows = table.rows
-    start = int(min(selected, default=0)) - _MAX_ROWS // 2
-    first = max(0, min(start, len(rows) - _MAX_ROWS))
-    return rows[first : first + _MAX_ROWS]
+def _shown(table, selected):
+    """The slice of the rows of a `PairTable` that fit in the window, around the selected ones."""
+    count = len(table.rows)
+    first = int(min(selected, default=0)) - _MAX_ROWS // 2
+    first = max(0, min(first, count - _MAX_ROWS))
+    return slice(first, min(first + _MAX_ROWS, count))
 
 
 def _lines_about(pair, score):
