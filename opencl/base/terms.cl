@@ -76,8 +76,8 @@ HOT placed_segment_t placed_segment(const map_t *map, int i, const pivot_t *pivo
 }
 
 // The weights of this many segments are computed in one loop and added in another. A processor
-// overlaps the rounds of a short loop.
-#define SEGMENT_GROUP 16
+// overlaps the rounds of a short loop. Above degree 1 the rounds are too long for that.
+#define SEGMENT_GROUP (SEGMENTS > 2 ? 1 : 16)
 
 // The points of segment i; with `slopes`, for weights divided by the squared distance.
 HOT void segment_pairs(const map_t *map, int i, const pivot_t *pivot, const evaluation_point_t *point,
