@@ -14,6 +14,7 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 ORDER = (
     "posed_bones",
     "straightened",
+    "landmark_match",
     "whole_turn",
     "four_kinds",
     "cut_and_opened",

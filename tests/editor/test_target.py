@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from hands import MIDDLE, SIZE, Hands, ball_image, ball_mesh, pixels_in
+from vtkmodules.vtkRenderingCore import vtkRenderWindow
 
-from vtk_mls.editor import State
+from vtk_mls.editor import State, window
 from vtk_mls.editor.comparing import ComparedItem, difference_colors
 from vtk_mls.editor.target import CHECKERBOARD, DIFFERENCE, FADE, Comparison, Target
 from vtk_mls.vtk.arrays import ImageGeometry
@@ -169,3 +170,16 @@ def test_a_target_with_blocks_is_refused():
 
     with pytest.raises(TypeError, match="`target` must be a single image or mesh, got a vtkMulti"):
         Target(vtkMultiBlockDataSet())
+
+
+def test_the_device_is_checked_before_a_window_with_a_target_is_shown(monkeypatch):
+    """The check takes seconds, in which clicks would be lost."""
+
+    def stop(name):
+        raise RuntimeError(f"checks {name}")
+
+    monkeypatch.setattr(window, "_window", vtkRenderWindow)
+    monkeypatch.setattr(window, "engine_for", stop)
+    state = State([], [], device="0:0")
+    with pytest.raises(RuntimeError, match="checks 0:0"):
+        window.show([ball_mesh()], state, ["ball.vtp"], target=Target(ball_mesh()))

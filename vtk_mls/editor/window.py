@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 
 import vtkmodules.vtkInteractionStyle  # registers interactors
@@ -14,6 +15,8 @@ from vtkmodules.vtkRenderingCore import vtkRenderWindow, vtkRenderWindowInteract
 from vtk_mls.base import display
 from vtk_mls.editor.autosave import Autosave
 from vtk_mls.editor.editor import Editor
+from vtk_mls.engine.device.devices import DeviceError
+from vtk_mls.engine.dispatch import engine_for
 
 _SIZE = 1200, 850
 _OFFSCREEN_CLASSES = "vtkEGLRenderWindow", "vtkOSOpenGLRenderWindow"  # without a display
@@ -42,6 +45,11 @@ def show(datasets, state, paths, folder=None, target=None, session=None):
         If there is no display.
     """
     window = _window()
+    if (
+        target is not None
+    ):  # else the window would freeze at the first pair, for the check of the driver
+        with suppress(DeviceError):  # the first pair reports it
+            engine_for(state.device)
     window.SetSize(_SIZE)
     window.SetWindowName(f"{paths[0]} - vtk-mls")
     interactor = vtkRenderWindowInteractor()
