@@ -23,14 +23,21 @@ box["volume"], moved["volume"] = np.ones(box.n_cells), variables["quality"]
 
 before = boundary.points
 plotter = pv.Plotter(shape=(1, 2), border=False, window_size=(1500, 640), off_screen=True)
-colors = {"cmap": "PuOr_r", "clim": (0.4, 1.6), "scalars": "volume", "show_edges": True}
-shown = (("before", box, before), ("after", moved, before + boundary["Displacement"]))
+colors = {
+    "cmap": "PuOr_r",
+    "clim": (0.4, 1.6),
+    "scalars": "volume",
+    "show_edges": True,
+    "lighting": False,
+}
+after = before + boundary["Displacement"]
+shown = (("before", box, before), ("after: volume of the cells, before = 1", moved, after))
 for column, (title, mesh, points) in enumerate(shown):
     plotter.subplot(0, column)
     plotter.set_background("#12161f")
     middle = np.array(box.center)
     part = mesh.extract_cells(np.flatnonzero(box.cell_centers().points[:, 1] > middle[1]))
-    bar = {"title": "volume of a cell, after / before", "color": "white", "n_labels": 3}
+    bar = {"title": "", "color": "white", "n_labels": 3, "fmt": "%.1f"}
     plotter.add_mesh(part, show_scalar_bar=column == 1, scalar_bar_args=bar, **colors)
     plotter.add_points(
         points[points[:, 1] >= middle[1]],
@@ -39,5 +46,5 @@ for column, (title, mesh, points) in enumerate(shown):
         render_points_as_spheres=True,
     )
     plotter.add_text(title, font_size=15, color="white", position="upper_edge")
-    plotter.camera_position = [middle + (16, -38, 20), middle, (0, 0, 1)]
+    plotter.camera_position = [middle + (15, -36, 19), middle + (0, 0, 0.8), (0, 0, 1)]
 plotter.screenshot(str(DOCS / "morphed.png"))

@@ -92,7 +92,7 @@ for column, (title, (array, colors, points)) in enumerate(shown.items()):
             plotter.add_text(title, font_size=13, color="white", position="upper_edge")
         plotter.camera_position = [middle + 500 * normal, middle, up]
         plotter.camera.parallel_projection = True
-        plotter.camera.parallel_scale = 125
+        plotter.camera.parallel_scale = 137
 plotter.screenshot("landmark_match.png")
 
 # The distance of every 4th voxel of the tissue to its true partner.
