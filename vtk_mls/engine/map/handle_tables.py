@@ -16,7 +16,7 @@ class Images:
         self._values, self._count, self._first = [], 0, {}
 
     def add_once(self, image):
-        """Add the distances of a DistanceImage, then its border; the position of the first value."""
+        """Add the distances of a DistanceImage and its border; the position of the first."""
         if image not in self._first:
             self._first[image] = self.add(image.values / image.step)
             self.add(image.border)
