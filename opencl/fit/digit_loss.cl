@@ -48,12 +48,15 @@ inline real coefficient_loss(const map_t *map, const fit_t *fit) {
   return sum;
 }
 
+inline real displacement_tolerance(const fit_t *fit) {
+  const real tolerance = TOLERANCE * size_of(fit->point.v);
+  return fma((real)(DISPLACEMENT_TOLERANCE), absolute_sum(fit->pivot.u), tolerance);
+}
+
 // Whether the displacement is too inexact. Comparisons are written so that NaN is.
 inline integer is_displacement_inexact(const map_t *map, const fit_t *fit) {
   real loss = coefficient_loss(map, fit) * value_loss(map, fit, fit->psi);
-  real tolerance = TOLERANCE * size_of(fit->point.v);
-  tolerance = fma((real)(DISPLACEMENT_TOLERANCE), absolute_sum(fit->pivot.u), tolerance);
-  return !(ROUNDING * loss <= tolerance);
+  return !(ROUNDING * loss <= displacement_tolerance(fit));
 }
 
 // Whether the Jacobian is too inexact.

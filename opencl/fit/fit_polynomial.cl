@@ -100,6 +100,7 @@ inline void functions_on_segments(const map_t *map, const pivot_t *pivot, real *
 #define orthogonalize TYPED(orthogonalize)
 #define fit_polynomials TYPED(fit_polynomials)
 #define fitted_displacement TYPED(fitted_displacement)
+#define coefficients_of TYPED(coefficients_of)
 #define fitted_jacobian TYPED(fitted_jacobian)
 
 // Degree 3 is fitted in double only, which most of its points need.
@@ -124,8 +125,14 @@ inline void functions_on_segments(const map_t *map, const pivot_t *pivot, real *
 // From here on names without a suffix are those of the last type.
 typedef weighted_fit_t fit_t;
 
+// For affine maps double is rarely needed, and sums over segments and proxies are longer in code.
+#define REFINED (MIXED && FUNCTIONS > 3 && !REGIONS && !SEGMENTS)
+
 #if MIXED
 #include "digit_loss.cl"
+#if REFINED
+#include "refinement.cl"
+#endif
 
 // The fit at the same point in double.
 inline weighted_fit_t_double fitted_in_double(const map_t *map, const fit_t *fit) {
@@ -153,14 +160,21 @@ inline void fit_step(const map_t *map, fit_t *fit) {
 // G(v) - v - mean displacement, Eq. 26.
 inline vec displacement_of(const map_t *map, const fit_t *fit) {
 #if MIXED
-  if (ANY(fit->is_inexact)) {
-    const weighted_fit_t_double exact = fitted_in_double(map, fit);
-    vec d = fitted_displacement_double(map, &exact);
-    if (ALL(fit->is_inexact)) return d;
-    return vec_select(fitted_displacement(map, fit), d, fit->is_inexact);
+  integer is_inexact = fit->is_inexact;
+  vec d = {0, 0, 0};  // where all need double
+  if (!ALL(is_inexact)) d = fitted_displacement(map, fit);
+#if REFINED
+  if (ANY(is_inexact) && map->params.alpha <= MAX_FLOAT_ALPHA) {
+    const vec refined = refined_displacement(map, fit, &is_inexact);
+    d = vec_select(d, refined, fit->is_inexact);
   }
 #endif
+  if (!ANY(is_inexact)) return d;
+  const weighted_fit_t_double exact = fitted_in_double(map, fit);
+  return vec_select(d, fitted_displacement_double(map, &exact), is_inexact);
+#else
   return fitted_displacement(map, fit);
+#endif
 }
 
 #if MIXED

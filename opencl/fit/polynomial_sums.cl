@@ -297,6 +297,16 @@ inline vec fitted_displacement(const map_t *map, const weighted_fit_t *fit) {
   return vec_add(fit->pivot.u, rounded(sum));
 }
 
+// The coefficients of the fit in the basis functions.
+inline void coefficients_of(const map_t *map, const weighted_fit_t *fit, sum_vec c[FUNCTIONS]) {
+  const int functions = functions_of(map);
+  UNROLL for (int j = functions - 1; j >= 0; --j) {
+    c[j] = sum_scale(fit->inverse[j], fit->c[j]);
+    UNROLL for (int l = j + 1; l < functions; ++l)
+      c[j] = sum_madd(-fit->lower[AT(l, j)], c[l], c[j]);
+  }
+}
+
 // d(G - v)/dv, rows by the component of G: the slope of the fitted polynomial, and the influence
 // of each control point's residual times the change of its weight (vtk_mls/reference/engine.py).
 inline weight_jacobian_t fitted_jacobian(const map_t *map, const weighted_fit_t *fit) {
@@ -306,13 +316,10 @@ inline weight_jacobian_t fitted_jacobian(const map_t *map, const weighted_fit_t 
   // back from psi to the basis: coefficients of the fit, and of the influence
   sum_t t[FUNCTIONS];
   sum_vec c[FUNCTIONS];
+  coefficients_of(map, fit, c);
   UNROLL for (int j = functions - 1; j >= 0; --j) {
     t[j] = fit->inverse[j] * fit->psi[j];
-    c[j] = sum_scale(fit->inverse[j], fit->c[j]);
-    UNROLL for (int l = j + 1; l < functions; ++l) {
-      t[j] = fma(-fit->lower[AT(l, j)], t[l], t[j]);
-      c[j] = sum_madd(-fit->lower[AT(l, j)], c[l], c[j]);
-    }
+    UNROLL for (int l = j + 1; l < functions; ++l) t[j] = fma(-fit->lower[AT(l, j)], t[l], t[j]);
   }
   for (int axis = 0; axis < 3; ++axis) {
     real m[MONOMIALS], f[FUNCTIONS];

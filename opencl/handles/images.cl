@@ -1,5 +1,5 @@
-// Images of distances and masks: values at the points of a grid, linear between them. Images of distances
-// have the normal after each distance.
+// Images of distances, masks and faces: values at the points of a grid, linear between them. Images of
+// faces have the normal after each distance.
 
 // The cell of an index in a grid of `size` points, which contains it, and the place in the cell.
 typedef struct { integer first; vec share; } image_cell_t;
@@ -13,7 +13,7 @@ inline image_cell_t image_cell(__global const int *size, vec index) {
 }
 
 // The value in a cell, and its change per step.
-inline real image_value(__global const float *values, __global const int *size, image_cell_t cell,
+HOT real image_value(__global const float *values, __global const int *size, image_cell_t cell,
                         vec *slope) {
   const int row = size[0], layer = size[0] * size[1];
   real corner[8];
@@ -50,9 +50,9 @@ typedef struct {
   mat turn;
 } distance_t;
 
-// The distance and the normal in a cell; their changes only `with_slopes`.
-HOT distance_t distance_at(__global const float *values, __global const int *size,
-                           image_cell_t cell, const int with_slopes) {
+// The distance and the normal in a cell.
+inline distance_t distance_at(__global const float *values, __global const int *size,
+                              image_cell_t cell) {
   const int row = size[0], layer = size[0] * size[1];
   distance_t at;
   for (int l = 0; l < LANES; ++l) {
@@ -69,7 +69,6 @@ HOT distance_t distance_at(__global const float *values, __global const int *siz
     LANE(at.normal.x, l) = value.y;
     LANE(at.normal.y, l) = value.z;
     LANE(at.normal.z, l) = value.w;
-    if (!with_slopes) continue;
     const float4 x0 = x00 + b * (x10 - x00), x1 = x01 + b * (x11 - x01);
     const float4 by_x = x0 + c * (x1 - x0), by_y = y0 + c * (y1 - y0), by_z = w1 - w0;
     LANE(at.slope.x, l) = by_x.x;

@@ -62,7 +62,7 @@ inline limit_at_t face_of_image(__global const limit_t *limit, __global const fl
   const vec index = limited_index(limit->size, index_in_image(limit->to_index, v), &beyond);
   const integer outside = (beyond.x != 0) | (beyond.y != 0) | (beyond.z != 0);
   const image_cell_t cell = image_cell(limit->size, index);
-  const distance_t distance = distance_at(images + limit->first, limit->size, cell, 1);
+  const distance_t distance = distance_at(images + limit->first, limit->size, cell);
   const vec none = {0, 0, 0};
   limit_at_t at;
   real slope;

@@ -228,6 +228,19 @@ def test_image_of_a_bone_keeps_its_voxels(rng):
     np.testing.assert_allclose(result[inner], expected[inner], atol=1e-4)
 
 
+def test_image_of_labels_is_no_finer_than_its_voxels():
+    grid = Grid((30, 30, 15), (-1, -1, -1), (0.05, 0.05, 0.1))
+    inside = np.linalg.norm(grid.points() - (-0.3, -0.3, -0.3), axis=1).reshape(grid.shape) < 0.3
+    inside[2, 3, 4] = True
+    labels = Labels(inside, grid)
+    assert labels.image.step == pytest.approx(0.05)
+    distance, _ = labels.distance(grid.points())
+    np.testing.assert_array_equal(distance == 0, inside.ravel())
+    x = grid.points()[distance > 0]
+    expected = np.linalg.norm(x[:, None] - grid.points()[inside.ravel()], axis=2).min(axis=1)
+    np.testing.assert_allclose(distance[distance > 0], expected - 0.025, atol=0.02)
+
+
 def test_overlap_is_reported():
     shift = np.eye(4)
     shift[0, 3] = -0.3

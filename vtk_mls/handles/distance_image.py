@@ -43,6 +43,16 @@ class DistanceImage:
         slopes = np.stack(np.gradient(self.values)[::-1], axis=-1)
         return np.moveaxis(unit(slopes), -1, 0).astype(np.float32)
 
+    @functools.cached_property
+    def border(self) -> np.ndarray:
+        """Distances in steps and normals (m, 4) on the faces of the grid.
+
+        Of the axes x, y and z, the lower face and then the upper one.
+        """
+        nodes = np.stack([self.values / self.step, *self.normals], axis=-1)
+        faces = [nodes.take(i, axis).reshape(-1, 4) for axis in (2, 1, 0) for i in (0, -1)]
+        return np.concatenate(faces).astype(np.float32)
+
     def at(self, points):
         """Distances (m,) at `points` (m, 3), 0 inside, and half the gradients of their squares.
 
@@ -142,6 +152,11 @@ def of_mask(mask, grid) -> DistanceImage:
     joined = np.maximum(abs(target.spacing[0]) // spacing, 1).astype(int)
     if (joined > 1).any():
         return of_mask(*_joined(mask, grid, joined))
+    step = spacing.min()
+    if target.spacing[0] < step:  # smaller cells would say no more, and take time in kernels
+        cells = np.ceil((margin + half) / step).astype(int)
+        dimensions = 2 * cells + np.ceil(size / step).astype(int) + 1
+        target = Grid(dimensions, frame @ (low - cells * step), [step] * 3, frame)
     pad = np.ceil(margin / spacing).astype(int) + 2
     padded = np.pad(mask, [(n, n) for n in pad[::-1]])
     outside, inside = (_euclidean(part, spacing) for part in (padded, ~padded))

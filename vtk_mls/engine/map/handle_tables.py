@@ -16,10 +16,10 @@ class Images:
         self._values, self._count, self._first = [], 0, {}
 
     def add_once(self, image):
-        """Add the distances and normals of a DistanceImage; the position of its first value."""
+        """Add the distances of a DistanceImage and its border; the position of the first."""
         if image not in self._first:
-            values = np.stack([image.values / image.step, *image.normals], axis=-1)
-            self._first[image] = self.add(values)
+            self._first[image] = self.add(image.values / image.step)
+            self.add(image.border)
         return self._first[image]
 
     def add(self, values):
