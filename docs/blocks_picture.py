@@ -21,7 +21,7 @@ from vtk_mls.commands import demo
 from vtk_mls.dask import resample
 
 CHUNK = 64
-BLOCK = (2, 3, 1)  # z, y, x: the block whose input is shown
+BLOCK = (2, 2, 1)  # z, y, x: the block whose input is shown
 COLUMN = 98  # x of the slice
 BACKGROUND, LINES, SHOWN = "#12161f", "#5f7391", "#ff9d3c"
 # y and z of the handles in the slice at rest, and their displacements; those that rest hold
