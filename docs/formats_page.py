@@ -72,14 +72,14 @@ have decimal commas.
 - Control points in `x,y,z` with other columns that may be a position (`u,v,w` or
   `x_sym,y_sym,z_sym`). The error says how to rename them.
 
-pandas writes the header `0,1,2,..` for columns without names. It is recognized as a header if
-there is an index column, if a column has texts in all other lines, or if no number in the other
-lines is an integer (`40`, not `40.0`). Otherwise it may be a point, which is also an error.
+pandas writes the header `0,1,2,..` for columns without names. It is recognized by an index
+column, by a column with texts in all other lines, or if the other lines have no integers (`40`,
+not `40.0`). Otherwise it may be a point, which is also an error.
 
 ### Other formats of landmarks
 
 In tag points of MINC with two volumes, p is the point of the second volume and q that of the
-first, because MINC's programs move the second onto the first. Points of IDAV Landmark at 9999,
+first. MINC's programs move the second onto the first, too. Points of IDAV Landmark at 9999,
 9999, 9999 are missing.
 """
 TRANSFORMS = """`vtk_mls.io.read_transform` and `write_transform` use all of these, and
@@ -94,6 +94,14 @@ NIfTI fields with the intent code 1006 have vectors in RAS, as ITK 5.4 reads the
 ZARR = """**OME-Zarr.** Versions 0.4 and 0.5 are read; plates are not. `vtk-mls deform` and
 `vtk-mls field` write an OME-Zarr if the input is one, in blocks ([Deform a terabyte](large.md)).
 Other commands and `vtk_mls.io` read its finest resolution, which must fit in memory.
+
+- The finest resolution is deformed, with all times and channels. The coarser ones are computed
+  from it, as means, or as middle values for labels.
+- Label images in the group `labels` are deformed too, and never interpolated.
+- Metadata, axes, units, chunks and compression are copied from the input.
+- A displacement field has three channels: x, y and z.
+- Memory use does not depend on the size of the image. A process works on a few blocks at a time,
+  of about eight million values each.
 """
 IMAGES = """**Volumes in time.** In {in_time}, a fourth axis is time. `vtk-mls deform` works
 volume by volume and writes a file of the same format, or `.pvd`. The first time, the time step

@@ -150,6 +150,15 @@ def test_the_folder_is_shown_while_handles_are_hidden(tmp_path, monkeypatch):
     np.testing.assert_allclose(hands.picture(), before, atol=3)
 
 
+def test_a_segmentation_is_saved_as_one(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    path = "ball.seg.nrrd"
+    io.write_dataset(ball_image(), path)
+    hands = Hands(io.read_dataset(path), state(np.random.default_rng(5)), paths=[path])
+    hands.press("s")
+    assert (tmp_path / "ball-edited/ball-deformed.seg.nrrd").exists()
+
+
 def test_data_of_the_same_name_have_separate_files(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     paths = [f"{folder}/ball.vtp" for folder in "abc"]

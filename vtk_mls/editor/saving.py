@@ -164,7 +164,8 @@ class Saver:
             return stem, name.removeprefix(stem)
         if "." not in name:  # a folder of DICOM
             return name, ".vti"
-        stem, dot, ending = name.partition(".") if name.endswith(".gz") else name.rpartition(".")
+        is_compound = name.endswith((".gz", ".seg.nrrd"))
+        stem, dot, ending = name.partition(".") if is_compound else name.rpartition(".")
         return stem, dot + ending
 
     def _is_ome_zarr(self, index):

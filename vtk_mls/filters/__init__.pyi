@@ -226,8 +226,8 @@ class _DeformingFilter(VTKPythonAlgorithmBase):
     def SetFixedPlane(self, index: int, *row: float) -> None: ...
     def SetSlidingPlanes(self, values: ArrayLike) -> None:
         """Planes along which material slides, such as a plane of symmetry: a point, a normal, and
-        the distance from the plane over which displacements along the normal grow from zero to
-        their full size.
+        a distance. Over this distance from the plane, displacements along the normal grow from
+        zero to their full size.
 
         Rows (x, y, z, nx, ny, nz, falloff), world coordinates; default: none.
         """

@@ -178,9 +178,9 @@ FIXED_PLANES = Planes(
 SLIDING_PLANES = Planes(
     "SlidingPlanes",
     (),
-    """Planes along which material slides, such as a plane of symmetry: a point, a normal, and the
-    distance from the plane over which displacements along the normal grow from zero to their full
-    size.""",
+    """Planes along which material slides, such as a plane of symmetry: a point, a normal, and a
+    distance. Over this distance from the plane, displacements along the normal grow from zero to
+    their full size.""",
     **_LIMIT,
 )
 CONSTRAINTS = Values(
