@@ -7,8 +7,9 @@
 #include "map.cl"
 #include "lattice.cl"
 
-#define MAX_TRIALS 32
+#define MAX_TRIALS (STEPS ? 64 : 32)
 #define MIN_SHARE 0.03f
+#define STEP_SHARE 1e-3f         // of several, which do not fold: short enough Newton steps lead to v
 #define POLISHED_FROM 1e-5f      // largest residual of a step after which only rounding keeps ...
 #define POLISHING_SHARE 0.5f     // ... whole steps from reducing the residual of all steps
 #define MIN_DECREASE 0.1f        // of the residual, relative to the predicted decrease
@@ -91,7 +92,7 @@ inline real newton_by_steps(const map_t *map, vec x, vec *displacement) {
     const map_t step = step_of(map, k);
     const vec stage = vec_add(x, *displacement);
     vec d = {0, 0, 0};
-    largest = fast_max(newton(&step, stage, x, INVERSE_TOLERANCE, (real)(MIN_SHARE), &d), largest);
+    largest = fast_max(newton(&step, stage, x, INVERSE_TOLERANCE, (real)(STEP_SHARE), &d), largest);
     cut_off |= is_cut_off(&step, stage, d);
     *displacement = vec_add(*displacement, d);
   }

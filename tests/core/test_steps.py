@@ -179,6 +179,19 @@ def test_forward_is_as_exact_as_float32_allows_where_material_is_squeezed(device
     assert np.abs(exact.forward(exact.backward(v[worst])) - v[worst]).max() <= 1e-5
 
 
+@pytest.mark.parametrize("device", DEVICES)
+def test_forward_finds_points_that_only_short_newton_steps_lead_to(device):
+    """One such point is among these; the residual rises along most of its Newton step."""
+    rng = np.random.default_rng(31)
+    handles = _moved(rng, 0.07, count=60)
+    v = rng.random((20000, 3))[15200:15300]
+    d = Deformation(*handles, "similarity", alpha=3, steps=8, device=device)
+    assert d.smallest_determinant > 0
+    found = d.forward_field(d.backward(v))
+    assert found.found.all()
+    assert np.abs(d.backward(v) + found.displacement - v).max() <= 1e-6
+
+
 @pytest.mark.parametrize("device", EVERYWHERE)
 def test_slopes_are_those_of_differences(device, rng):
     rest, deformed = _moved(rng)
