@@ -101,6 +101,7 @@ inline void functions_on_segments(const map_t *map, const pivot_t *pivot, real *
 #define fit_polynomials TYPED(fit_polynomials)
 #define fitted_displacement TYPED(fitted_displacement)
 #define coefficients_of TYPED(coefficients_of)
+#define set_slopes TYPED(set_slopes)
 #define fitted_jacobian TYPED(fitted_jacobian)
 
 // Degree 3 is fitted in double only, which most of its points need.

@@ -307,6 +307,22 @@ inline void coefficients_of(const map_t *map, const weighted_fit_t *fit, sum_vec
   }
 }
 
+// The Jacobian at v of the polynomial with the coefficients c.
+inline void set_slopes(const map_t *map, vec v, const sum_vec c[FUNCTIONS], mat *j) {
+  const int functions = functions_of(map);
+  for (int axis = 0; axis < 3; ++axis) {
+    real m[MONOMIALS], f[FUNCTIONS];
+    monomial_slopes(v, axis, m);
+    combine(map->kind_table, functions, m, f);
+    sum_vec sum = {0, 0, 0};
+    UNROLL for (int i = 0; i < functions; ++i) sum = sum_madd(TO_SUM(f[i]), c[i], sum);
+    const vec slope = rounded(sum);
+    j->a[axis] = slope.x;
+    j->a[3 + axis] = slope.y;
+    j->a[6 + axis] = slope.z;
+  }
+}
+
 // d(G - v)/dv, rows by the component of G: the slope of the fitted polynomial, and the influence
 // of each control point's residual times the change of its weight (vtk_mls/reference/engine.py).
 inline weight_jacobian_t fitted_jacobian(const map_t *map, const weighted_fit_t *fit) {
@@ -321,17 +337,7 @@ inline weight_jacobian_t fitted_jacobian(const map_t *map, const weighted_fit_t 
     t[j] = fit->inverse[j] * fit->psi[j];
     UNROLL for (int l = j + 1; l < functions; ++l) t[j] = fma(-fit->lower[AT(l, j)], t[l], t[j]);
   }
-  for (int axis = 0; axis < 3; ++axis) {
-    real m[MONOMIALS], f[FUNCTIONS];
-    monomial_slopes(fit->point.v, axis, m);
-    combine(map->kind_table, functions, m, f);
-    sum_vec sum = {0, 0, 0};
-    UNROLL for (int j = 0; j < functions; ++j) sum = sum_madd(TO_SUM(f[j]), c[j], sum);
-    vec slope = rounded(sum);
-    jacobian.by_v.a[axis] = slope.x;
-    jacobian.by_v.a[3 + axis] = slope.y;
-    jacobian.by_v.a[6 + axis] = slope.z;
-  }
+  set_slopes(map, fit->point.v, c, &jacobian.by_v);
   for (int i = 0; i < term_count(map); ++i) {
     change_t changes[CHANGES];
 #if REGIONS

@@ -64,23 +64,102 @@ HOT VALUES value_in(const box_t *box, const offsets_t *at, const int is_whole,
 }
 #endif
 
-inline void store_values(__global VALUE *to, VALUES sampled, int lanes, int components) {
-  if (components == 1 && lanes == LANES) {
-    STORE(sampled, to);
-    return;
-  }
-  for (int l = 0; l < lanes; ++l) to[l * components] = LANE_VALUE(sampled, l);
-}
+// Values that a work item stores, of `lanes` points.
+typedef struct {
+  __global VALUE *to;
+  int lanes, components;
+#if COVARIANT
+  real vectors[3];
+#endif
+} output_t;
 
 // COVARIANT is a constant: with three components at compile time, vectors take 2 % less time.
 #if COVARIANT
-// J^T n (Eq. 29) of vectors n; of length 1 (or 0) if `normalize`. After the three planes of indices
-// `grid_source_frame` stores nine of J = dG/dv.
-inline vec covariant(vec n, int normalize, __global const float *index, long count, long first) {
+HOT void set_component(output_t *output, int c, VALUES sampled) { output->vectors[c] = sampled; }
+
+// Stores J^T n (Eq. 29) of the vectors n; of length 1 (or 0) if `normalize`. `grid_source_frame` stores
+// nine planes of J = dG/dv after the three of indices.
+HOT void store_covariant(const output_t *output, int normalize, __global const float *index,
+                         long count, long first) {
   mat j;
   for (int i = 0; i < 9; ++i) j.a[i] = load_plane(index + (3 + i) * count, count, first);
+  vec n = {output->vectors[0], output->vectors[1], output->vectors[2]};
   n = transposed_mat_vec(&j, n);
-  return normalize ? unit3(n) : n;
+  store_interleaved(output->to, normalize ? unit3(n) : n, output->lanes);
+}
+#else
+HOT void set_component(const output_t *output, int c, VALUES sampled) {
+  __global VALUE *to = output->to + c;
+  if (output->components == 1 && output->lanes == LANES) {
+    STORE(sampled, to);
+    return;
+  }
+  for (int l = 0; l < output->lanes; ++l) to[l * output->components] = LANE_VALUE(sampled, l);
+}
+#endif
+
+// Replaces values `on_point` by those of the nearest points, to the bit, and others than `inside`
+// by the background.
+HOT VALUES with_exact(VALUES sampled, __global const VALUE *values, offset_t nearest,
+                      integer on_point, integer inside, VALUE background) {
+  UNROLL for (int l = 0; l < LANES; ++l) {
+    if (LANE_INT(on_point, l)) LANE_VALUE(sampled, l) = values[LANE_OFFSET(nearest, l)];
+    if (!LANE_INT(inside, l)) LANE_VALUE(sampled, l) = background;
+  }
+  return sampled;
+}
+
+#if TAPS == 1
+HOT void sample_nearest(output_t *output, const axes_t *axes, vec at,
+                        __global const VALUE *values, VALUE background) {
+  const offset_t nearest = nearest_offset(axes, at);
+  const integer inside = are_inside(axes, at), all = (real)(0) == 0;
+  for (int c = 0; c < output->components; ++c)
+    set_component(output, c,
+                  with_exact((VALUES)(0), values + c, nearest, all, inside, background));
+}
+#else
+// Values in boxes that are whole, as almost everywhere.
+HOT void sample_whole(output_t *output, const axes_t *axes, const box_t *box, vec at,
+                      __global const VALUE *values) {
+  offsets_t taps;
+  taps.corner = offset_of(axes, box->x.first, box->y.first, box->z.first);
+#if HAS_PIVOT
+  taps.nearest = nearest_offset(axes, at);
+#endif
+#if COVARIANT && TAPS == 2 && LANES > 1
+  // not for the last vector, which ends at the end of the array
+  const OFFSET slice = axes->z.step;
+  if (ALL(taps.corner < slice * axes->z.stored - (slice + axes->y.step + 6))) {
+    const vec n = interpolated_three(box, &taps, values);
+    output->vectors[0] = n.x, output->vectors[1] = n.y, output->vectors[2] = n.z;
+    return;
+  }
+#elif !COVARIANT
+  if (output->components == 1) {  // compilers make this case faster
+    set_component(output, 0, value_in(box, &taps, 1, values));
+    return;
+  }
+#endif
+  for (int c = 0; c < output->components; ++c)
+    set_component(output, c, value_in(box, &taps, 1, values + c));
+}
+
+// Values at a border, on grid points and outside.
+HOT void sample_parts(output_t *output, const axes_t *axes, const box_t *box, vec at,
+                      __global const VALUE *values, VALUE background) {
+  offsets_t taps;
+  taps.nearest = nearest_offset(axes, at);
+  tap_offsets(taps.x, &box->x, &axes->x, nearest_to(&axes->x, at.x));
+  tap_offsets(taps.y, &box->y, &axes->y, nearest_to(&axes->y, at.y));
+  tap_offsets(taps.z, &box->z, &axes->z, nearest_to(&axes->z, at.z));
+  const integer on_point = (box->x.behind == 0) & (box->y.behind == 0) & (box->z.behind == 0);
+  const integer inside = are_inside(axes, at);
+  for (int c = 0; c < output->components; ++c) {
+    const VALUES sampled = value_in(box, &taps, 0, values + c);
+    set_component(
+        output, c, with_exact(sampled, values + c, taps.nearest, on_point, inside, background));
+  }
 }
 #endif
 
@@ -89,87 +168,26 @@ __kernel EXPLICIT_VECTORS void resample(
     const long count, __global const float *restrict index, const array_t array,
     const VALUE background, const int normalize, __global const VALUE *restrict values,
     __global VALUE *restrict result) {
-  long first = (long)get_global_id(0) * LANES;
+  const long first = (long)get_global_id(0) * LANES;
   if (first >= count) return;
-  const int lanes = (int)min((long)LANES, count - first);
 #if COVARIANT
   const int components = 3;
 #else
   const int components = array.components;
 #endif
-  const OFFSET line = (OFFSET)array.stored[0] * components, slice = line * array.stored[1];
-  const axis_t x = {array.size[0], array.first[0], array.stored[0], components};
-  const axis_t y = {array.size[1], array.first[1], array.stored[1], line};
-  const axis_t z = {array.size[2], array.first[2], array.stored[2], slice};
+  output_t output = {result + first * components, (int)min((long)LANES, count - first), components};
+  const axes_t axes = axes_of(&array, components);
   const vec at = load_points(index, count, first);
-  __global VALUE *to = result + first * components;
-#if COVARIANT
-  real vectors[3];
-#define SET_COMPONENT(c, values) vectors[c] = values
-#define STORE_COMPONENTS                                                                          \
-  store_interleaved(                                                                              \
-      to, covariant((vec){vectors[0], vectors[1], vectors[2]}, normalize, index, count, first),   \
-      lanes)
+#if TAPS == 1
+  sample_nearest(&output, &axes, at, values, background);
 #else
-#define SET_COMPONENT(c, values) store_values(to + (c), values, lanes, components)
-#define STORE_COMPONENTS
+  box_t box;
+  if (ALL(find_box(&box, &axes, at)))
+    sample_whole(&output, &axes, &box, at, values);
+  else
+    sample_parts(&output, &axes, &box, at, values, background);
 #endif
-#if TAPS > 1
-  box_t box = {.step_x = x.step, .step_y = y.step, .step_z = z.step};
-  offsets_t at_taps;
-  const integer whole = find_taps(&box.x, &x, at.x) & find_taps(&box.y, &y, at.y) &
-                        find_taps(&box.z, &z, at.z);
-  if (ALL(whole)) {  // as almost everywhere
-    at_taps.corner = TO_OFFSET(box.z.first) * z.step + TO_OFFSET(box.y.first) * y.step +
-                    TO_OFFSET(box.x.first) * x.step;
-#if HAS_PIVOT
-    at_taps.nearest = TO_OFFSET(nearest_to(&z, at.z)) * z.step +
-                      TO_OFFSET(nearest_to(&y, at.y)) * y.step +
-                      TO_OFFSET(nearest_to(&x, at.x)) * x.step;
+#if COVARIANT
+  store_covariant(&output, normalize, index, count, first);
 #endif
-#if COVARIANT && TAPS == 2 && LANES > 1
-    // not for the last vector, which ends at the end of the array
-    if (ALL(at_taps.corner < slice * array.stored[2] - (slice + line + 6))) {
-      const vec n = interpolated_three(&box, &at_taps, values);
-      store_interleaved(to, covariant(n, normalize, index, count, first), lanes);
-      return;
-    }
-#elif !COVARIANT
-    if (components == 1) {  // compilers make this case faster
-      SET_COMPONENT(0, value_in(&box, &at_taps, 1, values));
-      return;
-    }
-#endif
-    for (int c = 0; c < components; ++c) SET_COMPONENT(c, value_in(&box, &at_taps, 1, values + c));
-    STORE_COMPONENTS;
-    return;
-  }
-#endif
-  const integer inside = is_inside(&x, at.x) & is_inside(&y, at.y) & is_inside(&z, at.z);
-  const integer nearest_x = nearest_to(&x, at.x), nearest_y = nearest_to(&y, at.y),
-                nearest_z = nearest_to(&z, at.z);
-  const offset_t nearest = TO_OFFSET(nearest_z) * z.step + TO_OFFSET(nearest_y) * y.step +
-                           TO_OFFSET(nearest_x) * x.step;
-#if TAPS > 1
-  at_taps.nearest = nearest;
-  tap_offsets(at_taps.x, &box.x, &x, nearest_x);
-  tap_offsets(at_taps.y, &box.y, &y, nearest_y);
-  tap_offsets(at_taps.z, &box.z, &z, nearest_z);
-  const integer on_point = (box.x.behind == 0) & (box.y.behind == 0) & (box.z.behind == 0);
-#endif
-  for (int c = 0; c < components; ++c) {
-    VALUES sampled;
-#if TAPS > 1
-    sampled = value_in(&box, &at_taps, 0, values + c);
-#endif
-    UNROLL for (int l = 0; l < LANES; ++l) {
-#if TAPS > 1
-      if (LANE_INT(on_point, l))  // to the bit
-#endif
-        LANE_VALUE(sampled, l) = values[LANE_OFFSET(nearest, l) + c];
-      if (!LANE_INT(inside, l)) LANE_VALUE(sampled, l) = background;
-    }
-    SET_COMPONENT(c, sampled);
-  }
-  STORE_COMPONENTS;
 }

@@ -35,6 +35,30 @@ inline integer nearest_to(const axis_t *axis, real x) {
   return clamp(nearest, 0, axis->stored - 1);
 }
 
+typedef struct { axis_t x, y, z; } axes_t;
+
+inline axes_t axes_of(const array_t *array, int components) {
+  const OFFSET line = (OFFSET)array->stored[0] * components, slice = line * array->stored[1];
+  return (axes_t){{array->size[0], array->first[0], array->stored[0], components},
+                  {array->size[1], array->first[1], array->stored[1], line},
+                  {array->size[2], array->first[2], array->stored[2], slice}};
+}
+
+// Which indices are inside the grid.
+inline integer are_inside(const axes_t *axes, vec at) {
+  return is_inside(&axes->x, at.x) & is_inside(&axes->y, at.y) & is_inside(&axes->z, at.z);
+}
+
+inline offset_t offset_of(const axes_t *axes, integer i, integer j, integer k) {
+  return TO_OFFSET(k) * axes->z.step + TO_OFFSET(j) * axes->y.step + TO_OFFSET(i) * axes->x.step;
+}
+
+// Where the nearest points are in memory.
+inline offset_t nearest_offset(const axes_t *axes, vec at) {
+  return offset_of(axes, nearest_to(&axes->x, at.x), nearest_to(&axes->y, at.y),
+                   nearest_to(&axes->z, at.z));
+}
+
 #if TAPS > 1
 // `first` is the first tap, counted from the first point in memory; the point is `behind` the
 // grid point before it. Weights are of the type of the sums.
@@ -85,4 +109,11 @@ typedef struct { taps_t x, y, z; OFFSET step_x, step_y, step_z; } box_t;
 // Where the taps of a box are: from `corner` on, if it is whole, else at x + y + z; and the nearest
 // point of the grid.
 typedef struct { offset_t corner, nearest, x[TAPS], y[TAPS], z[TAPS]; } offsets_t;
+
+// Finds the box of taps around each point; returns which are whole.
+HOT integer find_box(box_t *box, const axes_t *axes, vec at) {
+  box->step_x = axes->x.step, box->step_y = axes->y.step, box->step_z = axes->z.step;
+  return find_taps(&box->x, &axes->x, at.x) & find_taps(&box->y, &axes->y, at.y) &
+         find_taps(&box->z, &axes->z, at.z);
+}
 #endif

@@ -127,7 +127,7 @@ def test_a_driver_that_fails_at_every_width(child, monkeypatch):
 def test_children_share_the_checks(child, monkeypatch):
     monkeypatch.setattr(device_check, "_processors", lambda: 2)
     child("lanes += part[0]")
-    assert device_check.results([FAKE])[0] == Result(16, speed=34e6)  # of the last, or alone
+    assert device_check.results([FAKE])[0] == Result(16, speed=34e6)  # the highest
     child(f"if lanes > 4 and part == [1, 2]: {LIES}\nif lanes > 4: {HANGS}")
     (result,) = device_check.results([FAKE], recheck=True)
     assert result.lanes == 4  # without a wait for the other children
@@ -275,17 +275,17 @@ def test_python_is_found_in_embedding_programs(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("question", "changed", "found"),
     [
-        ("jacobian", "answer + 0.01", "rigid Jacobian, cut: off by 0.01"),
+        ("jacobian", "answer + 0.01", "rigid Jacobian, fixed cut: off by 0.01"),
         pytest.param(
             "jacobian",
             "answer * float('nan')",
-            "rigid Jacobian, cut: off by nan",
+            "rigid Jacobian, fixed cut: off by nan",
             marks=pytest.mark.matrix,
         ),
         pytest.param(
             "forward",
             "(answer[0] + 0.1, answer[1])",
-            "similarity inverse, fixed cut: off by ",
+            "similarity inverse: off by ",
             marks=pytest.mark.matrix,
         ),
     ],

@@ -270,7 +270,7 @@ def _run_children(device, lanes):
             for child in children:  # at the first failure: readers end with them
                 stack.callback(child.kill)
             found = as_completed([pool.submit(_speed_from, child) for child in children])
-            speed = max(speed.result() for speed in found)  # the last child is alone
+            speed = max(speed.result() for speed in found)  # one child measures it
         _save_kernels(Path(folder))
         return speed
 
