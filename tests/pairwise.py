@@ -54,8 +54,12 @@ def cases_of_each_value(lists):
     there for the others. `Rare` values do not appear, and values `ALIKE` others add no tuple.
     """
     common = [[i for i, v in enumerate(values) if not isinstance(v, Rare)] for values in lists]
-    counted = [sum(_name(values[i]) not in ALIKE for i in few) for values, few in zip(lists, common)]
-    return [tuple(few[n] if n < len(few) else few[0] for few in common) for n in range(max(counted))]
+    counted = [
+        sum(_name(values[i]) not in ALIKE for i in few) for values, few in zip(lists, common)
+    ]
+    return [
+        tuple(few[n] if n < len(few) else few[0] for few in common) for n in range(max(counted))
+    ]
 
 
 def one_of(count, values):

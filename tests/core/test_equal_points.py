@@ -64,7 +64,7 @@ def assert_equal_bits(got, expected):
     cuts=CUTS,
     cut_frame=["rest", "deformed"],
     kind_and_degree=KINDS,
-    alpha=[2, 1, *rare(1.3)],
+    alpha=[2, *rare(1, 1.3)],
     device=["reference", *DEVICES],
 )
 def test_for_any_other_points(question, cuts, cut_frame, kind_and_degree, alpha, device, rng):

@@ -24,7 +24,7 @@ from vtk_mls import (
 )
 
 EVERYWHERE = ["reference", *DEVICES]
-ALPHAS = [2, 1, *rare(1.7, 3)]
+ALPHAS = [2, *rare(1, 1.7, 3)]
 CUTS = {
     "none": {},
     "moving": {"cuts": HalfPlane((0, 0, -0.1), (0.2, 0.1, 1), (1, 0.3, 0)), "cut_frame": "rest"},

@@ -48,7 +48,9 @@ def fitted(rest, deformed, v, kind, alpha, smoothing):
     return (v - q_star) @ m + p_star
 
 
-@paired(kind=["affine", "rigid"], alpha=[2, 1, *rare(1.3, 3)], smoothing=[0, 2, 40], device=EVERYWHERE)
+@paired(
+    kind=["affine", "rigid"], alpha=[2, 1, *rare(1.3, 3)], smoothing=[0, 2, 40], device=EVERYWHERE
+)
 def test_is_the_fit_with_these_weights(kind, alpha, smoothing, device, rng):
     rest, deformed = random_handles(rng, 15)
     d = Deformation(rest, deformed, kind, alpha=alpha, smoothing=smoothing, device=device)
@@ -126,7 +128,10 @@ def test_jacobian_is_the_derivative(kind_and_degree, cut, smoothing, alpha, rng)
 
 
 @paired(
-    kind_and_degree=KINDS_AND_DEGREES, cut=CUTS, smoothing=[1e-4, 1, 30, 1000], alpha=[2, 1.3, *rare(1, 3)]
+    kind_and_degree=KINDS_AND_DEGREES,
+    cut=CUTS,
+    smoothing=[1e-4, 1, 30, 1000],
+    alpha=[2, 1.3, *rare(1, 3)],
 )
 @pytest.mark.parametrize("key", DEVICES)
 def test_kernels_agree_with_the_specification(key, kind_and_degree, cut, smoothing, alpha, rng):

@@ -56,7 +56,9 @@ def test_backward_on_random_sets(key, kind_and_degree, alpha, count, rng):
     assert error.max() <= largest
 
 
-@paired(kind_and_degree=KINDS_AND_DEGREES, alpha=[2, 1, *rare(1.5, 3)], width=[1, 10], size=[2, 3, 4])
+@paired(
+    kind_and_degree=KINDS_AND_DEGREES, alpha=[2, 1, *rare(1.5, 3)], width=[1, 10], size=[2, 3, 4]
+)
 def test_clusters_that_outweigh_all_others(key, kind_and_degree, alpha, width, size, rng):
     """Near a few control points the others decide twist and slopes across, and weigh little."""
     middles = rng.uniform(20, EXTENT - 20, (60 // size, 1, 3))
