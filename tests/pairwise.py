@@ -6,27 +6,60 @@ times as much and find hardly more.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import combinations, product
 
 import pytest
 
 # Values that count as another one, because the same kernels serve both.
-ALIKE = {"polynomial3": "polynomial2"}
+ALIKE = {"polynomial3": "polynomial2", "polynomial-3": "polynomial-2"}
+
+
+@dataclass(frozen=True)
+class Rare:
+    """A value that needs no case of its own on each change."""
+
+    value: object
+
+
+def rare(*values):
+    """Values of `paired` for which another test that runs on each change has a case."""
+    return map(Rare, values)
 
 
 def paired(**parameters):
     """A decorator for a test: `pytest.mark.parametrize` by `cases` of the parameters' values.
 
-    A few cases, in which each value appears, run on each change; the others in `make matrix`.
+    The first cases, in which each value appears but `rare` ones, run on each change; the others in
+    `make matrix`.
     """
-    rows = cases(*(list(values) for values in parameters.values()))
-    names = [tuple(map(_name, row)) for row in rows]
-    few = few_with_each_value(names)
+    lists = [list(values) for values in parameters.values()]
+    first = cases_of_each_value(lists)
     marked = [
-        pytest.param(*row, id="-".join(name), marks=[] if i in few else [pytest.mark.matrix])
-        for i, (row, name) in enumerate(zip(rows, names))
+        pytest.param(
+            *(value.value if isinstance(value, Rare) else value for value in row),
+            id="-".join(map(_name, row)),
+            marks=[] if i < len(first) else [pytest.mark.matrix],
+        )
+        for i, row in enumerate(cases(*lists, first=first))
     ]
     return pytest.mark.parametrize(tuple(parameters), marked)
+
+
+def cases_of_each_value(lists):
+    """A few tuples of indices in lists, in which each value appears.
+
+    The second values of all lists are together, the third ones, and so on; a shorter list then has
+    its first value. So tests have many pairs in common, and a kernel that one of them builds is
+    there for the others. `Rare` values do not appear, and values `ALIKE` others add no tuple.
+    """
+    common = [[i for i, v in enumerate(values) if not isinstance(v, Rare)] for values in lists]
+    counted = [
+        sum(_name(values[i]) not in ALIKE for i in few) for values, few in zip(lists, common)
+    ]
+    return [
+        tuple(few[n] if n < len(few) else few[0] for few in common) for n in range(max(counted))
+    ]
 
 
 def one_of(count, values):
@@ -61,24 +94,26 @@ def few_with_each_value(rows):
     return few
 
 
-def cases(*lists):
+def cases(*lists, first=()):
     """Tuples with a value of each list; any two values of different lists are in one of them.
 
-    The same for the same lists: of all combinations always the first that has most new pairs.
+    The same for the same lists: those with the indices `first`, then of all combinations always the
+    first that has most new pairs.
     """
     sizes = [range(len(values)) for values in lists]
     if not all(sizes):
         return []
     combined = list(product(*sizes))
+    rows = list(first)
     open_pairs = {pair for row in combined for pair in _pairs(row)}
-    rows = []
+    open_pairs.difference_update(*map(_pairs, rows))
     while open_pairs:
         row = max(combined, key=lambda row: len(open_pairs.intersection(_pairs(row))))
         rows.append(row)
         open_pairs.difference_update(_pairs(row))
-    if not rows:  # a single list
-        rows = combined
-    return [tuple(values[i] for values, i in zip(lists, row)) for row in sorted(rows)]
+    if len(lists) == 1:
+        rows += [row for row in combined if row not in rows]
+    return [tuple(values[i] for values, i in zip(lists, row)) for row in rows]
 
 
 def _pairs(row):
@@ -86,6 +121,8 @@ def _pairs(row):
 
 
 def _name(value):
+    if isinstance(value, Rare):
+        return _name(value.value)
     if isinstance(value, tuple):
         return "".join(map(str, value))
     return str(value)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from control_point_sets import DEVICES
-from pairwise import paired
+from pairwise import paired, rare
 
 from vtk_mls import (
     Ball,
@@ -107,7 +107,7 @@ def test_steps_are_maps_one_after_the_other(kind, degree, device, legs, rng):
 
 @paired(
     kind=["rigid", "similarity", "affine"],
-    alpha=[1, 2, 3],
+    alpha=[2, 1, *rare(3)],
     handles=list(HANDLES),
     cut=list(CUTS),
     device=DEVICES,

@@ -40,11 +40,10 @@ check_by_rusticl() {
   fi
   driver >"$cache/rusticl/rusticl.icd"
   # a few steps only: it builds the larger kernels in minutes, and one in eight
-  local steps=("polynomial, no cut: points" "affine, between nodes" "images, linear"
-    "affine, curves: points")
-  [ "$1" != all ] || steps+=("affine, half-plane: points" "rigid, no cut: points"
-    "affine, regions and limits: points" "affine, half-plane: grid" "rigid, half-plane: inverse"
-    "slopes on a grid")
+  local steps=("polynomial, no cut: points" "images, linear")
+  [ "$1" != all ] || steps+=("affine, between nodes" "affine, curves: points"
+    "affine, half-plane: points" "rigid, no cut: points" "affine, regions and limits: points"
+    "affine, half-plane: grid" "rigid, half-plane: inverse" "slopes on a grid")
   RUSTICL_ENABLE=llvmpipe OCL_ICD_VENDORS=$cache/rusticl $python $check rusticl "${steps[@]}"
 }
 

@@ -98,7 +98,7 @@ def test_the_table_has_both_places_of_the_selected_pair_and_its_score(rng):
 def test_a_click_on_the_table_jumps_to_a_pair_and_on_its_tick_leaves_it_out(rng):
     q = rng.uniform(6, SIZE - 7, (8, 3))
     state = State(q + rng.normal(0, 0.5, q.shape), q, device="reference")
-    hands = Hands(ball_image(), state, target=ball_image(), pixels=600)
+    hands = Hands(ball_mesh(), state, target=ball_mesh(), pixels=600)
     hands.picture()
     text = hands.editor.view.target._text._table
     size = [0.0, 0.0]
@@ -229,7 +229,7 @@ class Edits:
         self.editor.set_comparison(mode=str(self._rng.choice(MODES)))
 
 
-@pytest.mark.parametrize("seed", one_of(2, range(2)))
+@pytest.mark.parametrize("seed", one_of(4, range(4)))
 def test_no_random_edit_loses_a_pair(seed, tmp_path):
     rng = np.random.default_rng(seed)
     autosave = Autosave("ball.vtp", tmp_path)
@@ -238,7 +238,7 @@ def test_no_random_edit_loses_a_pair(seed, tmp_path):
     edits, history = Edits(hands, rng), {hands.state}
     needs_rows = {"rename", "turn_off", "turn_on", "delete"}
     names = ["place"] * 5 + [*needs_rows, "jump", "press_keys", "replace_target"]
-    for _ in range(50):
+    for _ in range(25):
         name = str(rng.choice(names))
         before = hands.state
         if name in needs_rows and not len(before):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from gui_scenes import HANDLE, LIVE, PULL
 
 
@@ -120,6 +121,7 @@ other.GetRenderWindow().AddObserver("EndEvent", lambda *_: rendered.append(volum
 """
 
 
+@pytest.mark.matrix
 def test_another_view_follows_when_the_mouse_lets_go(gui):
     gui.run(LIVE)
     gui.add_deform()

@@ -117,6 +117,7 @@ VOLUME_CHANGES = (
 )
 
 
+@pytest.mark.matrix
 def test_changes_of_the_input_of_a_volume_are_followed(gui):
     """Values, extent, spacing, another source: with an edit pending, and after Apply alike."""
     gui.run(f"{LIVE}\nfrom vtk_mls.rendering.pace import usual_step")

@@ -69,6 +69,7 @@ def test_pieces_are_the_whole(start, count):
     assert sorted(done) == [(str(rank), str(count)) for rank in range(count)]
 
 
+@pytest.mark.matrix  # the client runs the same script
 def test_proxies_in_pvbatch(start):
     assert "done with 2" in finish(start(2, "pvbatch", SCRIPTS / "proxies.py"))
 

@@ -20,6 +20,7 @@ def test_script(paraview, display, script, request):
     paraview.check(script, _pictures(request), display=display)
 
 
+@pytest.mark.matrix  # tests/core and tests/rendering check that it is kept
 def test_the_tolerance_is_invisible(paraview, display, request):
     pictures = _pictures(request)
     head = write_brain(pictures / "head.vti", step=2)

@@ -24,7 +24,6 @@ from vtk_mls.files import control_point_files
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 
-pytestmark = pytest.mark.matrix
 # the server draws: the browser needs no WebGL
 BROWSER_ARGUMENTS = ("--disable-3d-apis",)
 _TIMEOUT = 180  # seconds
@@ -171,6 +170,7 @@ def test_handles_are_added_fixed_placed_and_deleted(page):
     page.status("4 handles")
 
 
+@pytest.mark.matrix
 def test_shapes_and_names_by_the_panel(page):
     def press(name):
         page.tab.get_by_role("button", name=name).click()
@@ -332,6 +332,7 @@ def test_unsaved_handles_are_offered_beside_other_messages(browser, folder):
     assert not [*folder.glob("sent-*")]
 
 
+@pytest.mark.matrix
 def test_a_reload_has_all_of_it(page):
     before = page.rows()[0]
     page.drag((0.44, 0.3), (0, 0))  # beside handles: the camera
@@ -346,6 +347,7 @@ def test_a_reload_has_all_of_it(page):
     np.testing.assert_allclose(page.rows()[0], before)
 
 
+@pytest.mark.matrix
 def test_a_second_tab_takes_over(page, browser, address):
     second = Page(browser, address)
     page.tab.get_by_text("This session goes on in another tab.").wait_for()
@@ -398,6 +400,7 @@ def test_files_are_sent(page, folder):
     page.status("27 handles")
 
 
+@pytest.mark.matrix
 def test_the_server_has_the_limit_too(page):
     text = page.tab.evaluate(
         "fetch('send/handles/large.csv', {method: 'POST', body: new Uint8Array(65 << 20)})"
