@@ -14,12 +14,13 @@ _NEIGHBORS = 12  # their errors define the usual error at a place
 # medians once in 2,000 times. At the rim of the pairs, where predictions extrapolate, the limit is
 # up to twice as large.
 _LIMIT = 3.0
-# The same for errors relative to the remainder. Those of exact pairs of smooth maps reach 3.7.
-_REMAINDER_LIMIT = 4.0
-_SPREAD_QUANTILE = 0.7  # of errors, over their median: their spread, which few outliers change
+# Errors of exact pairs must exceed both limits: in usual errors, and in usual errors relative to
+# the remainder.
+_EXACT_LIMIT, _REMAINDER_LIMIT = 5.0, 1.25
+_SPREAD_QUANTILES = 0.2, 0.8  # of errors; their ratio is the spread, which few outliers change
 # The largest spread of n errors by noise is _NOISE_SPREAD + _NOISE_SPREAD_OF_FEW / sqrt(n). Many
-# normal errors have 1.24.
-_NOISE_SPREAD, _NOISE_SPREAD_OF_FEW = 1.3, 2.3
+# normal errors have 2.3, those of 60 exact pairs of smooth maps as a rule 3 to 8.
+_NOISE_SPREAD, _NOISE_SPREAD_OF_FEW = 2.3, 6.0
 _MAX_SHARE = 1 / 3  # of the pairs that can be outliers
 _ROUNDING = 1e-9  # of the extent of the pairs; smaller errors are ignored
 # Largest distance from the prediction of a swapped pair to the other's place, in its own error.
@@ -83,26 +84,23 @@ def swapped(
 def _score(pairs, predicted, remainder, inliers, neighbors):
     """The error of each prediction (n,), relative to the limit.
 
-    Errors of noisy pairs are alike amid the others. Those of exact pairs grow like the remainder:
-    most are small, and a few are large. Errors that spread more than noise are compared relative to
-    the remainder, if they spread less so.
+    Errors of noisy pairs are alike amid the others. Those of exact pairs grow like the remainder,
+    and spread more: most are small, and a few are large where pairs are sparse or the map bends.
     """
     error = np.linalg.norm(predicted - pairs.rest, axis=1)
     offset = pairs.deformed[neighbors] - pairs.deformed[:, None]
     reach = np.linalg.norm(offset, axis=2).mean(axis=1)
     # 0 amid the neighbors, 1 far from them
     outside = np.linalg.norm(offset.mean(axis=1), axis=1) / reach
-    rim, relative = 1 + outside**2, error / remainder
+    rim = 1 + outside**2
     rounding = _ROUNDING * np.ptp(pairs.rest, axis=0).max()
-    spread, relative_spread = _spread((error / rim)[inliers]), _spread(relative[inliers])
-    if spread > max(_NOISE_SPREAD + _NOISE_SPREAD_OF_FEW / len(inliers) ** 0.5, relative_spread):
-        usual = np.sqrt(np.median(relative[neighbors], axis=1) * np.median(relative[inliers]))
-        return error / (_REMAINDER_LIMIT * remainder * usual + rounding)
-    usual = np.sqrt(np.median(error[neighbors], axis=1) * np.median(error[inliers]))
-    return error / (_LIMIT * rim * usual + rounding)
 
+    def usual(errors):
+        return np.sqrt(np.median(errors[neighbors], axis=1) * np.median(errors[inliers]))
 
-def _spread(errors):
-    """How much errors (n,) differ from each other: 1 if they are equal."""
-    middle, high = np.quantile(errors, (0.5, _SPREAD_QUANTILE))
-    return high / middle if middle else 1.0
+    limit = rim * usual(error)
+    low, high = np.quantile((error / rim)[inliers], _SPREAD_QUANTILES)
+    if high <= (_NOISE_SPREAD + _NOISE_SPREAD_OF_FEW / len(inliers) ** 0.5) * low:
+        return error / (_LIMIT * limit + rounding)
+    relative_limit = _REMAINDER_LIMIT * remainder * usual(error / remainder)
+    return error / (np.maximum(_EXACT_LIMIT * limit, relative_limit) + rounding)

@@ -116,9 +116,10 @@ def report(
 
     Outliers are pairs with an error above 3 times (at the rim of the landmarks up to 6 times) what
     is usual among the neighbors and in all, predicted from the pairs that are no outliers. If
-    errors spread more than noise, as those of exact pairs of a smooth map, the limit is 4 times,
-    relative to the remainder of Taylor's theorem, which is larger where landmarks are sparse. Two
-    outliers look swapped if each is predicted clearly nearer to the other's place than to its own.
+    errors spread more than noise, as those of exact pairs of a smooth map, the limit is 5 times,
+    and the error must also exceed 1.25 times what is usual relative to the remainder of Taylor's
+    theorem, which is larger where landmarks are sparse. Two outliers look swapped if each is
+    predicted clearly nearer to the other's place than to its own.
 
     Parameters
     ----------
