@@ -33,8 +33,9 @@ SETS = {"15 at random": lambda rng: random_handles(rng, 15), **HARD_SETS}
 HEAD = """# Accuracy
 
 Kernels compute in float32, in coordinates scaled to the control points. Sums lose digits where a
-few control points outweigh all others. Affine maps and maps of degree 2 therefore sum in
-float64, with alpha above 1, at points where the estimated loss is too large. Maps of degree 3
+few control points outweigh all others. With alpha above 1, points where the estimated loss is too
+large are computed again: affine maps with sums in float64, and maps of degree 2 with one step of
+iterative refinement or, where that does not suffice, sums in float64. Maps of degree 3
 always sum in float64. The default alpha is 2. Smoothing does not change the errors.
 
 As a fraction of the extent of the control points, the largest error is 1e-6 with 15 random
