@@ -30,3 +30,22 @@ def test_of_names_that_overlap_that_of_the_selected_landmark_is_drawn(selected):
     is_name = (pictures[alone] != pictures[(_BLANK,) * 2]).any(axis=2)
     for quarter in (is_name[:240, :240], is_name[:240, 240:], is_name[240:, :240]):
         assert quarter.any()
+
+
+def test_a_name_follows_the_camera():
+    place = np.full(3, _MIDDLE)
+    state = State([place], [place], labels=["insula"], device="reference")
+    hands = Hands(ball_mesh(), state, target=ball_mesh(), pixels=480)
+    hands.press("6")
+    view, where = hands.editor.view, []
+    for look_at in (place, place + (0, 0, 5)):
+        view.center_on(look_at)
+        pictures = []
+        for name in ("insula", _BLANK):
+            hands.editor.change(hands.state.changed(labels=[name]))
+            pictures.append(hands.picture())
+        is_name = (pictures[0] != pictures[1]).any(axis=2)
+        is_name[:, 240:] = False  # the target
+        where.append((np.mean(np.nonzero(is_name)[::-1], axis=1), hands.pixels(place[None])[0, :2]))
+    (first, first_pixel), (second, second_pixel) = where
+    np.testing.assert_allclose(second - first, second_pixel - first_pixel, atol=2)

@@ -103,7 +103,9 @@ class Scene:
 
     def _before_render(self, renderer, event):
         # a camera of its own, as programs may replace the camera of the data for a picture
-        self.overlay.GetActiveCamera().DeepCopy(self.renderer.GetActiveCamera())
+        camera = self.overlay.GetActiveCamera()
+        camera.DeepCopy(self.renderer.GetActiveCamera())
+        camera.Modified()  # vtkRenderer places names by a matrix that it keeps until then
         self.glyphs.fit(self.projection)
 
 
