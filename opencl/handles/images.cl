@@ -14,7 +14,7 @@ inline image_cell_t image_cell(__global const int *size, vec index) {
 
 // The value in a cell, and its change per step.
 HOT real image_value(__global const float *values, __global const int *size, image_cell_t cell,
-                        vec *slope) {
+                     vec *slope) {
   const int row = size[0], layer = size[0] * size[1];
   real corner[8];
   for (int l = 0; l < LANES; ++l) {

@@ -45,9 +45,7 @@ def show(datasets, state, paths, folder=None, target=None, session=None):
         If there is no display.
     """
     window = _window()
-    if (
-        target is not None
-    ):  # else the window would freeze at the first pair, for the check of the driver
+    if target is not None:  # check the driver now, as the first pair would freeze the window for it
         with suppress(DeviceError):  # the first pair reports it
             engine_for(state.device)
     window.SetSize(_SIZE)
