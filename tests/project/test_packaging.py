@@ -104,8 +104,12 @@ def test_versions_agree():
     assert f"\nversion: {vtk_mls.__version__}\n" in citation
     recipe = (PROJECT / "conda" / "recipe.yaml").read_text()
     assert f'\n  version: "{vtk_mls.__version__}"\n' in recipe
+    project = (PROJECT / "pyproject.toml").read_text()
+    for name, versions in re.findall(r"^    - ([\w-]+) (>=\S+)$", recipe, re.MULTILINE):
+        is_python = name == "python"
+        assert (f'python = "{versions}"' if is_python else f'"{name}{versions}') in project, name
     hooks = (PROJECT / ".pre-commit-config.yaml").read_text()
-    ruff = re.search(r'"ruff==([\d.]+)\*"', (PROJECT / "pyproject.toml").read_text())[1]
+    ruff = re.search(r'"ruff==([\d.]+)\*"', project)[1]
     assert f"rev: v{ruff}" in hooks
 
 
