@@ -35,13 +35,7 @@ __kernel EXPLICIT_VECTORS void coarse_displacement(
         const vec between = {values[0][n], values[1][n], values[2][n]};
         const vec d = vec_madd(scale_to_world,
                                limited_on_grid(&map, &grid, indices_in(&row, n), between), mean);
-        __global float *to = displacement + 3 * (row.position + n * LANES);
-        if (ALL(mask)) {
-          store_interleaved(to, d, LANES);
-          continue;
-        }
-        for (int l = 0; l < LANES; ++l)
-          if (LANE_INT(mask, l)) store_point(to + 3 * l, d, l);
+        store_points_in_row(displacement, d, &row, n, mask);
       }
     }
   }

@@ -1,0 +1,69 @@
+#include "source_index.cl"
+#include "coarse_map.cl"
+#include "vectors.cl"
+
+// Derivatives along the axes of the grid at the points of a row, from point to point.
+typedef struct { real along[3][3][COARSE_STEP]; } slopes_t;
+
+// J^T n at the n-th LANES of a row.
+inline vec covariant_in_row(const coarse_t *coarse, const slopes_t *slopes, int n, vec vector) {
+  vec sum = {0, 0, 0};
+  const real components[3] = {vector.x, vector.y, vector.z};
+  for (int p = 0; p < 3; ++p)
+    sum = vec_madd(components[p],
+                   (vec){slopes->along[0][p][n], slopes->along[1][p][n], slopes->along[2][p][n]}, sum);
+  return vec_add(vector, transformed(coarse->to_slopes, sum));
+}
+
+// As grid_covariant, interpolated between the nodes of `node_planes`.
+__kernel EXPLICIT_VECTORS void coarse_covariant(
+    const map_params_t map_params, __global const float *restrict map_tables,
+    const cut_params_t cut_params, __global const float *restrict cut_tables,
+    const grid_t grid, const coarse_t coarse, __global const float *restrict node_planes,
+    const source_t source, __global float *restrict index, __global float *restrict void_distance,
+    const float scale, const array_t array, const int normalize,
+    __global const float *restrict vectors, __global float *restrict result) {
+  const map_t map = map_of(map_params, map_tables, cut_params, cut_tables);
+  strip_t strip;
+  if (!find_strip(&coarse, &strip)) return;
+#if CUTS
+  if (!ANY(may_be_in_region(&map.cuts, first_corners(&strip)))) return;
+#endif
+  const long count = grid.stop - grid.first;
+  for (int k = 0; k < COARSE_STEP; ++k) {
+    layer_t layer, along_x, along_z;
+    int has_layer = 0;
+    for (int j = 0; j < COARSE_STEP; ++j) {
+      row_t row;
+      if (!find_row(&row, &grid, &strip, j, k)) continue;
+      if (!has_layer) {
+        interpolate_layer(&layer, &coarse, node_planes, &strip, k, NO_SLOPE);
+        interpolate_layer(&along_x, &coarse, node_planes, &strip, k, 0);
+        interpolate_layer(&along_z, &coarse, node_planes, &strip, k, 2);
+      }
+      has_layer = 1;
+      real values[PLANES][COARSE_STEP];
+      for (int p = 0; p < PLANES; ++p) interpolate_row(values[p], &layer, p, j, 0);
+      slopes_t slopes;
+      for (int p = 0; p < 3; ++p) {
+        interpolate_row(slopes.along[0][p], &along_x, p, j, 0);
+        interpolate_row(slopes.along[1][p], &layer, p, j, 1);
+        interpolate_row(slopes.along[2][p], &along_z, p, j, 0);
+      }
+      for (int n = 0; n < COARSE_STEP; ++n) {
+        const vec at = indices_in(&row, n), d = {values[0][n], values[1][n], values[2][n]};
+        vec from = source_index_of(&source, at, d);
+        const integer mask = launch_mask(&map, &row, n);
+#if CUTS
+        const real distance = values[3][n];
+        if (!source.continued) from = outside_if(from, distance < 0);
+        if (void_distance) store_in_row(void_distance, scale * distance, &row, n, mask);
+#endif
+        store_vec_in_row(index, count, from, &row, n, mask);
+        const vec vector =
+            covariant_in_row(&coarse, &slopes, n, vectors_at(&array, vectors, from));
+        store_points_in_row(result, normalize ? unit3(vector) : vector, &row, n, mask);
+      }
+    }
+  }
+}
