@@ -233,6 +233,92 @@ def test_a_curve_is_drawn_in_a_slice():
     np.testing.assert_allclose(curve.rest[:, pane.axis], hands.editor.slices.point[pane.axis])
 
 
+def _is_line_of(curve):
+    """Whether the deformed nodes are on a line, in order, at the distances of the rest nodes."""
+    steps = np.diff(curve.deformed, axis=0)
+    lengths = np.linalg.norm(np.diff(curve.rest, axis=0), axis=1)
+    expected = np.outer(lengths / lengths.sum(), steps.sum(axis=0))
+    return (
+        np.abs(steps - expected).max() < 1e-6 * lengths.sum()
+        and np.abs(np.linalg.norm(steps, axis=1) - lengths).max() < 1e-6 * lengths.sum()
+    )
+
+
+def _s_shape(z=0.0):
+    """Nodes of a curve in a plane z."""
+    x = np.linspace(0, SIZE, 9)
+    return np.c_[x, MIDDLE + 0.15 * SIZE * np.sin(2 * np.pi * x / SIZE), np.full(9, z)]
+
+
+def test_9_straightens_the_only_curve_and_its_surroundings_do_not_turn_over(rng):
+    rest = _s_shape(MIDDLE)
+    hands = Hands(ball_mesh(), State([], [], handles=[CurveHandle(rest, rest)]))
+    hands.press("9")
+    (curve,) = hands.state.handles
+    assert _is_line_of(curve)
+    np.testing.assert_array_equal(curve.rest, rest)
+    ends = curve.deformed[[0, -1]]
+    np.testing.assert_allclose(ends.mean(axis=0), rest[[0, -1]].mean(axis=0), atol=1e-9)
+    np.testing.assert_allclose(ends[:, 1:], MIDDLE, atol=1e-9)
+    assert ends[0, 0] < ends[1, 0]
+    # a tube of a tenth of the length; its direction across the plane of the curve stays
+    near = ends[0] + rng.uniform(0, 1, (500, 1)) * (ends[1] - ends[0])
+    near += rng.uniform(-0.05, 0.05, near.shape) * SIZE
+
+    def is_upright(state):
+        jacobian = state.deformation().jacobian(near)
+        assert (np.linalg.det(jacobian) > 0).all()
+        return (jacobian[:, 2, 2] > 0).all()
+
+    assert is_upright(hands.state)
+    rows = np.arange(1, 8, 2)
+    offset = hands.state.moved(rows, curve.deformed[rows] + (0, 0.005 * SIZE, 0))
+    assert not is_upright(offset)  # nodes off the line, by less than a pixel
+    hands.press("z")
+    np.testing.assert_array_equal(hands.state.handles[0].deformed, rest)
+
+
+def test_9_straightens_selected_curves_where_they_are_moved():
+    tilted = _s_shape() @ turn(2, 0.5)[:3, :3].T
+    ring = MIDDLE + 5 * np.array([(0, 0, 2), (1, 0, 0), (0, 0, -2), (-1, 0, 0), (0, 0, 2)])
+    curves = [CurveHandle(_s_shape(), tilted), CurveHandle(ring, ring)]
+    hands = Hands(ball_mesh(), State([], [], handles=curves))
+    hands.press("9")
+    assert "Select a node" in hands.message
+    hands.editor.select([3])
+    hands.press("9")
+    first, second = hands.state.handles
+    assert second is curves[1]
+    assert _is_line_of(first)
+    chord, line = (x[-1] - x[0] for x in (tilted, first.deformed))
+    np.testing.assert_allclose(np.cross(chord, line), 0, atol=1e-6)
+    assert chord @ line > 0
+    hands.editor.select(hands.state.grips.rows_of(1)[:2])
+    hands.press("9")
+    closed = hands.state.handles[1]  # has only a principal direction
+    assert _is_line_of(closed)
+    np.testing.assert_allclose(closed.deformed[:, :2], MIDDLE, atol=1e-6)
+    np.testing.assert_allclose(closed.deformed[[0, -1], 2].mean(), ring[0, 2])
+    hands.press("z")
+    hands.editor.select_all()
+    hands.press("9")
+    assert all(map(_is_line_of, hands.state.handles))
+
+
+def test_9_ends_a_curve_that_is_drawn_and_needs_one():
+    hands = Hands(ball_mesh())
+    before = hands.state
+    hands.press("9")
+    assert hands.message == "There is no curve to straighten: press D to draw one."
+    assert hands.state is before
+    hands.press("d")
+    for at in ((80, 110), (120, 130), (160, 110)):
+        hands.click(at)
+    hands.press("9")
+    assert _is_line_of(hands.state.handles[0])
+    assert hands.message.startswith("Straightened")
+
+
 def test_a_name_and_positions_are_typed():
     hands = Hands(ball_mesh())
     hands.editor.select([5])

@@ -9,7 +9,7 @@ import pytest
 from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 
-from vtk_mls import Deformation
+from vtk_mls import CurveHandle, Deformation
 from vtk_mls.editor import State
 from vtk_mls.editor.target import Comparison
 from vtk_mls.landmarks.settings import without_smoothing
@@ -175,11 +175,25 @@ def test_shapes_names_and_numbers_by_the_panel():
     assert values["has_mask"]
     assert [row["name"] for row in values["rows"][27:]] == ["mask", "mask radius", "mask fall-off"]
     assert do(session, "draw_curve")["is_drawing"]
-    assert not do(session, "draw_curve")["is_drawing"]
+    values = do(session, "draw_curve")
+    assert not values["is_drawing"]
+    assert not values["has_curve"]
     for _ in range(5):
         do(session, "undo")
     values = session._on_change.values
     assert (values["has_mask"], len(values["rows"]), values["rows"][4]["name"]) == (False, 27, "5")
+
+
+def test_the_panel_straightens_a_curve():
+    session = opened(ball_mesh())
+    assert do(session, "straighten")["message"].startswith("There is no curve to straighten")
+    nodes = np.array([(0, 0, 0), (1, 1, 0), (2, 0, 0)])
+    state = State([], [], handles=[CurveHandle(nodes, nodes)])
+    session.call(lambda: session.editor.change(state)).result()
+    values = do(session, "straighten")
+    assert values["has_curve"]
+    at = [row["at"] for row in values["rows"]]
+    np.testing.assert_allclose(at, [(1 - 2**0.5, 0, 0), (1, 0, 0), (1 + 2**0.5, 0, 0)], atol=1e-4)
 
 
 def test_a_closed_page_releases_the_mouse():

@@ -49,7 +49,7 @@ class CurveTool:
         deformation = state.deformation()
         rest = nodes if deformation is None else deformation.backward(nodes)
         if document.change(state.with_shape(CurveHandle(rest, nodes))):
-            document.say("Drag the nodes of the curve; X removes a node.")
+            document.say("Drag the nodes of the curve; 9 straightens it, X removes a node.")
             document.select(document.state.grips.rows_of(len(document.state.handles) - 1))
 
     def cancel(self):

@@ -21,6 +21,7 @@ KEYS = (
     ("G", "make rigid: the mesh or label under the mouse", ("g",), "make_rigid", None),
     ("U", "let the selected handles turn, by a box", ("u",), "turn_handle", None),
     ("D", "draw a curve handle: click its nodes, Return", ("d",), "draw_curve", None),
+    ("9", "straighten the selected curve", ("9",), "straighten", None),
     ("W", "where it acts: a ball, or everywhere", ("w",), "change_mask", None),
     ("E", "type the name or the position of a handle", ("e",), "enter_values", None),
     ("0", "return all handles to rest", ("0", "KP_0"), "reset", None),

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from vtk_mls import BallMask
+from vtk_mls import BallMask, CurveHandle
 from vtk_mls.editor.curve_tool import CurveTool
 from vtk_mls.editor.cut_tool import CutTool
 from vtk_mls.editor.region_tool import RegionTool
 from vtk_mls.editor.text_entry import TextEntry
+from vtk_mls.handles.curve import straightened
 
 _RADIUS = 0.25  # of the initial mask, and its fall-off, relative to the data
 _MASK_HINT = (
@@ -77,6 +78,23 @@ class ShapeEdits:
         if is_drawing:
             self._curve_tool.end()
         return is_drawing
+
+    def straighten(self):
+        """Put the selected curves, or the only one, on straight lines of their length at rest."""
+        self.end_curve()
+        state = self.state
+        curves = [i for i, handle in enumerate(state.handles) if isinstance(handle, CurveHandle)]
+        selected = np.intersect1d(curves, state.grips.owner[self.selected]).astype(int).tolist()
+        if not selected and len(curves) > 1:
+            self.say("Select a node of the curve to straighten: click on one.")
+            return
+        if not curves:
+            self.say("There is no curve to straighten: press D to draw one.")
+            return
+        for index in selected or curves:
+            state = state.with_shape(straightened(state.handles[index]), index)
+        if self.change(state):
+            self.say("Straightened. J shows folds, Z undoes it.")
 
     def change_mask(self):
         """Let the deformation act in a ball around the selected handles, or everywhere."""

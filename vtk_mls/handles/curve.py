@@ -19,6 +19,8 @@ _SAMPLES = np.array([0, 1 / 3, 2 / 3, 1])
 _PIECES, _HALVINGS = 32, 48
 # Parts of segments that are shorter, as shares of the length, are left out: a node on a cut.
 _MIN_SHARE = 1e-9
+# Ends of a curve that are closer, relative to its length, coincide.
+_MIN_CHORD = 1e-6
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -54,6 +56,27 @@ class CurveHandle:
                     f"{equal[0]} and {equal[0] + 1}; leave one out"
                 )
         freeze(self, rest=p, deformed=q)
+
+
+def straightened(curve: CurveHandle) -> CurveHandle:
+    """A curve with its deformed nodes on a line, at the distances of its rest nodes.
+
+    Returns
+    -------
+    CurveHandle
+        Distances are along the curve. The line has the direction from the first to the last
+        deformed node; if these coincide, the principal direction of the deformed nodes. Their
+        middle is the middle of the line: little moves, as both ends move by the same distance,
+        along the line.
+    """
+    nodes, steps = curve.deformed, np.linalg.norm(np.diff(curve.rest, axis=0), axis=1)
+    along = np.append(0, np.cumsum(steps)) - steps.sum() / 2
+    direction = nodes[-1] - nodes[0]
+    if np.linalg.norm(direction) <= _MIN_CHORD * steps.sum():
+        direction = np.linalg.svd(nodes - nodes.mean(axis=0))[2][0]
+        direction *= np.sign(along @ nodes @ direction) or 1  # less moves than for the opposite
+    direction /= np.linalg.norm(direction)
+    return CurveHandle(curve.rest, (nodes[0] + nodes[-1]) / 2 + np.outer(along, direction))
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,7 @@ from vtk_mls.web import panel_values
 # Methods of the editor without an argument.
 METHODS = (
     *("undo", "redo", "reset", "lay_lattice", "delete", "fix", "select_all", "deselect"),
-    *("make_clicked_rigid", "turn_handle", "draw_curve", "change_mask"),
+    *("make_clicked_rigid", "turn_handle", "draw_curve", "straighten", "change_mask"),
     *("change_half", "incise", "compare", "reset_camera", "hide_handles", "time"),
     *("accept", "decline", "toggle_slices", "cancel_landmark", "take_kind"),
 )

@@ -198,6 +198,13 @@ def _shapes(edit):
         title="Click its nodes on the surface or in slices (D)",
     )
     wide_button(
+        "Straighten the curve",
+        "mdi-ray-start-end",
+        (edit, "['straighten']"),
+        v_if="has_curve",
+        title="To a line of the same length: the selected curve, or the only one (9)",
+    )
+    wide_button(
         "{{ has_mask ? 'Act everywhere' : 'Act in a ball only' }}",
         "mdi-circle-expand",
         (edit, "['change_mask']"),

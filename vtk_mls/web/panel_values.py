@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vtk_mls import HalfPlane, Plane, Surface
+from vtk_mls import CurveHandle, HalfPlane, Plane, Surface
 from vtk_mls.editor.grips import MASK, POINT, names_of
 from vtk_mls.editor.refining import key_of
 from vtk_mls.editor.target import BESIDE
@@ -38,6 +38,7 @@ def values_of(editor, previous, preset):
         preset=preset % len(presets),
         distortion=editor.view.distortion.mode,
         count=len(state),
+        has_curve=any(isinstance(handle, CurveHandle) for handle in state.handles),
         has_mask=state.mask is not None,
         is_drawing=editor.is_drawing_curve,
     )
