@@ -10,53 +10,46 @@ __kernel EXPLICIT_VECTORS void coarse_source_index(
     const source_t source, __global float *restrict index, __global float *restrict void_distance,
     const float scale, const int with_jacobian) {
   const map_t map = map_of(map_params, map_tables, cut_params, cut_tables);
-  strip_t strip;
-  if (!find_strip(&coarse, &strip)) return;
+  band_t band;
+  if (!find_band(&coarse, &band)) return;
 #if CUTS
-  if (!ANY(may_be_in_region(&map.cuts, first_corners(&strip)))) return;
+  if (!has_region(&map.cuts, &band)) return;
 #endif
   const long count = grid.stop - grid.first;
   for (int k = 0; k < COARSE_STEP; ++k) {
+    const rows_t rows = rows_in_launch(&grid, &band, k);
+    if (rows.first >= rows.stop) continue;
     layer_t layer, along_x, along_z;
-    int has_layer = 0;
-    for (int j = 0; j < COARSE_STEP; ++j) {
-      row_t row;
-      if (!find_row(&row, &grid, &strip, j, k)) continue;
-      if (!has_layer) {
-        interpolate_layer(&layer, &coarse, node_planes, &strip, k, NO_SLOPE);
-        if (with_jacobian) {
-          interpolate_layer(&along_x, &coarse, node_planes, &strip, k, 0);
-          interpolate_layer(&along_z, &coarse, node_planes, &strip, k, 2);
-        }
-      }
-      has_layer = 1;
-      real values[PLANES][COARSE_STEP];
-      for (int p = 0; p < PLANES; ++p) interpolate_row(values[p], &layer, p, j, 0);
+    interpolate_layer(&layer, &coarse, node_planes, &band, k, NO_SLOPE);
+    if (with_jacobian) {
+      interpolate_layer(&along_x, &coarse, node_planes, &band, k, 0);
+      interpolate_layer(&along_z, &coarse, node_planes, &band, k, 2);
+    }
+    for (int r = rows.first; r < rows.stop; ++r) {
+      const row_t row = row_in_launch(&grid, &band, r, k);
+      const int b = r / COARSE_STEP, j = r % COARSE_STEP;
       for (int n = 0; n < COARSE_STEP; ++n) {
-        const vec at = indices_in(&row, n), d = {values[0][n], values[1][n], values[2][n]};
-        vec from = source_index_of(&source, at, limited_on_grid(&map, &grid, at, d));
+        const vec at = indices_in(&row, n);
+        const vec d = limited_on_grid(&map, &grid, at, displacement_in(&layer, b, n, j));
+        vec from = source_index_of(&source, at, d);
         const integer mask = launch_mask(&map, &row, n);
 #if CUTS
-        const real distance = values[3][n];
+        const real distance = interpolate_points(&layer, b, 3 * COARSE_STEP + n, j, 0);
         if (!source.continued) from = outside_if(from, distance < 0);
         if (void_distance) store_in_row(void_distance, scale * distance, &row, n, mask);
 #endif
         store_vec_in_row(index, count, from, &row, n, mask);
-      }
-      if (!with_jacobian) continue;
-      for (int p = 0; p < 3; ++p) {
-        real slope[3][COARSE_STEP];
-        interpolate_row(slope[0], &along_x, p, j, 0);
-        interpolate_row(slope[1], &layer, p, j, 1);
-        interpolate_row(slope[2], &along_z, p, j, 0);
-        for (int n = 0; n < COARSE_STEP; ++n) {
-          vec by_v =
-              transformed(coarse.to_slopes, (vec){slope[0][n], slope[1][n], slope[2][n]});
+        if (!with_jacobian) continue;
+        for (int p = 0; p < 3; ++p) {
+          const int m = p * COARSE_STEP + n;
+          const vec slopes = {interpolate_points(&along_x, b, m, j, 0),
+                              interpolate_points(&layer, b, m, j, 1),
+                              interpolate_points(&along_z, b, m, j, 0)};
+          vec by_v = transformed(coarse.to_slopes, slopes);
           by_v.x += p == 0;
           by_v.y += p == 1;
           by_v.z += p == 2;
-          store_vec_in_row(index + (3 + 3 * p) * count, count, by_v, &row, n,
-                           launch_mask(&map, &row, n));
+          store_vec_in_row(index + (3 + 3 * p) * count, count, by_v, &row, n, mask);
         }
       }
     }
