@@ -21,32 +21,44 @@ inline to_world_t to_world_of(const world_t *world) {
   return to_world;
 }
 
-// Interpolates the n-th vector, of coordinates that begin with c, of the rows of a cell b of an interleaved
-// layer, and stores it in them.
-HOT void store_column(__global float *to, long along, const layer_t *layer, int b, int n, int c,
-                      const to_world_t *to_world, const int is_streamed) {
+// Interpolates the n-th vector of the rows of a cell b, and stores `scale` times that plus `offset` in rows
+// of `along` floats, in the first at `to`.
+HOT void store_column(__global float *to, long along, const layer_t *layer, int b, int n, real scale,
+                      real offset, const int is_streamed) {
   real tap[TAPS];
   UNROLL_TAPS for (int a = 0; a < TAPS; ++a) tap[a] = layer->rows[b + a].at[n];
   UNROLL_TAPS for (int j = 0; j < COARSE_STEP; ++j) {
-    const real d = fma(to_world->scale, interpolate(tap, j, 0), to_world->mean[c]);
+    const real value = fma(scale, interpolate(tap, j, 0), offset);
     if (is_streamed)
-      STREAM(d, to + n * LANES + j * along);
+      STREAM(value, to + j * along);
     else
-      STORE(d, to + n * LANES + j * along);
+      STORE(value, to + j * along);
   }
 }
 
-// Stores the displacements of the rows of a cell, all of them in the launch, from `to` on.
-HOT void store_rows(__global float *to, long along, const layer_t *layer, int b,
-                    const to_world_t *to_world) {
-  if (IS_ALIGNED(to) && along % LANES == 0)
-    for (int n = 0; n < 3 * COARSE_STEP; n += 3)
-      UNROLL_TAPS for (int c = 0; c < 3; ++c)
-        store_column(to, along, layer, b, n + c, c, to_world, 1);
-  else
-    for (int n = 0; n < 3 * COARSE_STEP; n += 3)
-      UNROLL_TAPS for (int c = 0; c < 3; ++c)
-        store_column(to, along, layer, b, n + c, c, to_world, 0);
+// The displacements of the rows of a cell, all of them in the launch, from `to` on.
+HOT void store_cell(__global float *to, long along, const layer_t *layer, int b,
+                    const to_world_t *to_world, const int is_streamed) {
+  for (int n = 0; n < 3 * COARSE_STEP; n += 3)
+    UNROLL_TAPS for (int c = 0; c < 3; ++c)
+      store_column(to + (n + c) * LANES, along, layer, b, n + c, to_world->scale,
+                   to_world->mean[c], is_streamed);
+}
+
+// Whether all points of the rows from r to r + COARSE_STEP, the first of them `row`, are in the launch and on
+// its side of all planes.
+inline int is_whole(const map_t *map, const grid_t *grid, const band_t *band, const row_t *row, int r,
+                    int k) {
+  const row_t last = row_in_launch(grid, band, r + COARSE_STEP - 1, k);
+  if (row->low > 0 || last.high < COARSE_STEP * LANES) return 0;
+#if CUTS
+  for (int j = 0; j < COARSE_STEP; ++j) {
+    const row_t other = row_in_launch(grid, band, r + j, k);
+    for (int n = 0; n < COARSE_STEP; ++n)
+      if (!ALL(launch_mask(map, &other, n))) return 0;
+  }
+#endif
+  return 1;
 }
 
 // Stores the displacements of those points of a row j / COARSE_STEP after the nodes b that the launch has.
@@ -106,14 +118,21 @@ __kernel EXPLICIT_VECTORS void coarse_displacement(
     for (int r = rows.first; r < rows.stop; ++r) {
       const row_t row = row_in_launch(&grid, &band, r, k);
       const int b = r / COARSE_STEP, j = r % COARSE_STEP;
-#if !CUTS && !LIMITS
-      if (j == 0 && r + COARSE_STEP <= rows.stop) {
-        const row_t last = row_in_launch(&grid, &band, r + COARSE_STEP - 1, k);
-        if (row.low == 0 && last.high == COARSE_STEP * LANES) {
-          store_rows(displacement + 3 * row.position, 3 * (long)grid.nx, &layer, b, &to_world);
-          r += COARSE_STEP - 1;
-          continue;
-        }
+#if !LIMITS
+      if (j == 0 && r + COARSE_STEP <= rows.stop && is_whole(&map, &grid, &band, &row, r, k)) {
+        __global float *to = displacement + 3 * row.position;
+        const long along = 3 * (long)grid.nx;
+        if (IS_ALIGNED(to) && along % LANES == 0)
+          store_cell(to, along, &layer, b, &to_world, 1);
+        else
+          store_cell(to, along, &layer, b, &to_world, 0);
+#if CUTS
+        for (int n = 0; n < COARSE_STEP; ++n)
+          store_column(void_distance + row.position + n * LANES, grid.nx, &layer, b,
+                       3 * COARSE_STEP + n, scale, 0, 0);
+#endif
+        r += COARSE_STEP - 1;
+        continue;
       }
 #endif
 #if CUTS
