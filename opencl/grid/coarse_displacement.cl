@@ -25,10 +25,10 @@ inline to_world_t to_world_of(const world_t *world) {
 // of `along` floats, in the first at `to`.
 HOT void store_column(__global float *to, long along, const layer_t *layer, int b, int n, real scale,
                       real offset, const int is_streamed) {
-  real tap[TAPS];
-  UNROLL_TAPS for (int a = 0; a < TAPS; ++a) tap[a] = layer->rows[b + a].at[n];
+  real column[COARSE_STEP];
+  interpolate_column(column, layer, b, n, 0);
   UNROLL_TAPS for (int j = 0; j < COARSE_STEP; ++j) {
-    const real value = fma(scale, interpolate(tap, j, 0), offset);
+    const real value = fma(scale, column[j], offset);
     if (is_streamed)
       STREAM(value, to + j * along);
     else

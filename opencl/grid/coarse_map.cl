@@ -218,11 +218,12 @@ HOT real interpolate_points(const layer_t *layer, int b, int n, int j, const int
   return interpolate(tap, j, is_slope);
 }
 
-// The n-th displacements of such a row.
-HOT vec displacement_in(const layer_t *layer, int b, int n, int j) {
-  return (vec){interpolate_points(layer, b, n, j, 0),
-               interpolate_points(layer, b, COARSE_STEP + n, j, 0),
-               interpolate_points(layer, b, 2 * COARSE_STEP + n, j, 0)};
+// The same of all rows of a cell b: a column of vectors.
+HOT void interpolate_column(real column[COARSE_STEP], const layer_t *layer, int b, int n,
+                            const int is_slope) {
+  real tap[TAPS];
+  UNROLL_TAPS for (int a = 0; a < TAPS; ++a) tap[a] = layer->rows[b + a].at[n];
+  UNROLL_TAPS for (int j = 0; j < COARSE_STEP; ++j) column[j] = interpolate(tap, j, is_slope);
 }
 
 // The rows of a band that are in the launch, counted from the first of its first cell.

@@ -25,31 +25,40 @@ __kernel EXPLICIT_VECTORS void coarse_source_index(
       interpolate_layer(&along_x, &coarse, node_planes, &band, k, 0);
       interpolate_layer(&along_z, &coarse, node_planes, &band, k, 2);
     }
-    for (int r = rows.first; r < rows.stop; ++r) {
-      const row_t row = row_in_launch(&grid, &band, r, k);
-      const int b = r / COARSE_STEP, j = r % COARSE_STEP;
+    for (int b = 0; b < band.count; ++b) {
+      row_t row[COARSE_STEP];
+      for (int j = 0; j < COARSE_STEP; ++j) row[j] = row_in_launch(&grid, &band, b * COARSE_STEP + j, k);
+      const int first = max(rows.first - b * COARSE_STEP, 0);
+      const int stop = min(rows.stop - b * COARSE_STEP, (int)COARSE_STEP);
       for (int n = 0; n < COARSE_STEP; ++n) {
-        const vec at = indices_in(&row, n);
-        const vec d = limited_on_grid(&map, &grid, at, displacement_in(&layer, b, n, j));
-        vec from = source_index_of(&source, at, d);
-        const integer mask = launch_mask(&map, &row, n);
+        real values[PLANES][COARSE_STEP];
+        for (int p = 0; p < PLANES; ++p)
+          interpolate_column(values[p], &layer, b, p * COARSE_STEP + n, 0);
+        for (int j = first; j < stop; ++j) {
+          const vec at = indices_in(row + j, n), d = {values[0][j], values[1][j], values[2][j]};
+          vec from = source_index_of(&source, at, limited_on_grid(&map, &grid, at, d));
+          const integer mask = launch_mask(&map, row + j, n);
 #if CUTS
-        const real distance = interpolate_points(&layer, b, 3 * COARSE_STEP + n, j, 0);
-        if (!source.continued) from = outside_if(from, distance < 0);
-        if (void_distance) store_in_row(void_distance, scale * distance, &row, n, mask);
+          if (!source.continued) from = outside_if(from, values[3][j] < 0);
+          if (void_distance) store_in_row(void_distance, scale * values[3][j], row + j, n, mask);
 #endif
-        store_vec_in_row(index, count, from, &row, n, mask);
+          store_vec_in_row(index, count, from, row + j, n, mask);
+        }
         if (!with_jacobian) continue;
         for (int p = 0; p < 3; ++p) {
-          const int m = p * COARSE_STEP + n;
-          const vec slopes = {interpolate_points(&along_x, b, m, j, 0),
-                              interpolate_points(&layer, b, m, j, 1),
-                              interpolate_points(&along_z, b, m, j, 0)};
-          vec by_v = transformed(coarse.to_slopes, slopes);
-          by_v.x += p == 0;
-          by_v.y += p == 1;
-          by_v.z += p == 2;
-          store_vec_in_row(index + (3 + 3 * p) * count, count, by_v, &row, n, mask);
+          real slope[3][COARSE_STEP];
+          interpolate_column(slope[0], &along_x, b, p * COARSE_STEP + n, 0);
+          interpolate_column(slope[1], &layer, b, p * COARSE_STEP + n, 1);
+          interpolate_column(slope[2], &along_z, b, p * COARSE_STEP + n, 0);
+          for (int j = first; j < stop; ++j) {
+            vec by_v =
+                transformed(coarse.to_slopes, (vec){slope[0][j], slope[1][j], slope[2][j]});
+            by_v.x += p == 0;
+            by_v.y += p == 1;
+            by_v.z += p == 2;
+            store_vec_in_row(index + (3 + 3 * p) * count, count, by_v, row + j, n,
+                             launch_mask(&map, row + j, n));
+          }
         }
       }
     }
