@@ -97,6 +97,12 @@ inline mat map_jacobian(const map_t *map, const fit_t *fit) {
 }
 #endif
 
+// J^T n for J = dG/dv at a fixed origin.
+inline vec transposed_jacobian_vec(const map_t *map, const fit_t *fit, vec n) {
+  const mat j = map_jacobian(map, fit);
+  return vec_add(n, transposed_mat_vec(&j, n));
+}
+
 #if CUTS
 // The void distance for the displacement d of the map, local units.
 inline real void_distance_at(const map_t *map, const fit_t *fit, vec d) {

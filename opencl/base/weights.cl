@@ -137,6 +137,9 @@ typedef struct {
   real d2;    // its damped squared distance
   real e2;    // squared distance of the second nearest
   real r;     // (d_k / e)^(2 alpha), 1 for a segment or a region
+#if SEGMENTS
+  real t;     // of a segment the share of its length at q_k
+#endif
 } pivot_t;
 
 inline __global const control_point_t *control_point_of(const map_t *map, int i) {
@@ -249,6 +252,7 @@ inline void pivot_on_segments(const map_t *map, real t, integer on_segment, pivo
     LANE(along_q.y, l) = at->along_q[1], LANE(along_u.y, l) = at->along_u[1];
     LANE(along_q.z, l) = at->along_q[2], LANE(along_u.z, l) = at->along_u[2];
   }
+  pivot->t = t;
   pivot->q = vec_madd(t, along_q, q);
   pivot->u = vec_madd(t, along_u, u);
   pivot->c = select(pivot->c, (real)(0), on_segment);

@@ -55,24 +55,26 @@ inline void functions_along(const map_t *map, const pivot_t *pivot, vec q, real 
   combine(map->kind_table, functions_of(map), m, f);
 }
 
-// The basis functions along a segment as powers of the share t of its length: coefficients of t, t^2,
+// The basis functions along a segment as powers of the share t of its length: coefficients of 1, t,
 // ..., FUNCTIONS each, which follow the moments of regions in the table.
 inline __global const float *powers_along(const map_t *map, int i) {
   const long regions = REGIONS ? (long)map->params.region_count * 2 * REGION_SIZE : 0;
   return values_at(map, map->params.count + 1) + regions +
-         (long)(i - map->params.count) * (SEGMENTS - 1) * FUNCTIONS;
+         (long)(i - map->params.count) * SEGMENTS * FUNCTIONS;
 }
 
 // The basis functions at k where it is on a segment; a pointer as in digit_loss.cl.
 inline void functions_on_segments(const map_t *map, const pivot_t *pivot, real *f_k) {
-  const integer on_segment = pivot->k >= map->params.count;
-  const vec none = {0, 0, 0};
-  real m[MONOMIALS], f[FUNCTIONS];
-  monomial_differences(pivot->q, pivot->q, none, m);
-  combine(map->kind_table, functions_of(map), m, f);
-  __global const float *means = values_at(map, map->params.count);
-  for (int j = 0; j < functions_of(map); ++j)
-    f_k[j] = select(f_k[j], f[j] - means[j], on_segment);
+  for (int l = 0; l < LANES; ++l) {
+    if (LANE_INT(pivot->k, l) < map->params.count) continue;
+    __global const float *powers = powers_along(map, LANE_INT(pivot->k, l));
+    for (int j = 0; j < functions_of(map); ++j) {
+      float f = powers[(SEGMENTS - 1) * FUNCTIONS + j];
+      for (int k = SEGMENTS - 2; k >= 0; --k)
+        f = fma(f, LANE(pivot->t, l), powers[k * FUNCTIONS + j]);
+      LANE(f_k[j], l) = f;
+    }
+  }
 }
 #endif
 

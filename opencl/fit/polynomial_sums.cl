@@ -109,8 +109,9 @@ HOT void add_segment(const map_t *map, sums_t *sums, int i, const segment_weight
   const placed_segment_t along = placed_segment(map, i, &fit->pivot, weight);
   const factors_t factors = factors_of(weight->m);
   __global const float *powers = powers_along(map, i);
-  real start[FUNCTIONS];
-  functions_along(map, &fit->pivot, along.q, start);
+  // relative to k, which may be on the segment
+  const integer is_pivot = fit->pivot.k == i;
+  const real from = select(along.t, weight->from_nearest, is_pivot);
   const vec middle = SEGMENTS > 2 ? vec_madd(factors.l[1][0], along.along_u, along.u) : along.u;
   const sum_vec u = {TO_SUM(middle.x), TO_SUM(middle.y), TO_SUM(middle.z)};
   const sum_vec du = {TO_SUM(along.along_u.x), TO_SUM(along.along_u.y), TO_SUM(along.along_u.z)};
@@ -120,10 +121,12 @@ HOT void add_segment(const map_t *map, sums_t *sums, int i, const segment_weight
   sums->u = sum_madd(w[0], u, sums->u);
   UNROLL for (int j = 0; j < functions; ++j) {
     real c[SEGMENTS];  // of the powers of t about along.t
-    c[0] = start[j];
-    UNROLL_MOMENTS for (int k = 1; k < SEGMENTS; ++k) c[k] = powers[(k - 1) * FUNCTIONS + j];
+    UNROLL_MOMENTS for (int k = 1; k < SEGMENTS; ++k) c[k] = powers[k * FUNCTIONS + j];
     UNROLL_MOMENTS for (int k = 0; k + 1 < SEGMENTS; ++k)
       UNROLL_MOMENTS for (int l = SEGMENTS - 2; l >= max(k, 1); --l) c[l] = fma(along.t, c[l + 1], c[l]);
+    real change = c[SEGMENTS - 1];
+    UNROLL_MOMENTS for (int k = SEGMENTS - 2; k > 0; --k) change = fma(-from, change, c[k]);
+    c[0] = fma(from, change, select(powers[j] - fit->f_k[j], (real)(0), is_pivot));
     sum_t wf[SEGMENTS];
     UNROLL_MOMENTS for (int k = 0; k < SEGMENTS; ++k) {
       real sum = c[k];

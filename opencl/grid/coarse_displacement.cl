@@ -62,9 +62,9 @@ inline int is_whole(const map_t *map, const grid_t *grid, const band_t *band, co
 }
 
 // Stores the displacements of those points of a row j / COARSE_STEP after the nodes b that the launch has.
-inline void store_points_in_row(__global float *displacement, const layer_t *layer, int b, int j,
-                                const to_world_t *to_world, const map_t *map, const grid_t *grid,
-                                const row_t *row) {
+inline void store_displacements_in_row(__global float *displacement, const layer_t *layer, int b, int j,
+                                       const to_world_t *to_world, const map_t *map,
+                                       const grid_t *grid, const row_t *row) {
   points_t points;
   for (int n = 0; n < 3 * COARSE_STEP; ++n)
     points.at[n] = interpolate_points(layer, b, n, j, 0);
@@ -141,7 +141,7 @@ __kernel EXPLICIT_VECTORS void coarse_displacement(
                      scale * interpolate_points(&layer, b, 3 * COARSE_STEP + n, j, 0), &row, n,
                      launch_mask(&map, &row, n));
 #endif
-      store_points_in_row(displacement, &layer, b, j, &to_world, &map, &grid, &row);
+      store_displacements_in_row(displacement, &layer, b, j, &to_world, &map, &grid, &row);
     }
   }
 }

@@ -302,3 +302,15 @@ inline void store_vec_in_row(__global float *planes, long count, vec value, cons
   store_in_row(planes + count, value.y, row, n, mask);
   store_in_row(planes + 2 * count, value.z, row, n, mask);
 }
+
+// The same as interleaved points.
+inline void store_points_in_row(__global float *points, vec value, const row_t *row, int n,
+                                integer mask) {
+  __global float *to = points + 3 * (row->position + n * LANES);
+  if (ALL(mask)) {
+    store_interleaved(to, value, LANES);
+    return;
+  }
+  for (int l = 0; l < LANES; ++l)
+    if (LANE_INT(mask, l)) store_point(to + 3 * l, value, l);
+}

@@ -1,14 +1,13 @@
 #include "source_index.cl"
 #include "coarse_map.cl"
 
-// As grid_source_index, or `with_jacobian` as grid_source_frame, interpolated between the nodes of
-// `node_planes`.
+// As grid_source_index, interpolated between the nodes of `node_planes`.
 __kernel EXPLICIT_VECTORS void coarse_source_index(
     const map_params_t map_params, __global const float *restrict map_tables,
     const cut_params_t cut_params, __global const float *restrict cut_tables,
     const grid_t grid, const coarse_t coarse, __global const float *restrict node_planes,
     const source_t source, __global float *restrict index, __global float *restrict void_distance,
-    const float scale, const int with_jacobian) {
+    const float scale) {
   const map_t map = map_of(map_params, map_tables, cut_params, cut_tables);
   band_t band;
   if (!find_band(&coarse, &band)) return;
@@ -19,12 +18,8 @@ __kernel EXPLICIT_VECTORS void coarse_source_index(
   for (int k = 0; k < COARSE_STEP; ++k) {
     const rows_t rows = rows_in_launch(&grid, &band, k);
     if (rows.first >= rows.stop) continue;
-    layer_t layer, along_x, along_z;
+    layer_t layer;
     interpolate_layer(&layer, &coarse, node_planes, &band, k, NO_SLOPE);
-    if (with_jacobian) {
-      interpolate_layer(&along_x, &coarse, node_planes, &band, k, 0);
-      interpolate_layer(&along_z, &coarse, node_planes, &band, k, 2);
-    }
     for (int b = 0; b < band.count; ++b) {
       row_t row[COARSE_STEP];
       for (int j = 0; j < COARSE_STEP; ++j) row[j] = row_in_launch(&grid, &band, b * COARSE_STEP + j, k);
@@ -43,22 +38,6 @@ __kernel EXPLICIT_VECTORS void coarse_source_index(
           if (void_distance) store_in_row(void_distance, scale * values[3][j], row + j, n, mask);
 #endif
           store_vec_in_row(index, count, from, row + j, n, mask);
-        }
-        if (!with_jacobian) continue;
-        for (int p = 0; p < 3; ++p) {
-          real slope[3][COARSE_STEP];
-          interpolate_column(slope[0], &along_x, b, p * COARSE_STEP + n, 0);
-          interpolate_column(slope[1], &layer, b, p * COARSE_STEP + n, 1);
-          interpolate_column(slope[2], &along_z, b, p * COARSE_STEP + n, 0);
-          for (int j = first; j < stop; ++j) {
-            vec by_v =
-                transformed(coarse.to_slopes, (vec){slope[0][j], slope[1][j], slope[2][j]});
-            by_v.x += p == 0;
-            by_v.y += p == 1;
-            by_v.z += p == 2;
-            store_vec_in_row(index + (3 + 3 * p) * count, count, by_v, row + j, n,
-                             launch_mask(&map, row + j, n));
-          }
         }
       }
     }

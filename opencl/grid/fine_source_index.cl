@@ -21,5 +21,5 @@ __kernel EXPLICIT_VECTORS void fine_source_index(
   if (!source.continued) is_void = values[3] < 0;
   if (void_distance) store_masked(void_distance, scale * values[3], &item);
 #endif
-  store_source_index(&item, &source, d, is_void, index);
+  store_masked_planes(index, outside_if(source_index_of(&source, item.index, d), is_void), &item);
 }

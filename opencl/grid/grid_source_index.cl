@@ -14,5 +14,5 @@ __kernel EXPLICIT_VECTORS void grid_source_index(
   if (item.lanes == 0) return;
   const fit_t fit = fit_on_grid(&map, &grid, &item, &nodes, node_table);
   if (void_distance) store_void_distance(&item, &map, &fit, void_distance, scale);
-  store_source_index_of_fit(&map, &fit, &item, &source, index);
+  store_masked_planes(index, source_index_of_fit(&map, &fit, &item, &source), &item);
 }

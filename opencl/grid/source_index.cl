@@ -14,22 +14,20 @@ inline vec outside_if(vec from, integer is_void) {
   return from;
 }
 
-// Stores the source indices of the points of a work item in three planes, for local displacements d.
-inline void store_source_index(const item_t *item, const source_t *source, vec d, integer is_void,
-                               __global float *index) {
-  const vec from = outside_if(source_index_of(source, item->index, d), is_void);
-  store_masked(index, from.x, item);
-  store_masked(index + item->count, from.y, item);
-  store_masked(index + 2 * item->count, from.z, item);
+// Stores vectors of the points of a work item in three planes.
+inline void store_masked_planes(__global float *planes, vec value, const item_t *item) {
+  store_masked(planes, value.x, item);
+  store_masked(planes + item->count, value.y, item);
+  store_masked(planes + 2 * item->count, value.z, item);
 }
 
-// The same for displacements by the map.
-inline void store_source_index_of_fit(const map_t *map, const fit_t *fit, const item_t *item,
-                                      const source_t *source, __global float *index) {
+// The source indices of a work item for displacements by the map.
+inline vec source_index_of_fit(const map_t *map, const fit_t *fit, const item_t *item,
+                               const source_t *source) {
   const vec d = map_displacement(map, fit);
   integer is_void = 0;
 #if CUTS
   if (!source->continued) is_void = void_distance_at(map, fit, d) < 0;
 #endif
-  store_source_index(item, source, d, is_void, index);
+  return outside_if(source_index_of(source, item->index, d), is_void);
 }

@@ -17,14 +17,17 @@
 #define TOP 6
 #define MOMENTS 8
 #endif
-// Distance of v from the middle, in lengths, from which on the integrals are Gauss-Legendre sums: their
-// relative error is below 1e-6. Closed forms lose 2 k digits of the moment k at 10 lengths.
+// Distances of v from the middle, in lengths: from DISTANT on the integrals are Gauss-Legendre sums of
+// two pairs of nodes, for higher degrees from FAR_SEGMENT on of FAR_PAIRS. Their relative error is below
+// 1e-6, for degree 2 1e-8, as its fits magnify it. Fits of degree 3 magnify that of two pairs too much.
+// Closed forms lose 2 k digits of the moment k at 10 lengths.
 #if SEGMENTS == 2
-#define FAR_SEGMENT 12.0f
-#define LEGENDRE_COUNT(n) 3
+#define DISTANT(n) (1.2f + 0.9f * (n))
+#define FAR_SEGMENT(n) DISTANT(n)
 #else
-#define FAR_SEGMENT 1.25f
-#define LEGENDRE_COUNT(n) ((n) + 5)
+#define DISTANT(n) (SEGMENTS == 3 ? 2.2f + 1.6f * (n) : 1e15f)
+#define FAR_SEGMENT(n) 1.25f
+#define FAR_PAIRS(n) ((n) == 1 ? 3 : (n) < 4 ? 4 : 5)
 #endif
 // Distance from a curve, local units, that counts as on it.
 #define ON_CURVE 1e-6f
@@ -150,110 +153,117 @@ HOT void near_integrals(real projection, real a2, int n, int top, real f[MOMENTS
   UNROLL_MOMENTS for (int i = 0; i <= top; ++i) f[i] = g[n][i];
 }
 
-// The Gauss-Legendre rules of 2 to 10 nodes from 0 to 1.
-__constant float LEGENDRE_NODES[9][10] = {
-    {0.21132487f, 0.78867513f, 0, 0, 0, 0,
-     0, 0, 0, 0},
-    {0.11270167f, 0.50000000f, 0.88729833f, 0, 0, 0,
-     0, 0, 0, 0},
-    {0.06943184f, 0.33000948f, 0.66999052f, 0.93056816f, 0, 0,
-     0, 0, 0, 0},
-    {0.04691008f, 0.23076534f, 0.50000000f, 0.76923466f, 0.95308992f, 0,
-     0, 0, 0, 0},
-    {0.03376524f, 0.16939531f, 0.38069041f, 0.61930959f, 0.83060469f, 0.96623476f,
-     0, 0, 0, 0},
-    {0.02544604f, 0.12923441f, 0.29707742f, 0.50000000f, 0.70292258f, 0.87076559f,
-     0.97455396f, 0, 0, 0},
-    {0.01985507f, 0.10166676f, 0.23723380f, 0.40828268f, 0.59171732f, 0.76276620f,
-     0.89833324f, 0.98014493f, 0, 0},
-    {0.01591988f, 0.08198445f, 0.19331428f, 0.33787329f, 0.50000000f, 0.66212671f,
-     0.80668572f, 0.91801555f, 0.98408012f, 0},
-    {0.01304674f, 0.06746832f, 0.16029522f, 0.28330230f, 0.42556283f, 0.57443717f,
-     0.71669770f, 0.83970478f, 0.93253168f, 0.98695326f}};
-__constant float LEGENDRE_WEIGHTS[9][10] = {
-    {0.50000000f, 0.50000000f, 0, 0, 0, 0,
-     0, 0, 0, 0},
-    {0.27777778f, 0.44444444f, 0.27777778f, 0, 0, 0,
-     0, 0, 0, 0},
-    {0.17392742f, 0.32607258f, 0.32607258f, 0.17392742f, 0, 0,
-     0, 0, 0, 0},
-    {0.11846344f, 0.23931434f, 0.28444444f, 0.23931434f, 0.11846344f, 0,
-     0, 0, 0, 0},
-    {0.08566225f, 0.18038079f, 0.23395697f, 0.23395697f, 0.18038079f, 0.08566225f,
-     0, 0, 0, 0},
-    {0.06474248f, 0.13985270f, 0.19091503f, 0.20897959f, 0.19091503f, 0.13985270f,
-     0.06474248f, 0, 0, 0},
-    {0.05061427f, 0.11119052f, 0.15685332f, 0.18134189f, 0.18134189f, 0.15685332f,
-     0.11119052f, 0.05061427f, 0, 0},
-    {0.04063719f, 0.09032408f, 0.13030535f, 0.15617354f, 0.16511968f, 0.15617354f,
-     0.13030535f, 0.09032408f, 0.04063719f, 0},
-    {0.03333567f, 0.07472567f, 0.10954318f, 0.13463336f, 0.14776211f, 0.14776211f,
-     0.13463336f, 0.10954318f, 0.07472567f, 0.03333567f}};
+// The Gauss-Legendre rules of 2 to 5 pairs of nodes: offsets from the middle, and weights of a node.
+__constant float LEGENDRE_OFFSETS[4][5] = {
+    {0.16999052f, 0.43056816f, 0, 0, 0},
+    {0.11930959f, 0.33060469f, 0.46623476f, 0, 0},
+    {0.09171732f, 0.26276620f, 0.39833324f, 0.48014493f, 0},
+    {0.07443717f, 0.21669770f, 0.33970478f, 0.43253168f, 0.48695326f}};
+__constant float LEGENDRE_WEIGHTS[4][5] = {
+    {0.32607258f, 0.17392742f, 0, 0, 0},
+    {0.23395697f, 0.18038079f, 0.08566225f, 0, 0},
+    {0.18134189f, 0.15685332f, 0.11119052f, 0.05061427f, 0},
+    {0.14776211f, 0.13463336f, 0.10954318f, 0.07472567f, 0.03333567f}};
 
-// The moments m[k] of a segment, k up to `top`, of the weights (e2 / d^2)^alpha; with `slopes`, of
-// the weights (e2 / d^2)^alpha / d^2; times c. They are about a share of the length, which is
-// returned relative to the nearest point: that point, or far away the middle.
-HOT real moments_of(__global const segment_t *at, const nearest_t *nearest, float smoothing2, real e2,
-                    int slopes, int top, real c, real m[MOMENTS]) {
+// The moments of `moments_of` about the middle by a rule, for the squared distance d2 of the middle in
+// lengths, and v off the middle by the share `middle`. Sums and differences of a pair of nodes are
+// moments of even and of odd order.
+HOT void legendre_moments(real middle, real d2, real ratio, float density, int pairs, int slopes,
+                          int top, real c, real m[MOMENTS]) {
+  UNROLL_MOMENTS for (int i = 0; i <= top; ++i) m[i] = 0;
+  UNROLL_MOMENTS for (int i = 0; i < pairs; ++i) {
+    const float offset = LEGENDRE_OFFSETS[pairs - 2][i], weight = LEGENDRE_WEIGHTS[pairs - 2][i];
+    const real mean = d2 + offset * offset, change = 2 * offset * middle;
+    const real low = 1 / (mean + change), high = 1 / (mean - change);
+    real w_low = whole_power(ratio * low, INTEGER_ALPHA);
+    real w_high = whole_power(ratio * high, INTEGER_ALPHA);
+    if (slopes) {
+      w_low *= density * low;
+      w_high *= density * high;
+    }
+    const real even = w_high + w_low, odd = w_high - w_low;
+    float factor = weight;
+    UNROLL_MOMENTS for (int j = 0; j <= top; ++j) {
+      m[j] = fma((real)(factor), j % 2 ? odd : even, m[j]);
+      factor *= offset;
+    }
+  }
+  UNROLL_MOMENTS for (int i = 0; i <= top; ++i) m[i] *= c;
+}
+
+// The moments of `moments_of` about the nearest point, or from FAR_SEGMENT on about the middle.
+HOT void close_moments(__global const segment_t *at, const nearest_t *nearest, real middle, real width2,
+                       real ratio, int slopes, int top, real c, real m[MOMENTS]) {
   const int n = INTEGER_ALPHA + slopes;
-  const real density = at->density, ratio = e2 * density;
-  const real width2 = density * (nearest->off2 + smoothing2), middle = nearest->projection - 0.5f;
-  const real start = nearest->t - nearest->projection;
-  const integer is_far = fma(middle, middle, width2) > FAR_SEGMENT * FAR_SEGMENT;
+  const real d2 = fma(middle, middle, width2), start = nearest->t - nearest->projection;
+  const integer is_far = d2 > FAR_SEGMENT(n) * FAR_SEGMENT(n);
   UNROLL_MOMENTS for (int i = 0; i <= top; ++i) m[i] = 0;
   if (ANY(!is_far)) {
-    const real min_width2 = MIN_WIDTH2(n) * fast_max(density, (real)(1));
+    const real min_width2 = MIN_WIDTH2(n) * max(at->density, 1.0f);
     near_integrals(nearest->projection, fast_max(width2, min_width2), n, top, m);
     // about the nearest point instead of f
     UNROLL_MOMENTS for (int i = 1; i <= top; ++i)
       UNROLL_MOMENTS for (int j = top; j >= i; --j) m[j] = fma(-start, m[j - 1], m[j]);
     real scale = c * whole_power(ratio, INTEGER_ALPHA);
-    if (slopes) scale *= density;
+    if (slopes) scale *= at->density;
     UNROLL_MOMENTS for (int i = 0; i <= top; ++i) m[i] *= scale;
   }
+#if SEGMENTS > 2
   if (ANY(is_far)) {
     real sums[MOMENTS];
-    UNROLL_MOMENTS for (int i = 0; i <= top; ++i) sums[i] = 0;
-    UNROLL_MOMENTS for (int i = 0; i < LEGENDRE_COUNT(n); ++i) {
-      const real t = LEGENDRE_NODES[LEGENDRE_COUNT(n) - 2][i] - nearest->projection;
-      const real per_d2 = 1 / fma(t, t, width2);
-      real w = LEGENDRE_WEIGHTS[LEGENDRE_COUNT(n) - 2][i] * whole_power(ratio * per_d2, INTEGER_ALPHA);
-      w *= slopes ? c * density * per_d2 : c;
-      UNROLL_MOMENTS for (int j = 0; j <= top; ++j) {
-        sums[j] += w;
-        w *= LEGENDRE_NODES[LEGENDRE_COUNT(n) - 2][i] - 0.5f;
-      }
-    }
+    legendre_moments(middle, d2, ratio, at->density, FAR_PAIRS(n), slopes, top, c, sums);
     UNROLL_MOMENTS for (int i = 0; i <= top; ++i) m[i] = select(m[i], sums[i], is_far);
   }
-  return select((real)(0), 0.5f - nearest->t, is_far);
+#endif
+}
+
+// The moments m[k] of a segment, k up to `top`, of the weights (e2 / d^2)^alpha; with `slopes`, of
+// the weights (e2 / d^2)^alpha / d^2; times c. They are about a share of the length, which is
+// returned relative to the nearest point: that point, or farther away the middle.
+HOT real moments_of(__global const segment_t *at, const nearest_t *nearest, float smoothing2, real e2,
+                    int slopes, int top, real c, real m[MOMENTS]) {
+  const int n = INTEGER_ALPHA + slopes;
+  const float density = at->density;
+  const real width2 = density * (nearest->off2 + smoothing2), ratio = e2 * density;
+  const real middle = nearest->projection - 0.5f, d2 = fma(middle, middle, width2);
+  const integer is_distant = d2 > DISTANT(n) * DISTANT(n);
+  UNROLL_MOMENTS for (int i = 0; i <= top; ++i) m[i] = 0;
+  if (ANY(is_distant)) legendre_moments(middle, d2, ratio, density, 2, slopes, top, c, m);
+  if (!ALL(is_distant)) {
+    real close[MOMENTS];
+    close_moments(at, nearest, middle, width2, ratio, slopes, top, c, close);
+    UNROLL_MOMENTS for (int i = 0; i <= top; ++i) m[i] = select(close[i], m[i], is_distant);
+  }
+  return select((real)(0), 0.5f - nearest->t, d2 > FAR_SEGMENT(n) * FAR_SEGMENT(n));
 }
 
 #if SEGMENTS == 2
-// The same up to 2 about the mean, without slopes: m[1] is 0. Beyond FAR_SEGMENT the closed forms lose
-// digits of m[2] only, by less than rounding takes from the squared distance; a segment farther than
-// POINT_SEGMENT lengths counts as its middle, with a relative error below 1e-7.
-#define POINT_SEGMENT 1e4f
+// The same up to 2 about the mean, without slopes: m[1] is 0.
 HOT real central_moments(__global const segment_t *at, const nearest_t *nearest, float smoothing2,
                          real e2, real c, real m[MOMENTS]) {
 #if INTEGER_ALPHA > 1
   const int n = INTEGER_ALPHA;
   const float density = at->density;
   const real width2 = density * (nearest->off2 + smoothing2), ratio = e2 * density;
-  real k[5], odd[5];
-  power_integrals(nearest->projection, fast_max(width2, (real)(MIN_WIDTH2(n) * max(density, 1.0f))), n,
-                  0, k, odd);
-  const real per_k = 1 / k[n], from_f = odd[n] * per_k;
-  const real square = fma(k[n - 1], per_k, -fma(from_f, from_f, width2));
-  m[0] = k[n] * (c * whole_power(ratio, n));
-  m[2] = m[0] * fast_min(fast_max(square, (real)(0)), (real)(0.25f));
-  real mean = from_f + (nearest->projection - nearest->t);
   const real middle = nearest->projection - 0.5f, d2 = fma(middle, middle, width2);
-  const integer is_point = d2 > POINT_SEGMENT * POINT_SEGMENT;
-  if (ANY(is_point)) {
-    m[0] = select(m[0], c * whole_power(ratio / d2, n), is_point);
-    m[2] = select(m[2], 0.083333333f * m[0], is_point);
-    mean = select(mean, 0.5f - nearest->t, is_point);
+  const integer is_distant = d2 > DISTANT(n) * DISTANT(n);
+  real mean = 0;
+  m[0] = m[2] = 0;
+  if (ANY(is_distant)) {
+    legendre_moments(middle, d2, ratio, density, 2, 0, 2, c, m);
+    mean = m[1] / fast_max(m[0], (real)(1e-30f));
+    m[2] = fma(-mean, m[1], m[2]);
+    mean += 0.5f - nearest->t;
+  }
+  if (!ALL(is_distant)) {
+    real k[5], odd[5];
+    power_integrals(nearest->projection, fast_max(width2, (real)(MIN_WIDTH2(n) * max(density, 1.0f))),
+                    n, 0, k, odd);
+    const real per_k = 1 / k[n], from_f = odd[n] * per_k, total = k[n] * (c * whole_power(ratio, n));
+    const real square = fma(k[n - 1], per_k, -fma(from_f, from_f, width2));
+    m[0] = select(total, m[0], is_distant);
+    m[2] = select(total * fast_min(fast_max(square, (real)(0)), (real)(0.25f)), m[2], is_distant);
+    mean = select(from_f + (nearest->projection - nearest->t), mean, is_distant);
   }
   m[1] = 0;
   return mean;

@@ -48,35 +48,11 @@ HOT void load_pair(pair_t *pair, const box_t *box, const offsets_t *at, const in
   }
 }
 
-#if COVARIANT && LANES > 1
-// Three floats at each point, one point after the other, with the same bits. Each tap is a vector of
-// four; the last is not used.
-HOT vec interpolated_three(const box_t *box, const offsets_t *at, __global const float *values) {
-  vec result;
-  UNROLL for (int l = 0; l < LANES; ++l) {
-    __global const float *corner = values + LANE_OFFSET(at->corner, l);
-    float4 sum = 0;
-    UNROLL for (int k = 0; k < TAPS; ++k)
-      UNROLL for (int j = 0; j < TAPS; ++j) {
-        __global const float *row = corner + k * box->step_z + j * box->step_y;
-        const float4 first = LANE(box->x.weight[0], l) * vload4(0, row);
-        const float4 along_x = fma((float4)(LANE(box->x.weight[1], l)), vload4(0, row + 3), first);
-        const real weight = box->y.weight[j] * box->z.weight[k];
-        sum = fma((float4)(LANE(weight, l)), along_x, sum);
-      }
-    LANE(result.x, l) = sum.x;
-    LANE(result.y, l) = sum.y;
-    LANE(result.z, l) = sum.z;
-  }
-  return result;
-}
-#endif
-
 HOT sum_t interpolated(const box_t *box, const offsets_t *at, const int is_whole,
                        __global const VALUE *values, const tap_t pivot) {
   sum_t sum = 0;
-  UNROLL for (int k = 0; k < TAPS; ++k)
-    UNROLL for (int j = 0; j < TAPS; ++j) {
+  UNROLL_TAPS for (int k = 0; k < SAMPLE_TAPS; ++k)
+    UNROLL_TAPS for (int j = 0; j < SAMPLE_TAPS; ++j) {
       pair_t pair;
       load_pair(&pair, box, at, is_whole, values, j, k);
       const sum_t first = box->x.weight[0] * TERM(TO_SUM, TO_LONG, pair.first, pivot);

@@ -5,21 +5,21 @@
 #include "taps.cl"
 #include "values.cl"
 
-#if TAPS == 2
+#if SAMPLE_TAPS == 2
 #include "linear.cl"
-#elif TAPS == 4
+#elif SAMPLE_TAPS == 4
 #include "cubic.cl"
 #endif
 
-#if TAPS > 1
+#if SAMPLE_TAPS > 1
 #if HAS_INFINITY
 // The sum of the taps with weight of lane l, one after the other.
 inline SUM weighted_sum(const box_t *box, const offsets_t *at, const int is_whole,
                         __global const VALUE *values, int l) {
   SUM sum = 0;
-  for (int k = 0; k < TAPS; ++k)
-    for (int j = 0; j < TAPS; ++j)
-      for (int i = 0; i < TAPS; ++i) {
+  for (int k = 0; k < SAMPLE_TAPS; ++k)
+    for (int j = 0; j < SAMPLE_TAPS; ++j)
+      for (int i = 0; i < SAMPLE_TAPS; ++i) {
         const SUM weight = LANE_SUM(box->x.weight[i], l) * LANE_SUM(box->y.weight[j], l) *
                            LANE_SUM(box->z.weight[k], l);
         const OFFSET from =
@@ -68,26 +68,8 @@ HOT VALUES value_in(const box_t *box, const offsets_t *at, const int is_whole,
 typedef struct {
   __global VALUE *to;
   int lanes, components;
-#if COVARIANT
-  real vectors[3];
-#endif
 } output_t;
 
-// COVARIANT is a constant: with three components at compile time, vectors take 2 % less time.
-#if COVARIANT
-HOT void set_component(output_t *output, int c, VALUES sampled) { output->vectors[c] = sampled; }
-
-// Stores J^T n (Eq. 29) of the vectors n; of length 1 (or 0) if `normalize`. `grid_source_frame` stores
-// nine planes of J = dG/dv after the three of indices.
-HOT void store_covariant(const output_t *output, int normalize, __global const float *index,
-                         long count, long first) {
-  mat j;
-  for (int i = 0; i < 9; ++i) j.a[i] = load_plane(index + (3 + i) * count, count, first);
-  vec n = {output->vectors[0], output->vectors[1], output->vectors[2]};
-  n = transposed_mat_vec(&j, n);
-  store_interleaved(output->to, normalize ? unit3(n) : n, output->lanes);
-}
-#else
 HOT void set_component(const output_t *output, int c, VALUES sampled) {
   __global VALUE *to = output->to + c;
   if (output->components == 1 && output->lanes == LANES) {
@@ -96,20 +78,19 @@ HOT void set_component(const output_t *output, int c, VALUES sampled) {
   }
   for (int l = 0; l < output->lanes; ++l) to[l * output->components] = LANE_VALUE(sampled, l);
 }
-#endif
 
 // Replaces values `on_point` by those of the nearest points, to the bit, and others than `inside`
 // by the background.
 HOT VALUES with_exact(VALUES sampled, __global const VALUE *values, offset_t nearest,
                       integer on_point, integer inside, VALUE background) {
-  UNROLL for (int l = 0; l < LANES; ++l) {
+  UNROLL_TAPS for (int l = 0; l < LANES; ++l) {
     if (LANE_INT(on_point, l)) LANE_VALUE(sampled, l) = values[LANE_OFFSET(nearest, l)];
     if (!LANE_INT(inside, l)) LANE_VALUE(sampled, l) = background;
   }
   return sampled;
 }
 
-#if TAPS == 1
+#if SAMPLE_TAPS == 1
 HOT void sample_nearest(output_t *output, const axes_t *axes, vec at,
                         __global const VALUE *values, VALUE background) {
   const offset_t nearest = nearest_offset(axes, at);
@@ -127,20 +108,10 @@ HOT void sample_whole(output_t *output, const axes_t *axes, const box_t *box, ve
 #if HAS_PIVOT
   taps.nearest = nearest_offset(axes, at);
 #endif
-#if COVARIANT && TAPS == 2 && LANES > 1
-  // not for the last vector, which ends at the end of the array
-  const OFFSET slice = axes->z.step;
-  if (ALL(taps.corner < slice * axes->z.stored - (slice + axes->y.step + 6))) {
-    const vec n = interpolated_three(box, &taps, values);
-    output->vectors[0] = n.x, output->vectors[1] = n.y, output->vectors[2] = n.z;
-    return;
-  }
-#elif !COVARIANT
   if (output->components == 1) {  // compilers make this case faster
     set_component(output, 0, value_in(box, &taps, 1, values));
     return;
   }
-#endif
   for (int c = 0; c < output->components; ++c)
     set_component(output, c, value_in(box, &taps, 1, values + c));
 }
@@ -163,22 +134,17 @@ HOT void sample_parts(output_t *output, const axes_t *axes, const box_t *box, ve
 }
 #endif
 
-// `index` holds three planes of `count` indices; `normalize` is for covariant vectors.
+// `index` holds three planes of `count` indices.
 __kernel EXPLICIT_VECTORS void resample(
     const long count, __global const float *restrict index, const array_t array,
-    const VALUE background, const int normalize, __global const VALUE *restrict values,
-    __global VALUE *restrict result) {
+    const VALUE background, __global const VALUE *restrict values, __global VALUE *restrict result) {
   const long first = (long)get_global_id(0) * LANES;
   if (first >= count) return;
-#if COVARIANT
-  const int components = 3;
-#else
   const int components = array.components;
-#endif
   output_t output = {result + first * components, (int)min((long)LANES, count - first), components};
   const axes_t axes = axes_of(&array, components);
   const vec at = load_points(index, count, first);
-#if TAPS == 1
+#if SAMPLE_TAPS == 1
   sample_nearest(&output, &axes, at, values, background);
 #else
   box_t box;
@@ -186,8 +152,5 @@ __kernel EXPLICIT_VECTORS void resample(
     sample_whole(&output, &axes, &box, at, values);
   else
     sample_parts(&output, &axes, &box, at, values, background);
-#endif
-#if COVARIANT
-  store_covariant(&output, normalize, index, count, first);
 #endif
 }

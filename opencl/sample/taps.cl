@@ -1,8 +1,8 @@
 // The taps of interpolation along one axis: points of an array around a continuous index, and their
 // weights. The rules are those of vtk_mls/base/interpolation.py.
 
-#if !defined(TAPS) || !defined(OFFSET)
-#error "TAPS or OFFSET is missing"
+#if !defined(SAMPLE_TAPS) || !defined(OFFSET)
+#error "SAMPLE_TAPS or OFFSET is missing"
 #endif
 
 #if LANES == 1
@@ -14,7 +14,7 @@ typedef GLUE(OFFSET, LANES) offset_t;
 #endif
 #define LANE_OFFSET(offset, l) (((OFFSET *)&(offset))[l])
 
-#define UNROLL _Pragma("unroll")
+#define UNROLL_TAPS _Pragma("unroll")
 
 // An axis with `size` points. In memory are `stored` of them, from point `first` on; `step` is the offset
 // from one to the next.
@@ -59,10 +59,10 @@ inline offset_t nearest_offset(const axes_t *axes, vec at) {
                    nearest_to(&axes->z, at.z));
 }
 
-#if TAPS > 1
+#if SAMPLE_TAPS > 1
 // `first` is the first tap, counted from the first point in memory; the point is `behind` the
 // grid point before it. Weights are of the type of the sums.
-typedef struct { integer first; real behind; sum_t weight[TAPS]; } taps_t;
+typedef struct { integer first; real behind; sum_t weight[SAMPLE_TAPS]; } taps_t;
 
 // Which lanes have a weight.
 #define HAS_WEIGHT(weight) TO_INTEGER((weight) != 0)
@@ -70,7 +70,7 @@ typedef struct { integer first; real behind; sum_t weight[TAPS]; } taps_t;
 // Two taps for linear, four for Catmull-Rom.
 HOT void weigh(taps_t *taps) {
   const sum_t t = TO_SUM(taps->behind);
-#if TAPS == 2
+#if SAMPLE_TAPS == 2
   taps->weight[0] = 1 - t;
   taps->weight[1] = t;
 #else
@@ -87,17 +87,17 @@ HOT integer find_taps(taps_t *taps, const axis_t *axis, real x) {
   x = within(axis, x);
   const integer before = TO_INTEGER(x);
   taps->behind = x - TO_REAL(before);
-  taps->first = before - (axis->first + (TAPS - 1) / 2);
+  taps->first = before - (axis->first + (SAMPLE_TAPS - 1) / 2);
   weigh(taps);
-  integer whole = (taps->first >= 0) & (taps->first <= axis->stored - TAPS);
-  UNROLL for (int tap = 0; tap < TAPS; ++tap) whole &= HAS_WEIGHT(taps->weight[tap]);
+  integer whole = (taps->first >= 0) & (taps->first <= axis->stored - SAMPLE_TAPS);
+  UNROLL_TAPS for (int tap = 0; tap < SAMPLE_TAPS; ++tap) whole &= HAS_WEIGHT(taps->weight[tap]);
   return whole;
 }
 
 // Where taps are in memory. A tap without weight is replaced by the nearest point, so that it adds no
 // NaN or infinity.
-inline void tap_offsets(offset_t at[TAPS], const taps_t *taps, const axis_t *axis, integer nearest) {
-  for (int tap = 0; tap < TAPS; ++tap) {
+inline void tap_offsets(offset_t at[SAMPLE_TAPS], const taps_t *taps, const axis_t *axis, integer nearest) {
+  for (int tap = 0; tap < SAMPLE_TAPS; ++tap) {
     const integer point = clamp(taps->first + tap, 0, axis->stored - 1);
     at[tap] = TO_OFFSET(select(nearest, point, HAS_WEIGHT(taps->weight[tap]))) * axis->step;
   }
@@ -108,7 +108,7 @@ typedef struct { taps_t x, y, z; OFFSET step_x, step_y, step_z; } box_t;
 
 // Where the taps of a box are: from `corner` on, if it is whole, else at x + y + z; and the nearest
 // point of the grid.
-typedef struct { offset_t corner, nearest, x[TAPS], y[TAPS], z[TAPS]; } offsets_t;
+typedef struct { offset_t corner, nearest, x[SAMPLE_TAPS], y[SAMPLE_TAPS], z[SAMPLE_TAPS]; } offsets_t;
 
 // Finds the box of taps around each point; returns which are whole.
 HOT integer find_box(box_t *box, const axes_t *axes, vec at) {

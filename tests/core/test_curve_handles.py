@@ -21,9 +21,9 @@ def _curve(count=6):
     return rest, deformed
 
 
-def _points(rng):
-    deformed = rng.uniform(-1, 1, (6, 3))
-    return deformed + rng.normal(0, 0.05, (6, 3)), deformed
+def _points(rng, count=6):
+    deformed = rng.uniform(-1, 1, (count, 3))
+    return deformed + rng.normal(0, 0.05, (count, 3)), deformed
 
 
 def _along(nodes, t):
@@ -135,6 +135,29 @@ def test_the_jacobian_is_that_of_the_map(kind, degree, alpha, rng):
     jacobian = value.jacobian(v)
     error = np.abs(jacobian - np.stack(columns, axis=2)).max(axis=(1, 2))
     assert (error < 1e-6 * np.abs(jacobian).max(axis=(1, 2))).all()
+
+
+@EVERY_KIND
+@pytest.mark.parametrize("device", DEVICES)
+def test_segments_of_any_length_agree_with_the_specification(kind, degree, device, rng):
+    """From less than float32 resolves to half the extent: seen from any number of lengths."""
+    p, q = _points(rng, 30)
+    steps = np.array([1e-9, 1e-7, 1e-5, 1e-3, 0.02, 0.1, 0.3])[:, None] * EXTENT
+    nodes = np.concatenate([np.zeros((1, 3)), np.cumsum(steps * [0.6, 0, 0.8], axis=0)]) - 0.3
+    v = rng.uniform(-1, 1, (1000, 3))
+    kernels, numpy = (
+        Deformation(
+            p,
+            q,
+            handles=CurveHandle(nodes + [0, 0.1, 0], nodes),
+            kind=kind,
+            degree=degree,
+            device=name,
+        )
+        for name in (device, "reference")
+    )
+    close = (1e-4 if degree == 3 else 1e-5) * EXTENT
+    np.testing.assert_allclose(kernels.backward(v), numpy.backward(v), atol=close)
 
 
 @pytest.mark.parametrize("kind", ["rigid", "affine"])

@@ -95,8 +95,9 @@ def test_the_table_has_both_places_of_the_selected_pair_and_its_score(rng):
     assert len(lines_of(table, [2, 3])) == len(lines_of(table, [])) == len(lines_of(table, [2])) - 2
 
 
-def test_a_click_on_the_table_jumps_to_a_pair_and_on_its_tick_leaves_it_out(rng):
-    q = rng.uniform(6, SIZE - 7, (8, 3))
+def with_table(rng, count):
+    """Hands on an editor with so many pairs, and a function that clicks on its table."""
+    q = rng.uniform(6, SIZE - 7, (count, 3))
     state = State(q + rng.normal(0, 0.5, q.shape), q, device="reference")
     hands = Hands(ball_mesh(), state, target=ball_mesh(), pixels=600)
     hands.picture()
@@ -110,6 +111,29 @@ def test_a_click_on_the_table_jumps_to_a_pair_and_on_its_tick_leaves_it_out(rng)
     def click(line, letter):
         hands.click((left + (letter + 0.5) * width, top - (line + 0.5) * height))
 
+    return hands, click
+
+
+def test_a_click_on_the_table_does_not_move_its_rows(rng):
+    """A second click at the same place is on the same pair."""
+    hands, click = with_table(rng, 40)
+    for _ in range(2):
+        click(21, 10)
+        assert hands.editor.selected.tolist() == [20]
+        hands.picture()
+    click(21, 3)
+    click(21, 3)
+    assert hands.state.enabled.all()
+    for _ in range(4):
+        hands.press("Down")  # to a row below those that are shown
+    assert hands.editor.selected.tolist() == [24]
+    click(1, 10)
+    assert hands.editor.selected.tolist() == [12]
+
+
+def test_a_click_on_the_table_jumps_to_a_pair_and_on_its_tick_leaves_it_out(rng):
+    hands, click = with_table(rng, 8)
+    q = hands.state.deformed
     click(4, 10)
     assert hands.editor.selected.tolist() == [3]
     np.testing.assert_allclose(hands.editor.slices.point, q[3])

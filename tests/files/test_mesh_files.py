@@ -272,7 +272,7 @@ def test_a_dataset_alone_is_not_written_as_blocks(capsys):
             "vtkmodules.vtkIOCGNSReader",
             "has no vtkCGNSReader; `pip install vtk` does",
         ),
-        ("in.what", "meshio", ".off (.msh, .inp, .bdf, .nas, .fem, .med, .mesh, .meshb, .vol,"),
+        ("in.what", "meshio", "(.msh, .inp, .bdf, .nas, .fem, .med, .mesh, .meshb, .vol,"),
     ],
 )
 def test_what_is_not_installed_is_said(folder, name, missing, sentence):

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tarfile
@@ -103,8 +104,12 @@ def test_versions_agree():
     assert f"\nversion: {vtk_mls.__version__}\n" in citation
     recipe = (PROJECT / "conda" / "recipe.yaml").read_text()
     assert f'\n  version: "{vtk_mls.__version__}"\n' in recipe
+    project = (PROJECT / "pyproject.toml").read_text()
+    for name, versions in re.findall(r"^    - ([\w-]+) (>=\S+)$", recipe, re.MULTILINE):
+        is_python = name == "python"
+        assert (f'python = "{versions}"' if is_python else f'"{name}{versions}') in project, name
     hooks = (PROJECT / ".pre-commit-config.yaml").read_text()
-    ruff = re.search(r'"ruff==([\d.]+)\*"', (PROJECT / "pyproject.toml").read_text())[1]
+    ruff = re.search(r'"ruff==([\d.]+)\*"', project)[1]
     assert f"rev: v{ruff}" in hooks
 
 
@@ -139,6 +144,22 @@ def test_the_plugin_takes_its_own_package_beside_a_clone(tmp_path, early):
     code = PLUGIN.format(folder=str(tmp_path), plugin=plugin, early=early)
     output = _run(sys.executable, "-I", "-S", "-c", code, cwd=tmp_path)
     assert output.strip() == f"{vtk_mls.__version__} {PROJECT / 'vtk_mls' / '__init__.py'}"
+
+
+def test_released_pages_install_from_pypi_and_readme_links_to_addresses(tmp_path):
+    shutil.copytree(PROJECT / ".ci", tmp_path / ".ci")
+    shutil.copytree(PROJECT / "docs", tmp_path / "docs", ignore=shutil.ignore_patterns("_build"))
+    for name in ("README.md", "pyproject.toml"):
+        shutil.copy(PROJECT / name, tmp_path)
+    for _ in range(2):  # the second time changes nothing
+        _run(sys.executable, tmp_path / ".ci" / "addresses", "owner/name", "v1.2.3")
+    readme = (tmp_path / "README.md").read_text(encoding="utf-8")
+    assert {*re.findall(r"\]\((?!https:)[^)]*", readme)} == set()
+    assert (tmp_path / "pyproject.toml").read_text(encoding="utf-8").count("owner/name") == 3
+    assert "pip install 'vtk-mls[vtk,cpu]'" in readme
+    for page in (tmp_path / "README.md", *(tmp_path / "docs").rglob("*.md")):
+        lines = page.read_text(encoding="utf-8").splitlines()
+        assert [line for line in lines if ".[" in line or "folder of the source" in line] == []
 
 
 def test_changelog_has_this_version():

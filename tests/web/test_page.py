@@ -170,6 +170,19 @@ def test_handles_are_added_fixed_placed_and_deleted(page):
     page.status("4 handles")
 
 
+def test_a_slider_is_set_by_its_keys(page):
+    """The keys of a slider have an effect, up to the largest alpha of the landmark report."""
+    slider = page.tab.get_by_role("slider", name="Alpha")
+    slider.focus()
+    page.tab.keyboard.press("End")
+    page.status("alpha 6")
+    page.tab.keyboard.press("ArrowLeft")
+    page.status("alpha 5.9")
+    for alpha in (6, 2):
+        page.tab.keyboard.press("z")
+        page.status(f"alpha {alpha}")
+
+
 @pytest.mark.matrix
 def test_shapes_and_names_by_the_panel(page):
     def press(name):

@@ -12,6 +12,7 @@ from vtkmodules.vtkFiltersSources import vtkSphereSource
 from vtk_mls import Deformation
 from vtk_mls.editor import State
 from vtk_mls.editor.target import Comparison
+from vtk_mls.landmarks.settings import without_smoothing
 from vtk_mls.vtk import arrays
 from vtk_mls.web import edits, panel_values
 from vtk_mls.web.picture import Picture
@@ -113,6 +114,15 @@ def test_numbers_without_a_slider_are_typed():
     assert do(session, "undo")["smoothing"] == 0
     do(session, "map_tolerance", 0.5)  # the page has no control for it
     assert session.editor.state.map_tolerance == 0.02
+
+
+def test_each_alpha_of_the_report_is_in_the_range_of_the_slider():
+    session = opened(ball_mesh())
+    alphas = {settings.alpha for settings in without_smoothing(1000)}
+    assert max(alphas) == 6
+    for alpha in alphas:
+        values = do(session, "alpha", alpha)
+        assert (values["alpha"], values["message"]) == (alpha, "")
 
 
 def test_an_error_of_the_device_is_a_sentence(monkeypatch):

@@ -62,7 +62,7 @@ class PairText:
     def __init__(self, renderer, title):
         self._title, self._table = text_actor(_TITLE_COLOR, _SIZE), text_actor(_COLOR, _SIZE)
         self._title.SetInput(title)
-        self._renderer, self._rows = renderer, []
+        self._renderer, self._rows, self._first_row = renderer, [], 0
         for actor in (self._title, self._table):
             actor.GetTextProperty().SetVerticalJustificationToTop()
             renderer.AddViewProp(actor)
@@ -82,8 +82,11 @@ class PairText:
 
         `score` is that of the only selected row, and why it is refused; None without one.
         """
-        lines = [] if table is None else lines_of(table, selected, score)
-        self._rows = [] if table is None else table.rows[_shown(table, selected)]
+        lines, self._rows = [], []
+        if table is not None:
+            shown = rows_shown(table, selected, self._first_row)
+            lines = lines_of(table, selected, score, shown)
+            self._rows, self._first_row = table.rows[shown], shown.start
         self._table.SetInput("\n".join(lines))
         self._table.SetVisibility(bool(lines))
 
@@ -109,10 +112,9 @@ class PairText:
         self._table.SetPosition(left + _MARGIN, top - 2 * _SIZE)
 
 
-def lines_of(table, selected, score=None):
-    """Lines of text as of `PairText.set_table`: the part around the selected rows."""
+def lines_of(table, selected, score=None, shown=slice(0, _MAX_ROWS)):
+    """Lines of text as of `PairText.set_table`; `shown` is a slice of the rows."""
     marked, rows = {int(row) for row in selected}, table.rows
-    shown = _shown(table, selected)
     lines = [f"  use {'name':{_MAX_NAME}} distance    error"]
     for row in rows[shown]:
         name = f"{row.name[:_MAX_NAME]:{_MAX_NAME}}"
@@ -140,10 +142,15 @@ def lines_of(table, selected, score=None):
     return lines
 
 
-def _shown(table, selected):
-    """The slice of the rows of a `PairTable` that fit in the window, around the selected ones."""
-    count = len(table.rows)
-    first = int(min(selected, default=0)) - _MAX_ROWS // 2
+def rows_shown(table, selected, first=0):
+    """The slice of the rows of a `PairTable` that fit in the window.
+
+    From `first` on if the selected row is among them, so that a click does not move the rows; else
+    around it.
+    """
+    count, row = len(table.rows), int(min(selected, default=first))
+    if not first <= row < first + _MAX_ROWS:
+        first = row - _MAX_ROWS // 2
     first = max(0, min(first, count - _MAX_ROWS))
     return slice(first, min(first + _MAX_ROWS, count))
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import threading
 from contextlib import ExitStack
-from typing import NamedTuple
 
 import numpy as np
 
@@ -18,6 +17,7 @@ from vtk_mls.engine.launch.launcher import Launcher, RegionMap
 from vtk_mls.engine.map.inverse import InverseSearch
 from vtk_mls.engine.sample import differences, void_corners
 from vtk_mls.engine.sample.sampler import samplers
+from vtk_mls.engine.sample.source_map import SourceMap
 from vtk_mls.queries import vector_fields
 from vtk_mls.queries.direct_inverses import direct_inverses
 
@@ -44,17 +44,6 @@ def _exclusive(method):
                         raise
 
     return run
-
-
-class KernelOutput(NamedTuple):
-    """A kernel that computes the origins of points, and the number of planes that it writes."""
-
-    kernel: str
-    planes: int
-
-
-_SOURCE_INDEX = KernelOutput("grid_source_index", 3)  # continuous indices in the whole source
-_SOURCE_FRAME = KernelOutput("grid_source_frame", 12)  # indices, then Jacobians
 
 
 class Engine:
@@ -189,17 +178,18 @@ class Engine:
         void_distance=None,
         covariant=None,
     ):
-        target, covariant = sampling.target, covariant or {}
+        target = sampling.target
         results = [buffer_pool.empty(target.shape + a.shape[3:], a.dtype) for a in arrays]
         rows = [result.reshape(-1, *array.shape[3:]) for array, result in zip(arrays, results)]
         largest = max((a.itemsize * int(np.prod(a.shape[3:])) for a in arrays), default=0)
-        arrays = samplers(self.launcher, arrays, sampling, covariant)
-        output = _SOURCE_FRAME if covariant else _SOURCE_INDEX
+        arrays = [*zip(samplers(self.launcher, arrays, sampling, covariant or {}), rows)]
+        vectors = [(array, rows) for array, rows in arrays if array.rule.covariant is not None]
         for part, sources in self._sources(
-            output, deformation, sampling, largest, progress, void_distance
+            deformation, sampling, largest, progress, void_distance, vectors
         ):
-            for array, result in zip(arrays, rows):
-                array.sample(sources, result[part])
+            for array, rows in arrays:
+                if array.rule.covariant is None:
+                    array.sample(sources, rows[part])
         return results
 
     @_exclusive
@@ -242,7 +232,7 @@ class Engine:
     @_exclusive
     def source_bounds(self, deformation, sampling, progress=SILENT):
         bounds = interpolation.NO_BOUNDS
-        for part, index in self._sources(_SOURCE_INDEX, deformation, sampling, 0, progress):
+        for part, index in self._sources(deformation, sampling, 0, progress):
             planes = self.memory.planes(index, part.stop - part.start)
             bounds = interpolation.joined_bounds(bounds, planes.T, sampling.source.whole)
         return bounds
@@ -250,7 +240,7 @@ class Engine:
     @_exclusive
     def source_index(self, deformation, sampling, progress=SILENT):
         index = np.empty((3, sampling.target.size), np.float32)
-        for part, planes in self._sources(_SOURCE_INDEX, deformation, sampling, 0, progress):
+        for part, planes in self._sources(deformation, sampling, 0, progress):
             index[:, part] = self.memory.planes(planes, part.stop - part.start)
         return index.T
 
@@ -302,34 +292,27 @@ class Engine:
                     update(i, map_, part.start + np.flatnonzero(void), True)
         return origins, void_distance, region_indices
 
-    def _sources(self, output, deformation, sampling, largest, progress, void_distance=None):
-        """Slices of the target, each with a buffer of the planes of a KernelOutput.
+    def _sources(self, deformation, sampling, largest, progress, void_distance=None, vectors=()):
+        """Slices of the target, each with a buffer of source indices in planes.
 
         Void distances of the target are written to `void_distance` if it is given. `largest` is
-        the number of bytes per point of the results of the caller.
+        the number of bytes per point of the results of the caller. `vectors` are covariant ones:
+        a Sampler and the rows of the result for each.
         """
-        bytes_per_point = 4 * output.planes
-        slabs = self.launcher.sampled_slabs(
-            sampling.target.size, deformation, bytes_per_point + 4 + largest
-        )
-        sources = self.memory.scratch("sources", bytes_per_point * slabs[0].stop)
+        target = sampling.target
+        slabs = self.launcher.sampled_slabs(target.size, deformation, 12 + 4 + largest)
+        sources = self.memory.scratch("sources", 12 * slabs[0].stop)
         competing = self._competing_distances(deformation, slabs)
-        launches = [
-            (map_, kernel_arguments.to_source(sampling, map_.control_points), second_pass)
-            for map_, second_pass in self._launches(deformation)
-        ]
+        source_map = SourceMap(self.memory, self._launches(deformation), sampling, competing)
         for part in progress.over(slabs):
             with ExitStack() as buffers:
                 distance = competing
                 if deformation.cuts and void_distance is not None:
                     distance = buffers.enter_context(self.memory.inout_buffer(void_distance[part]))
-                for map_, to_source, second_pass in launches:
-                    outputs = [sources, *map_.void_outputs(distance)]
-                    map_.launch_on_grid(
-                        *(output.kernel, sampling.target, part, to_source, *outputs),
-                        second_pass=second_pass,
-                        coarsely=True,
-                    )
+                for array, rows in vectors:
+                    source_map.transform(array, part, sources, distance, rows[part])
+                if not vectors:
+                    source_map.find(part, sources, distance)
             yield part, sources
 
 

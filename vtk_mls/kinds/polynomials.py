@@ -74,7 +74,7 @@ class Polynomial(Kind):
             _region_moments(control_points, np.flatnonzero(handles.region == i), at_means[i])
             for i in range(len(handles.regions))
         ]
-        powers = _powers_along(control_points, self.degree).ravel()
+        powers = _powers_along(control_points, self.degree, mean).ravel()
         return np.concatenate([table.ravel(), *moments, powers], dtype=np.float32)
 
 
@@ -188,16 +188,16 @@ def _region_moments(control_points, proxies, at_mean):
     return np.concatenate([rounded, result - rounded])
 
 
-def _powers_along(control_points, degree):
-    """Coefficients (s, degree, monomials) of t, t^2, ... of the functions along segments."""
+def _powers_along(control_points, degree, mean):
+    """Coefficients (s, degree + 1, monomials) of 1, t, ... of the functions along segments."""
     basis, ends = control_points.determined, control_points.handles.segments.deformed
-    powers = np.zeros((len(ends), degree, MONOMIAL_COUNT[degree]))
+    powers = np.zeros((len(ends), degree + 1, MONOMIAL_COUNT[degree]))
     if len(ends) > 0:
         t = np.linspace(0, 1, degree + 1)
         along = ends[:, :1] + t[:, None] * (ends[:, 1:] - ends[:, :1])
-        values = basis(control_points.local(along.reshape(-1, 3)))
+        values = basis(control_points.local(along.reshape(-1, 3))) - mean
         values = values.reshape(len(ends), degree + 1, len(basis))
-        powers[:, :, : len(basis)] = np.linalg.solve(np.vander(t, increasing=True), values)[:, 1:]
+        powers[:, :, : len(basis)] = np.linalg.solve(np.vander(t, increasing=True), values)
     return powers
 
 

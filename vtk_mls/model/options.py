@@ -147,7 +147,7 @@ OPTIONS = (
         space. The paper uses 1. Must be greater than 0.""",
         is_valid=lambda alpha: alpha > 0,
         expected="a positive number",
-        slider=(0.5, 4.0, 0.1),
+        slider=(0.5, 6.0, 0.1),
     ),
     Option(
         "smoothing",

@@ -33,7 +33,7 @@ def toggle(name, choices, edit):
 
 
 def slider(name, label, steps, edit, **options):
-    """A slider that sets a value when it is released; `steps` are (low, high, step)."""
+    """A slider that sets a value when it or its key is released; `steps` are (low, high, step)."""
     low, high, step = steps
     v.VSlider(
         min=low,
@@ -41,6 +41,12 @@ def slider(name, label, steps, edit, **options):
         step=step,
         model_value=(name,),
         end=(edit, f"['{name}', $event]"),
+        # keys of a slider, which have names, give no event `end`; letters are keys of the editor
+        keyup=(
+            edit,
+            f"[$event.key.length > 1 ? '{name}' : '', "
+            "Number($event.target.getAttribute('aria-valuenow'))]",
+        ),
         color="primary",
         density="compact",
         hide_details=True,

@@ -28,5 +28,10 @@ def constants(array, launcher):
     return (
         *launcher.sums(double=array.dtype.name not in _SUMMED_IN_FLOAT),
         ("VALUE", c_type(array)),
-        ("OFFSET", "int" if array.size < 2**31 else "long"),
+        offset(array),
     )
+
+
+def offset(array):
+    """The build constant for offsets in an array."""
+    return "OFFSET", "int" if array.size < 2**31 else "long"

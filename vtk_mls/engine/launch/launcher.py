@@ -212,21 +212,26 @@ class RegionMap:
         """Kernel arguments for void distances: a buffer or None, and the scale."""
         return [buffer, np.float32(self.control_points.scale)]
 
-    def launch_on_grid(self, name, grid, part, *arguments, second_pass=False, coarsely=False):
+    def launch_on_grid(
+        self, name, grid, part, *arguments, second_pass=False, coarsely=False, constants=()
+    ):
         """Launch a kernel for the points `part` of a grid.
 
         The second pass computes the void points of other regions. Coarsely, displacements may be
         interpolated between nodes, within the deformation's `map_tolerance`.
         """
         # limits are applied between nodes to displacements only, and only to those of one step
-        is_unlimited = self.deformation.steps_used > 1 or name == "grid_source_frame"
+        is_unlimited = self.deformation.steps_used > 1 or name == "grid_covariant"
         exactly = second_pass or (self.deformation.limits and is_unlimited)
         if coarsely and not exactly and self._coarse_map and self._coarse_map.pays_off(grid):
-            return self._coarse_map.launch(name, grid, part, *arguments)
+            return self._coarse_map.launch(name, grid, part, *arguments, constants=constants)
         points = kernel_arguments.grid_points(grid, part, self.control_points)
         count = part.stop - part.start
         items = self.grid_items(grid, part)
-        self.launch(name, (grid.whole, second_pass), count, points, *items, *arguments)
+        self.launch(
+            *(name, (grid.whole, second_pass), count, points, *items, *arguments),
+            constants=constants,
+        )
 
     def launch_listed(self, name, grid, indices, *arguments, second_pass=False):
         """Launch a kernel for the points of a grid with ascending `indices` (m,) int64."""

@@ -20,11 +20,11 @@ _SAFETY = 8
 MAX_NODE_FRACTION = 0.25  # nodes and cell centers per point of the grid
 MAX_NEAR_FRACTION = 0.5  # of the cells, with control points in or beside them
 _SPARE = 64  # floats after the last node that kernels may read, but do not use
-# The kernel that interpolates the outputs of another one, and its additional arguments.
+# The kernel that interpolates the outputs of another one.
 _COARSE = {
-    "grid_displacement": ("coarse_displacement", []),
-    "grid_source_index": ("coarse_source_index", [np.int32(False)]),
-    "grid_source_frame": ("coarse_source_index", [np.int32(True)]),
+    "grid_displacement": "coarse_displacement",
+    "grid_source_index": "coarse_source_index",
+    "grid_covariant": "coarse_covariant",
 }
 
 
@@ -63,7 +63,7 @@ class CoarseMap:
             return True
         return near_handles(self.map, whole, _box_of(whole), STEP).mean() < MAX_NEAR_FRACTION
 
-    def launch(self, name, grid, part, *arguments):
+    def launch(self, name, grid, part, *arguments, constants=()):
         """Launch a kernel for the points `part` of a grid.
 
         It computes the points of inaccurate cells, after another kernel has interpolated those of
@@ -81,9 +81,9 @@ class CoarseMap:
         to_local = grid.index_to_world / self.map.control_points.scale
         to_slopes = kernel_arguments.transform(np.linalg.inv(to_local).T, np.zeros(3))
         record = filled("coarse_t", **block, **self._around, to_slopes=to_slopes)
-        kernel, additional = _COARSE[name]
         self._launch_blocks(
-            kernel, grid_and_pass, block, points, record, self._nodes, *arguments, *additional
+            *(_COARSE[name], grid_and_pass, block, points, record, self._nodes, *arguments),
+            constants=constants,
         )
         layers = slice(low - first[2], high + 1 - first[2])
         is_fine = self._fine_map and name in fine_map.KERNELS
@@ -92,12 +92,13 @@ class CoarseMap:
         listed = self._separated if is_fine else self._inaccurate
         for record in listed.records(layers):
             items = self.map.grid_items(grid, part, record, listed.buffer)
-            count, constants = int(record["listed"]) * STEP**3, (("POINTS", "CELLS"),)
+            count = int(record["listed"]) * STEP**3
             self.map.launch(
-                *(name, grid_and_pass, count, points, *items, *arguments), constants=constants
+                *(name, grid_and_pass, count, points, *items, *arguments),
+                constants=(*constants, ("POINTS", "CELLS")),
             )
 
-    def _launch_blocks(self, name, grid_and_pass, block, *arguments):
+    def _launch_blocks(self, name, grid_and_pass, block, *arguments, constants=()):
         """Launch a kernel whose work items take so many cells along x as others take points.
 
         Vectors of them take a band of cells along y.
@@ -106,7 +107,7 @@ class CoarseMap:
         band = CONSTANTS["BAND_CELLS"] if lanes > 1 else 1
         nx, ny, nz = map(int, block["cells"])
         count = -(-nx // lanes) * lanes * -(-ny // band) * nz
-        self.map.launch(name, grid_and_pass, count, *arguments)
+        self.map.launch(name, grid_and_pass, count, *arguments, constants=constants)
 
     def _find(self, grid):
         """Find the nodes around a grid, and its inaccurate cells."""

@@ -17,12 +17,11 @@ from vtk_mls.engine.launch.structs import filled
 _TAPS = {"nearest": 1, "linear": 2, "cubic": 4}
 
 
-class _Piece(NamedTuple):
+class Piece(NamedTuple):
     """The points `first` to `stop` of a slab, and the part of an array that they need."""
 
     first: int
     stop: int
-    index: cl.Buffer | cl.SVM  # planes of continuous indices in the whole source
     values: cl.Buffer | cl.SVM
     grid: Grid  # of the values
 
@@ -35,11 +34,6 @@ class Rule(NamedTuple):
     # None, or for covariant vectors, which are 0 outside, whether they are normalized
     covariant: bool | None = None
     version: Hashable = None  # identifies the contents of the array; None without
-
-    @property
-    def planes(self):
-        """Input planes of a point: its indices, and the Jacobian for covariant vectors."""
-        return 3 if self.covariant is None else 12
 
 
 class Sampler:
@@ -65,23 +59,30 @@ class Sampler:
 
     def sample(self, index, result):
         """Write into `result` (m, ...) the values at the indices in a buffer, in planes."""
+        count = len(result)
         if not array_types.is_for_device(self.array, self.launcher.device):
-            points = self.memory.planes(index, len(result)).T.astype(np.float64)
+            points = self.memory.planes(index, count).T.astype(np.float64)
             result[:] = interpolation.sample(
                 self.array, points, self.rule.method, self.rule.background, self.source
             )
             return
-        for piece in self._pieces(index, len(result)):
-            self._launch(piece, result[piece.first : piece.stop])
+        for piece in self.pieces(index, count):
+            if (piece.first, piece.stop) == (0, count):
+                self._launch(piece, index, result)
+                continue
+            rows = slice(piece.first, piece.stop)
+            own = np.ascontiguousarray(self.memory.planes(index, count)[:, rows])
+            with self.memory.input_buffer(own) as own_index:
+                self._launch(piece, own_index, result[rows])
 
-    def _pieces(self, index, count):
-        """The pieces of a slab of `count` points."""
+    def pieces(self, index, count):
+        """The pieces of a slab of `count` points with the indices in a buffer, in planes."""
         if self.fits:
             if self._whole is None:
                 self._whole = self._all_values()
-            yield _Piece(0, count, index, self._whole, self.source)
+            yield Piece(0, count, self._whole, self.source)
             return
-        planes = self.memory.planes(index, count, self.rule.planes)
+        planes = self.memory.planes(index, count)
         pieces = [(0, count)]
         while pieces:
             first, stop = pieces.pop()
@@ -96,14 +97,25 @@ class Sampler:
                 middle = (first + stop) // 2
                 pieces += [(middle, stop), (first, middle)]
                 continue
-            own = np.ascontiguousarray(planes[:, first:stop])
-            with (
-                self.memory.input_buffer(own) as own_index,
-                self.memory.input_buffer(slices) as values,
-            ):
+            with self.memory.input_buffer(slices) as values:
                 nx, ny, _ = self.source.dimensions
                 grid = self.source.part((0, 0, low), (nx, ny, high - low))
-                yield _Piece(first, stop, own_index, values, grid)
+                yield Piece(first, stop, values, grid)
+
+    @property
+    def taps(self):
+        """The build constant for the method."""
+        return "SAMPLE_TAPS", _TAPS[self.rule.method]
+
+    def record(self, piece):
+        """The array_t of a piece."""
+        return filled(
+            "array_t",
+            size=self.source.whole.dimensions,
+            first=piece.grid.first,
+            stored=piece.grid.dimensions,
+            components=np.prod(self.array.shape[3:]),
+        )
 
     def _all_values(self):
         """The array as an argument of kernels."""
@@ -111,34 +123,15 @@ class Sampler:
             return self.memory.input_buffer(self.array).argument
         return self.memory.resident(self.array, self.rule.version)
 
-    def _launch(self, piece, result):
-        """Launch the kernel for one piece of a slab."""
+    def _launch(self, piece, index, result):
+        """Sample a piece at its indices."""
         array, count = self.array, piece.stop - piece.first
-        shared = array_types.constants(array, self.launcher)
-        constants = (*shared, ("TAPS", _TAPS[self.rule.method]))
-        background = self.rule.background
-        if self.rule.covariant is not None:
-            constants += (("COVARIANT", 1),)
-            background = 0
-        record = filled(
-            "array_t",
-            size=self.source.whole.dimensions,
-            first=piece.grid.first,
-            stored=piece.grid.dimensions,
-            components=np.prod(array.shape[3:]),
-        )
+        constants = (*array_types.constants(array, self.launcher), self.taps)
+        background = interpolation.cast(self.rule.background, array.dtype)
         with self.memory.output_buffer(result) as out:
             self.launcher.launch(
-                "resample",
-                constants,
-                count,
-                np.int64(count),
-                piece.index,
-                record,
-                array.dtype.type(interpolation.cast(background, array.dtype)),
-                np.int32(bool(self.rule.covariant)),
-                piece.values,
-                out,
+                *("resample", constants, count, np.int64(count), index, self.record(piece)),
+                *(array.dtype.type(background), piece.values, out),
             )
 
 

@@ -1,20 +1,23 @@
 #include "source_index.cl"
+#include "vectors.cl"
 
-// As grid_source_index, and nine planes of dG/dv after those of the indices.
-__kernel EXPLICIT_VECTORS void grid_source_frame(
+// As grid_source_index; and covariant vectors J^T n(G(v)) (Eq. 29) for the vectors n of an array, of
+// length 1 (or 0) if `normalize`.
+__kernel EXPLICIT_VECTORS void grid_covariant(
     const map_params_t map_params, __global const float *restrict map_tables,
     const cut_params_t cut_params, __global const float *restrict cut_tables,
     const grid_t grid, const nodes_t nodes, __global const node_t *restrict node_table,
     const coarse_t coarse, __global const int *restrict cells, __global const long *restrict listed,
     const source_t source, __global float *restrict index, __global float *restrict void_distance,
-    const float scale) {
+    const float scale, const array_t array, const int normalize,
+    __global const float *restrict vectors, __global float *restrict result) {
   const map_t map = map_of(map_params, map_tables, cut_params, cut_tables);
   item_t item = item_of(&map, &grid, &coarse, cells, listed, void_distance);
   if (item.lanes == 0) return;
   const fit_t fit = fit_on_grid(&map, &grid, &item, &nodes, node_table);
   if (void_distance) store_void_distance(&item, &map, &fit, void_distance, scale);
-  store_source_index_of_fit(&map, &fit, &item, &source, index);
-  const mat j = map_jacobian(&map, &fit);
-  for (int i = 0; i < 9; ++i)
-    store_masked(index + (3 + i) * item.count, j.a[i] + (i % 4 == 0 ? 1.0f : 0.0f), &item);
+  const vec from = source_index_of_fit(&map, &fit, &item, &source);
+  store_masked_planes(index, from, &item);
+  const vec n = transposed_jacobian_vec(&map, &fit, vectors_at(&array, vectors, from));
+  store_masked_points(result, normalize ? unit3(n) : n, &item);
 }

@@ -1,0 +1,71 @@
+#include "source_index.cl"
+#include "coarse_map.cl"
+#include "vectors.cl"
+
+// Derivatives along the axes of the grid in a column of rows, from point to point.
+typedef struct { real along[3][3][COARSE_STEP]; } slopes_t;
+
+// J^T n in row j of the column.
+inline vec covariant_in_row(const coarse_t *coarse, const slopes_t *slopes, int j, vec vector) {
+  vec sum = {0, 0, 0};
+  const real components[3] = {vector.x, vector.y, vector.z};
+  for (int p = 0; p < 3; ++p)
+    sum = vec_madd(components[p],
+                   (vec){slopes->along[0][p][j], slopes->along[1][p][j], slopes->along[2][p][j]}, sum);
+  return vec_add(vector, transformed(coarse->to_slopes, sum));
+}
+
+// As grid_covariant, interpolated between the nodes of `node_planes`.
+__kernel EXPLICIT_VECTORS void coarse_covariant(
+    const map_params_t map_params, __global const float *restrict map_tables,
+    const cut_params_t cut_params, __global const float *restrict cut_tables,
+    const grid_t grid, const coarse_t coarse, __global const float *restrict node_planes,
+    const source_t source, __global float *restrict index, __global float *restrict void_distance,
+    const float scale, const array_t array, const int normalize,
+    __global const float *restrict vectors, __global float *restrict result) {
+  const map_t map = map_of(map_params, map_tables, cut_params, cut_tables);
+  band_t band;
+  if (!find_band(&coarse, &band)) return;
+#if CUTS
+  if (!has_region(&map.cuts, &band)) return;
+#endif
+  const long count = grid.stop - grid.first;
+  for (int k = 0; k < COARSE_STEP; ++k) {
+    const rows_t rows = rows_in_launch(&grid, &band, k);
+    if (rows.first >= rows.stop) continue;
+    layer_t layer, along_x, along_z;
+    interpolate_layer(&layer, &coarse, node_planes, &band, k, NO_SLOPE);
+    interpolate_layer(&along_x, &coarse, node_planes, &band, k, 0);
+    interpolate_layer(&along_z, &coarse, node_planes, &band, k, 2);
+    for (int b = 0; b < band.count; ++b) {
+      row_t row[COARSE_STEP];
+      for (int j = 0; j < COARSE_STEP; ++j) row[j] = row_in_launch(&grid, &band, b * COARSE_STEP + j, k);
+      const int first = max(rows.first - b * COARSE_STEP, 0);
+      const int stop = min(rows.stop - b * COARSE_STEP, (int)COARSE_STEP);
+      for (int n = 0; n < COARSE_STEP; ++n) {
+        real values[PLANES][COARSE_STEP];
+        for (int p = 0; p < PLANES; ++p)
+          interpolate_column(values[p], &layer, b, p * COARSE_STEP + n, 0);
+        slopes_t slopes;
+        for (int p = 0; p < 3; ++p) {
+          interpolate_column(slopes.along[0][p], &along_x, b, p * COARSE_STEP + n, 0);
+          interpolate_column(slopes.along[1][p], &layer, b, p * COARSE_STEP + n, 1);
+          interpolate_column(slopes.along[2][p], &along_z, b, p * COARSE_STEP + n, 0);
+        }
+        for (int j = first; j < stop; ++j) {
+          const vec at = indices_in(row + j, n), d = {values[0][j], values[1][j], values[2][j]};
+          vec from = source_index_of(&source, at, d);
+          const integer mask = launch_mask(&map, row + j, n);
+#if CUTS
+          if (!source.continued) from = outside_if(from, values[3][j] < 0);
+          if (void_distance) store_in_row(void_distance, scale * values[3][j], row + j, n, mask);
+#endif
+          store_vec_in_row(index, count, from, row + j, n, mask);
+          const vec vector =
+              covariant_in_row(&coarse, &slopes, j, vectors_at(&array, vectors, from));
+          store_points_in_row(result, normalize ? unit3(vector) : vector, row + j, n, mask);
+        }
+      }
+    }
+  }
+}
