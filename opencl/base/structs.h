@@ -7,6 +7,7 @@
 enum {
   NODE_STEP = 4,       // grid points between nodes of first guesses (origin_nodes.cl)
   COARSE_STEP = 4,     // grid points between nodes of displacements (coarse_map.cl)
+  BAND_CELLS = 8,      // cells along y of a work item between these nodes
   FINE_STEP = 2,       // the same where the coarse map is inaccurate (fine_map.cl)
   LATTICE_CELLS = 20,  // cells along each axis of a level of the lattice (lattice.cl)
   LATTICE_LEVELS = 8,

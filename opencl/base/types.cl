@@ -36,6 +36,18 @@ typedef GLUE(int, LANES) integer;
 #define STORE(value, to) GLUE(vstore, LANES)(value, 0, to)
 #endif
 
+// A store past the caches, for results larger than these; `to` must be aligned as a vector.
+#ifdef __has_builtin
+#if LANES > 1 && __has_builtin(__builtin_nontemporal_store)
+#define STREAM(value, to) __builtin_nontemporal_store(value, (__global real *)(to))
+#define IS_ALIGNED(to) ((size_t)(to) % sizeof(real) == 0)
+#endif
+#endif
+#ifndef STREAM
+#define STREAM(value, to) STORE(value, to)
+#define IS_ALIGNED(to) 0
+#endif
+
 #if LANES > 1
 // The bitwise or of all lanes. PoCL compiles the built-in any() to a branch per two lanes, which
 // processors predict badly.
@@ -151,6 +163,18 @@ HOT void store_interleaved(__global float *to, vec a, int lanes) {
   }
 #endif
   for (int l = 0; l < lanes; ++l) store_point(to + 3 * l, a, l);
+}
+
+HOT void set_interleaved(real to[3], vec a) {
+#if LANES > 1
+  to[0] = INTERLEAVED(a, 0);
+  to[1] = INTERLEAVED(a, LANES);
+  to[2] = INTERLEAVED(a, 2 * LANES);
+#else
+  to[0] = a.x;
+  to[1] = a.y;
+  to[2] = a.z;
+#endif
 }
 
 // a / |a|, and 0 for a = 0.

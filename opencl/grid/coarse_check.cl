@@ -46,27 +46,40 @@ __kernel EXPLICIT_VECTORS void coarse_check(
     __global const float *restrict node_planes, __global const float *restrict middles,
     __global uchar *restrict flags) {
   const map_t map = map_of(map_params, map_tables, cut_params, cut_tables);
-  strip_t strip;
-  if (!find_strip(&coarse, &strip)) return;
-  const int middle = COARSE_STEP / 2, x = strip.x - coarse.first_cell[0];
-  layer_t layer;
-  interpolate_layer(&layer, &coarse, node_planes, &strip, middle, NO_SLOPE);
+  band_t band;
+  if (!find_band(&coarse, &band)) return;
+  const int middle = COARSE_STEP / 2, x = band.x - coarse.first_cell[0];
+  const long along = coarse.nodes[0], deep = along * coarse.nodes[1];
+  __global const float *corner =
+      node_planes + node_of(&coarse, &band, 0) - BEFORE * (1 + along + deep);
+  real rows[BAND + TAPS - 1][PLANES];
+  for (int a = 0; a < band.count + TAPS - 1; ++a)
+    for (int p = 0; p < PLANES; ++p) {
+      real tap[TAPS];
+      taps_along_x(tap, corner + a * along + p * node_count(&coarse), deep, middle, 0);
+      rows[a][p] = interpolate(tap, middle, 0);
+    }
   const long plane = (long)coarse.cells[0] * coarse.cells[1] * coarse.cells[2];
-  const long at = x + coarse.cells[0] * (strip.y - coarse.first_cell[1] +
-                                        (long)coarse.cells[1] * (strip.z - coarse.first_cell[2]));
-  real interpolated[PLANES], exact[PLANES];
-  for (int p = 0; p < PLANES; ++p) {
-    exact[p] = LOAD(middles + p * plane + at);
-    interpolated[p] = interpolate_points(&layer, p, middle, middle, 0);
-  }
-  integer bits = accuracy_flags(&check, interpolated, exact);
+  const long first = x + coarse.cells[0] * (band.y - coarse.first_cell[1] +
+                                           (long)coarse.cells[1] * (band.z - coarse.first_cell[2]));
+  for (int b = 0; b < band.count; ++b) {
+    const long at = first + b * coarse.cells[0];
+    real interpolated[PLANES], exact[PLANES];
+    for (int p = 0; p < PLANES; ++p) {
+      real tap[TAPS];
+      UNROLL_TAPS for (int a = 0; a < TAPS; ++a) tap[a] = rows[b + a][p];
+      exact[p] = LOAD(middles + p * plane + at);
+      interpolated[p] = interpolate(tap, middle, 0);
+    }
+    integer bits = accuracy_flags(&check, interpolated, exact);
 #if CUTS
-  const vec index = first_corners(&strip), d = {exact[0], exact[1], exact[2]};
-  const integer separated = is_separated(&map, &grid, &coarse, node_planes,
-                                         node_of(&coarse, &strip), index, d, exact[3]);
-  bits = select(bits, (integer)(INACCURATE | SEPARATED | ROUGH), separated);
-  bits |= select((integer)(OTHER_REGION), (integer)(0), may_be_in_region(&map.cuts, index));
+    const vec index = first_corners(&band, b), d = {exact[0], exact[1], exact[2]};
+    const integer separated = is_separated(&map, &grid, &coarse, node_planes,
+                                           node_of(&coarse, &band, b), index, d, exact[3]);
+    bits = select(bits, (integer)(INACCURATE | SEPARATED | ROUGH), separated);
+    bits |= select((integer)(OTHER_REGION), (integer)(0), may_be_in_region(&map.cuts, index));
 #endif
-  for (int l = 0; l < LANES && x + l < coarse.cells[0]; ++l)
-    flags[at + l] = (uchar)LANE_INT(bits, l);
+    for (int l = 0; l < LANES && x + l < coarse.cells[0]; ++l)
+      flags[at + l] = (uchar)LANE_INT(bits, l);
+  }
 }

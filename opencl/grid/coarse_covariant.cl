@@ -2,16 +2,16 @@
 #include "coarse_map.cl"
 #include "vectors.cl"
 
-// Derivatives along the axes of the grid at the points of a row, from point to point.
+// Derivatives along the axes of the grid in a column of rows, from point to point.
 typedef struct { real along[3][3][COARSE_STEP]; } slopes_t;
 
-// J^T n at the n-th LANES of a row.
-inline vec covariant_in_row(const coarse_t *coarse, const slopes_t *slopes, int n, vec vector) {
+// J^T n in row j of the column.
+inline vec covariant_in_row(const coarse_t *coarse, const slopes_t *slopes, int j, vec vector) {
   vec sum = {0, 0, 0};
   const real components[3] = {vector.x, vector.y, vector.z};
   for (int p = 0; p < 3; ++p)
     sum = vec_madd(components[p],
-                   (vec){slopes->along[0][p][n], slopes->along[1][p][n], slopes->along[2][p][n]}, sum);
+                   (vec){slopes->along[0][p][j], slopes->along[1][p][j], slopes->along[2][p][j]}, sum);
   return vec_add(vector, transformed(coarse->to_slopes, sum));
 }
 
@@ -24,45 +24,47 @@ __kernel EXPLICIT_VECTORS void coarse_covariant(
     const float scale, const array_t array, const int normalize,
     __global const float *restrict vectors, __global float *restrict result) {
   const map_t map = map_of(map_params, map_tables, cut_params, cut_tables);
-  strip_t strip;
-  if (!find_strip(&coarse, &strip)) return;
+  band_t band;
+  if (!find_band(&coarse, &band)) return;
 #if CUTS
-  if (!ANY(may_be_in_region(&map.cuts, first_corners(&strip)))) return;
+  if (!has_region(&map.cuts, &band)) return;
 #endif
   const long count = grid.stop - grid.first;
   for (int k = 0; k < COARSE_STEP; ++k) {
+    const rows_t rows = rows_in_launch(&grid, &band, k);
+    if (rows.first >= rows.stop) continue;
     layer_t layer, along_x, along_z;
-    int has_layer = 0;
-    for (int j = 0; j < COARSE_STEP; ++j) {
-      row_t row;
-      if (!find_row(&row, &grid, &strip, j, k)) continue;
-      if (!has_layer) {
-        interpolate_layer(&layer, &coarse, node_planes, &strip, k, NO_SLOPE);
-        interpolate_layer(&along_x, &coarse, node_planes, &strip, k, 0);
-        interpolate_layer(&along_z, &coarse, node_planes, &strip, k, 2);
-      }
-      has_layer = 1;
-      real values[PLANES][COARSE_STEP];
-      for (int p = 0; p < PLANES; ++p) interpolate_row(values[p], &layer, p, j, 0);
-      slopes_t slopes;
-      for (int p = 0; p < 3; ++p) {
-        interpolate_row(slopes.along[0][p], &along_x, p, j, 0);
-        interpolate_row(slopes.along[1][p], &layer, p, j, 1);
-        interpolate_row(slopes.along[2][p], &along_z, p, j, 0);
-      }
+    interpolate_layer(&layer, &coarse, node_planes, &band, k, NO_SLOPE);
+    interpolate_layer(&along_x, &coarse, node_planes, &band, k, 0);
+    interpolate_layer(&along_z, &coarse, node_planes, &band, k, 2);
+    for (int b = 0; b < band.count; ++b) {
+      row_t row[COARSE_STEP];
+      for (int j = 0; j < COARSE_STEP; ++j) row[j] = row_in_launch(&grid, &band, b * COARSE_STEP + j, k);
+      const int first = max(rows.first - b * COARSE_STEP, 0);
+      const int stop = min(rows.stop - b * COARSE_STEP, (int)COARSE_STEP);
       for (int n = 0; n < COARSE_STEP; ++n) {
-        const vec at = indices_in(&row, n), d = {values[0][n], values[1][n], values[2][n]};
-        vec from = source_index_of(&source, at, d);
-        const integer mask = launch_mask(&map, &row, n);
+        real values[PLANES][COARSE_STEP];
+        for (int p = 0; p < PLANES; ++p)
+          interpolate_column(values[p], &layer, b, p * COARSE_STEP + n, 0);
+        slopes_t slopes;
+        for (int p = 0; p < 3; ++p) {
+          interpolate_column(slopes.along[0][p], &along_x, b, p * COARSE_STEP + n, 0);
+          interpolate_column(slopes.along[1][p], &layer, b, p * COARSE_STEP + n, 1);
+          interpolate_column(slopes.along[2][p], &along_z, b, p * COARSE_STEP + n, 0);
+        }
+        for (int j = first; j < stop; ++j) {
+          const vec at = indices_in(row + j, n), d = {values[0][j], values[1][j], values[2][j]};
+          vec from = source_index_of(&source, at, d);
+          const integer mask = launch_mask(&map, row + j, n);
 #if CUTS
-        const real distance = values[3][n];
-        if (!source.continued) from = outside_if(from, distance < 0);
-        if (void_distance) store_in_row(void_distance, scale * distance, &row, n, mask);
+          if (!source.continued) from = outside_if(from, values[3][j] < 0);
+          if (void_distance) store_in_row(void_distance, scale * values[3][j], row + j, n, mask);
 #endif
-        store_vec_in_row(index, count, from, &row, n, mask);
-        const vec vector =
-            covariant_in_row(&coarse, &slopes, n, vectors_at(&array, vectors, from));
-        store_points_in_row(result, normalize ? unit3(vector) : vector, &row, n, mask);
+          store_vec_in_row(index, count, from, row + j, n, mask);
+          const vec vector =
+              covariant_in_row(&coarse, &slopes, j, vectors_at(&array, vectors, from));
+          store_points_in_row(result, normalize ? unit3(vector) : vector, row + j, n, mask);
+        }
       }
     }
   }

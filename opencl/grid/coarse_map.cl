@@ -31,26 +31,31 @@ __constant float tap_slope[COARSE_STEP][TAPS] = {
 
 #define UNROLL_TAPS _Pragma("unroll")
 
-// LANES cells along x: the index of the first in all cells of the whole grid.
-typedef struct { int x, y, z; } strip_t;
+// Cells of a work item: LANES along x, and so many along y. The index of the first in all cells of the
+// whole grid.
+#define BAND (LANES > 1 ? BAND_CELLS : 1)
+typedef struct { int x, y, z, count; } band_t;
 
-inline long strips_along(const coarse_t *coarse) { return (coarse->cells[0] + LANES - 1) / LANES; }
+inline long bands_along(const coarse_t *coarse) { return (coarse->cells[1] + BAND - 1) / BAND; }
 
-// Finds the strip of a work item; false without one.
-inline int find_strip(const coarse_t *coarse, strip_t *strip) {
-  const long across = strips_along(coarse), item = get_global_id(0), row = item / across;
-  if (row >= (long)coarse->cells[1] * coarse->cells[2]) return 0;
-  strip->x = coarse->first_cell[0] + (int)(item % across) * LANES;
-  strip->y = coarse->first_cell[1] + (int)(row % coarse->cells[1]);
-  strip->z = coarse->first_cell[2] + (int)(row / coarse->cells[1]);
+// Finds the band of a work item; false without one.
+inline int find_band(const coarse_t *coarse, band_t *band) {
+  const long across = (coarse->cells[0] + LANES - 1) / LANES, along = bands_along(coarse);
+  const long item = get_global_id(0), row = item / across;
+  if (row >= along * coarse->cells[2]) return 0;
+  const int y = (int)(row % along) * BAND;
+  band->x = coarse->first_cell[0] + (int)(item % across) * LANES;
+  band->y = coarse->first_cell[1] + y;
+  band->z = coarse->first_cell[2] + (int)(row / along);
+  band->count = min(BAND, coarse->cells[1] - y);
   return 1;
 }
 
-// The first corners of its cells, as indices of the whole grid.
-inline vec first_corners(const strip_t *strip) {
+// The first corners of its cells b along y, as indices of the whole grid.
+inline vec first_corners(const band_t *band, int b) {
   real x = 0;
-  for (int l = 0; l < LANES; ++l) LANE(x, l) = (strip->x + l) * COARSE_STEP;
-  return (vec){x, (real)(strip->y * COARSE_STEP), (real)(strip->z * COARSE_STEP)};
+  for (int l = 0; l < LANES; ++l) LANE(x, l) = (band->x + l) * COARSE_STEP;
+  return (vec){x, (real)((band->y + b) * COARSE_STEP), (real)(band->z * COARSE_STEP)};
 }
 
 #if CUTS
@@ -67,6 +72,13 @@ inline integer may_be_in_region(const cuts_t *cuts, vec index) {
     inside &= side * plane_height(plane, index) + reach >= 0;
   }
   return inside;
+}
+
+// Whether one of the cells of a band may.
+inline int has_region(const cuts_t *cuts, const band_t *band) {
+  integer has = 0;
+  for (int b = 0; b < band->count; ++b) has |= may_be_in_region(cuts, first_corners(band, b));
+  return ANY(has);
 }
 #endif
 
@@ -111,18 +123,13 @@ inline long node_count(const coarse_t *coarse) {
   return (long)coarse->nodes[0] * coarse->nodes[1] * coarse->nodes[2];
 }
 
-// The node that begins the first cell of a strip, in a plane.
-inline long node_of(const coarse_t *coarse, const strip_t *strip) {
+// The node that begins the first of the cells b of a band, in a plane.
+inline long node_of(const coarse_t *coarse, const band_t *band, int b) {
   const int *first = coarse->first_node;
-  return strip->x - first[0] + BEFORE +
-         coarse->nodes[0] * (strip->y - first[1] + BEFORE +
-                             (long)coarse->nodes[1] * (strip->z - first[2] + BEFORE));
+  return band->x - first[0] + BEFORE +
+         coarse->nodes[0] * (band->y + b - first[1] + BEFORE +
+                             (long)coarse->nodes[1] * (band->z - first[2] + BEFORE));
 }
-
-#define ROW_LENGTH (VECTORS_AROUND * LANES)
-
-// Points of a strip, interpolated along z and x: rows of them, one behind the other along y at nodes.
-typedef struct { real at[TAPS][PLANES][COARSE_STEP]; } layer_t;
 
 // Interpolates at k / COARSE_STEP after the first node of a cell; with `is_slope` the derivative from
 // point to point.
@@ -136,76 +143,28 @@ HOT real interpolate(const real tap[TAPS], int k, const int is_slope) {
 
 #define NO_SLOPE (-1)
 
-// Interpolates the layer k / COARSE_STEP after the first nodes of a strip; or its derivative along axis
-// 0 or 2.
-HOT void interpolate_layer(layer_t *layer, const coarse_t *coarse, __global const float *node_planes,
-                       const strip_t *strip, int k, const int slope_along) {
-  const long along = coarse->nodes[0], plane = node_count(coarse), deep = along * coarse->nodes[1];
-  __global const float *corner = node_planes + node_of(coarse, strip) - BEFORE * (1 + along + deep);
-  float rows[TAPS][PLANES][ROW_LENGTH];
-  for (int a = 0; a < TAPS; ++a)
-    for (int p = 0; p < PLANES; ++p)
-      for (int n = 0; n < VECTORS_AROUND; ++n) {
-        __global const float *from = corner + a * along + p * plane + n * LANES;
-        real tap[TAPS];
-        UNROLL_TAPS for (int b = 0; b < TAPS; ++b) tap[b] = LOAD(from + b * deep);
-        STORE(interpolate(tap, k, slope_along == 2), rows[a][p] + n * LANES);
-      }
-  for (int a = 0; a < TAPS; ++a)
-    for (int p = 0; p < PLANES; ++p) {
-      real tap[TAPS];
-      UNROLL_TAPS for (int c = 0; c < TAPS; ++c) tap[c] = LOAD(rows[a][p] + c);
-      UNROLL_TAPS for (int i = 0; i < COARSE_STEP; ++i)
-        layer->at[a][p][i] = interpolate(tap, i, slope_along == 0);
-    }
-}
-
-// The points of row j of a layer that are i / COARSE_STEP after the first nodes of the cells; with
-// `is_slope` their derivative along y.
-HOT real interpolate_points(const layer_t *layer, int p, int i, int j, const int is_slope) {
-  real tap[TAPS];
-  UNROLL_TAPS for (int a = 0; a < TAPS; ++a) tap[a] = layer->at[a][p][i];
-  return interpolate(tap, j, is_slope);
-}
-
-// A row of points of a strip, LANES * COARSE_STEP of them. Those from `low` to `high` (not
-// included) are in the launch; `position` is that of the first in the launch.
-typedef struct {
-  int low, high;
-  long position;
-  vec index;  // in the whole grid, of the first LANES
-} row_t;
-
-// Finds the row j, k of a strip; false if none of it is in the launch.
-inline int find_row(row_t *row, const grid_t *grid, const strip_t *strip, int j, int k) {
-  const int x = strip->x * COARSE_STEP, y = strip->y * COARSE_STEP + j,
-            z = strip->z * COARSE_STEP + k;
-  const int line = y - grid->start[1];
-  if (line < 0 || line >= grid->ny || z < grid->start[2]) return 0;
-  const long begin = grid->nx * (line + (long)grid->ny * (z - grid->start[2])) - grid->first;
-  row->position = begin + x - grid->start[0];
-  const long low = max(max((long)0, -begin), (long)x - grid->start[0]),
-             high = min(min((long)grid->nx, grid->stop - grid->first - begin),
-                        (long)x - grid->start[0] + LANES * COARSE_STEP);
-  row->low = (int)(low - (x - grid->start[0]));
-  row->high = (int)(high - (x - grid->start[0]));
-  row->index = (vec){TO_REAL(lane_indices() + x), (real)(y), (real)(z)};
-  return row->low < row->high;
-}
-
-// The indices of the n-th LANES of a row.
-inline vec indices_in(const row_t *row, int n) {
-  return (vec){row->index.x + n * LANES, row->index.y, row->index.z};
-}
-
-// Which of them are in the launch, and on its side of all planes.
-inline integer launch_mask(const map_t *map, const row_t *row, int n) {
-  const integer lane_index = lane_indices() + n * LANES;
-  integer mask = (lane_index >= row->low) & (lane_index < row->high);
-#if CUTS
-  mask &= in_region(&map->cuts, indices_in(row, n));
+#if LANES > 1
+#define FROM(n) (n)
+#define TAP(c)                                                                          \
+  tap[c] = __builtin_shufflevector(row[(c) / LANES], row[(c) / LANES + 1],              \
+                                   EACH_LANE(FROM, (c) % LANES));
+#else
+#define TAP(c) tap[c] = row[c];
 #endif
-  return mask;
+// Taps along x of LANES cells, interpolated k / COARSE_STEP after a row of nodes; with `is_slope` the
+// derivative along z. By shuffles: unaligned loads would wait for the stores.
+HOT void taps_along_x(real tap[TAPS], __global const float *from, long deep, int k, const int is_slope) {
+  real row[VECTORS_AROUND];
+  UNROLL_TAPS for (int n = 0; n < VECTORS_AROUND; ++n) {
+    UNROLL_TAPS for (int c = 0; c < TAPS; ++c) tap[c] = LOAD(from + n * LANES + c * deep);
+    row[n] = interpolate(tap, k, is_slope);
+  }
+  TAP(0)
+  TAP(1)
+  TAP(2)
+  TAP(3)
+  TAP(4)
+  TAP(5)
 }
 
 #if LANES > 1
@@ -226,13 +185,94 @@ inline integer launch_mask(const map_t *map, const row_t *row, int n) {
     row[2 * half + 1] = by_cell[2 * half + 1];                                   \
   }
 #endif
-// `interpolate_points` for all points of a row, in their order.
-HOT void interpolate_row(real row[COARSE_STEP], const layer_t *layer, int p, int j, const int is_slope) {
-  real by_cell[COARSE_STEP];
-  UNROLL_TAPS for (int i = 0; i < COARSE_STEP; ++i)
-    by_cell[i] = interpolate_points(layer, p, i, j, is_slope);
-  ORDERED_HALF(0)
-  ORDERED_HALF(1)
+
+// A row of LANES * COARSE_STEP points, in planes.
+typedef struct { real at[PLANES * COARSE_STEP]; } points_t;
+
+// Rows of points of a layer, interpolated along z and x: one behind the other along y at nodes.
+typedef struct { points_t rows[BAND + TAPS - 1]; } layer_t;
+
+// Interpolates the layer k / COARSE_STEP after the first nodes of a band; or its derivative along axis
+// 0 or 2.
+HOT void interpolate_layer(layer_t *layer, const coarse_t *coarse, __global const float *node_planes,
+                           const band_t *band, int k, const int slope_along) {
+  const long along = coarse->nodes[0], plane = node_count(coarse), deep = along * coarse->nodes[1];
+  __global const float *corner =
+      node_planes + node_of(coarse, band, 0) - BEFORE * (1 + along + deep);
+  for (int a = 0; a < band->count + TAPS - 1; ++a)
+    for (int p = 0; p < PLANES; ++p) {
+      real tap[TAPS], by_cell[COARSE_STEP], *row = layer->rows[a].at + p * COARSE_STEP;
+      taps_along_x(tap, corner + a * along + p * plane, deep, k, slope_along == 2);
+      UNROLL_TAPS for (int i = 0; i < COARSE_STEP; ++i)
+        by_cell[i] = interpolate(tap, i, slope_along == 0);
+      ORDERED_HALF(0)
+      ORDERED_HALF(1)
+    }
+}
+
+// Interpolates a row j / COARSE_STEP after the nodes b of a layer, or its derivative along y: the n-th
+// vector of it.
+HOT real interpolate_points(const layer_t *layer, int b, int n, int j, const int is_slope) {
+  real tap[TAPS];
+  UNROLL_TAPS for (int a = 0; a < TAPS; ++a) tap[a] = layer->rows[b + a].at[n];
+  return interpolate(tap, j, is_slope);
+}
+
+// The same of all rows of a cell b: a column of vectors.
+HOT void interpolate_column(real column[COARSE_STEP], const layer_t *layer, int b, int n,
+                            const int is_slope) {
+  real tap[TAPS];
+  UNROLL_TAPS for (int a = 0; a < TAPS; ++a) tap[a] = layer->rows[b + a].at[n];
+  UNROLL_TAPS for (int j = 0; j < COARSE_STEP; ++j) column[j] = interpolate(tap, j, is_slope);
+}
+
+// The rows of a band that are in the launch, counted from the first of its first cell.
+typedef struct { int first, stop; } rows_t;
+
+// Finds those of layer k.
+inline rows_t rows_in_launch(const grid_t *grid, const band_t *band, int k) {
+  const int y = band->y * COARSE_STEP - grid->start[1];
+  const long layer = (long)grid->ny * (band->z * COARSE_STEP + k - grid->start[2]);
+  const long low = max(grid->first / grid->nx - layer, (long)0);
+  const long high = min((grid->stop + grid->nx - 1) / grid->nx - layer, (long)grid->ny);
+  return (rows_t){(int)max(low - y, (long)0), (int)min(high - y, (long)band->count * COARSE_STEP)};
+}
+
+// A row of points of a band, LANES * COARSE_STEP of them. Those from `low` to `high` (not
+// included) are in the launch; `position` is that of the first in the launch.
+typedef struct {
+  int low, high;
+  long position;
+  vec index;  // in the whole grid, of the first LANES
+} row_t;
+
+// The row j of layer k of a band.
+inline row_t row_in_launch(const grid_t *grid, const band_t *band, int j, int k) {
+  const int x = band->x * COARSE_STEP, y = band->y * COARSE_STEP + j,
+            z = band->z * COARSE_STEP + k;
+  const long begin =
+      grid->nx * (y - grid->start[1] + (long)grid->ny * (z - grid->start[2])) - grid->first;
+  const long before = (long)x - grid->start[0];
+  const long low = max(max((long)0, -begin), before),
+             high = min(min((long)grid->nx, grid->stop - grid->first - begin),
+                        before + LANES * COARSE_STEP);
+  return (row_t){(int)(low - before), (int)(high - before), begin + before,
+                 (vec){TO_REAL(lane_indices() + x), (real)(y), (real)(z)}};
+}
+
+// The indices of the n-th LANES of a row.
+inline vec indices_in(const row_t *row, int n) {
+  return (vec){row->index.x + n * LANES, row->index.y, row->index.z};
+}
+
+// Which of them are in the launch, and on its side of all planes.
+inline integer launch_mask(const map_t *map, const row_t *row, int n) {
+  const integer lane_index = lane_indices() + n * LANES;
+  integer mask = (lane_index >= row->low) & (lane_index < row->high);
+#if CUTS
+  mask &= in_region(&map->cuts, indices_in(row, n));
+#endif
+  return mask;
 }
 
 // The displacement d, interpolated between nodes, after the limits at a point of the grid: nodes have

@@ -9,32 +9,36 @@ __kernel EXPLICIT_VECTORS void coarse_source_index(
     const source_t source, __global float *restrict index, __global float *restrict void_distance,
     const float scale) {
   const map_t map = map_of(map_params, map_tables, cut_params, cut_tables);
-  strip_t strip;
-  if (!find_strip(&coarse, &strip)) return;
+  band_t band;
+  if (!find_band(&coarse, &band)) return;
 #if CUTS
-  if (!ANY(may_be_in_region(&map.cuts, first_corners(&strip)))) return;
+  if (!has_region(&map.cuts, &band)) return;
 #endif
   const long count = grid.stop - grid.first;
   for (int k = 0; k < COARSE_STEP; ++k) {
+    const rows_t rows = rows_in_launch(&grid, &band, k);
+    if (rows.first >= rows.stop) continue;
     layer_t layer;
-    int has_layer = 0;
-    for (int j = 0; j < COARSE_STEP; ++j) {
-      row_t row;
-      if (!find_row(&row, &grid, &strip, j, k)) continue;
-      if (!has_layer) interpolate_layer(&layer, &coarse, node_planes, &strip, k, NO_SLOPE);
-      has_layer = 1;
-      real values[PLANES][COARSE_STEP];
-      for (int p = 0; p < PLANES; ++p) interpolate_row(values[p], &layer, p, j, 0);
+    interpolate_layer(&layer, &coarse, node_planes, &band, k, NO_SLOPE);
+    for (int b = 0; b < band.count; ++b) {
+      row_t row[COARSE_STEP];
+      for (int j = 0; j < COARSE_STEP; ++j) row[j] = row_in_launch(&grid, &band, b * COARSE_STEP + j, k);
+      const int first = max(rows.first - b * COARSE_STEP, 0);
+      const int stop = min(rows.stop - b * COARSE_STEP, (int)COARSE_STEP);
       for (int n = 0; n < COARSE_STEP; ++n) {
-        const vec at = indices_in(&row, n), d = {values[0][n], values[1][n], values[2][n]};
-        vec from = source_index_of(&source, at, limited_on_grid(&map, &grid, at, d));
-        const integer mask = launch_mask(&map, &row, n);
+        real values[PLANES][COARSE_STEP];
+        for (int p = 0; p < PLANES; ++p)
+          interpolate_column(values[p], &layer, b, p * COARSE_STEP + n, 0);
+        for (int j = first; j < stop; ++j) {
+          const vec at = indices_in(row + j, n), d = {values[0][j], values[1][j], values[2][j]};
+          vec from = source_index_of(&source, at, limited_on_grid(&map, &grid, at, d));
+          const integer mask = launch_mask(&map, row + j, n);
 #if CUTS
-        const real distance = values[3][n];
-        if (!source.continued) from = outside_if(from, distance < 0);
-        if (void_distance) store_in_row(void_distance, scale * distance, &row, n, mask);
+          if (!source.continued) from = outside_if(from, values[3][j] < 0);
+          if (void_distance) store_in_row(void_distance, scale * values[3][j], row + j, n, mask);
 #endif
-        store_vec_in_row(index, count, from, &row, n, mask);
+          store_vec_in_row(index, count, from, row + j, n, mask);
+        }
       }
     }
   }

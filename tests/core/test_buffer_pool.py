@@ -130,3 +130,9 @@ def test_a_program_ends_cleanly_with_arrays_in_use():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_large_arrays_begin_with_a_cache_line():
+    """Kernels write whole lines past the caches."""
+    arrays = [buffer_pool.empty((1 << 20) + n, np.float32) for n in range(3)]
+    assert [array.ctypes.data % buffer_pool.ALIGNMENT for array in arrays] == [0, 0, 0]

@@ -79,6 +79,22 @@ def test_parts_are_those_of_the_whole(device, rng):
 
 
 @pytest.mark.parametrize("device", DEVICES)
+@pytest.mark.parametrize("cuts", [(), Plane((160, 100, 90), (1, 0.2, 0.1))])
+def test_rows_of_whole_vectors_are_as_others(device, cuts, rng):
+    """They are stored at once, past the caches where they are aligned."""
+    rest, deformed = random_handles(rng, 5)
+    coarse = Deformation(rest, deformed, map_tolerance=0.1, cuts=cuts, device=device)
+    grid = Grid((64, 50, 41), (-8.0, -5.0, 3.0), (4.5, 4.9, 5.1))
+    whole = coarse.displacement_field(grid)
+    for first, size in (((0, 0, 0), (63, 50, 41)), ((1, 2, 3), (60, 47, 38))):
+        found = coarse.displacement_field(grid.part(first, size))
+        i, j, k = (slice(a, a + n) for a, n in zip(first, size))
+        np.testing.assert_array_equal(found.displacement, whole.displacement[k, j, i])
+        if cuts:
+            np.testing.assert_array_equal(found.void_distance, whole.void_distance[k, j, i])
+
+
+@pytest.mark.parametrize("device", DEVICES)
 def test_images_follow_it(device, rng):
     rest, deformed = random_handles(rng, 15)
     target = Grid((61, 43, 47), (-20, -8, 0), (4.7, 6.1, 5.6))

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from numpy.typing import DTypeLike, NDArray
 
 MIN_BYTES = 1 << 20  # smaller arrays are not pooled
+ALIGNMENT = 64  # bytes of a cache line, which kernels write as a whole
 MAX_IDLE_BYTES = 1 << 28  # of all idle buffers together
 MAX_IDLE_CALLS = 32  # calls of `empty` after which an idle buffer is freed
 
@@ -53,8 +54,15 @@ def empty(shape: int | tuple[int, ...], dtype: DTypeLike) -> NDArray[Any]:
         return np.empty(shape, dtype)
     buffer = _take(size)
     if buffer is None:
-        buffer = np.empty(size, np.uint8)
+        buffer = _aligned(size)
     return np.asarray(_Owner(buffer)).view(dtype).reshape(shape)
+
+
+def _aligned(size: int) -> NDArray[np.uint8]:
+    """New memory from the start of a cache line on."""
+    memory = np.empty(size + ALIGNMENT, np.uint8)
+    start = -memory.ctypes.data % ALIGNMENT
+    return memory[start : start + size]
 
 
 def _take(size: int) -> NDArray[np.uint8] | None:

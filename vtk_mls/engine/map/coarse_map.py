@@ -99,13 +99,15 @@ class CoarseMap:
             )
 
     def _launch_blocks(self, name, grid_and_pass, block, *arguments, constants=()):
-        """Launch a kernel whose work items take so many cells along x as others take points."""
+        """Launch a kernel whose work items take so many cells along x as others take points.
+
+        Vectors of them take a band of cells along y.
+        """
         lanes = dict(self.map.launcher.sums(False))["LANES"]
+        band = CONSTANTS["BAND_CELLS"] if lanes > 1 else 1
         nx, ny, nz = map(int, block["cells"])
-        self.map.launch(
-            *(name, grid_and_pass, -(-nx // lanes) * lanes * ny * nz, *arguments),
-            constants=constants,
-        )
+        count = -(-nx // lanes) * lanes * -(-ny // band) * nz
+        self.map.launch(name, grid_and_pass, count, *arguments, constants=constants)
 
     def _find(self, grid):
         """Find the nodes around a grid, and its inaccurate cells."""
