@@ -7,7 +7,7 @@
 #include "taps.cl"
 
 #if SAMPLE_TAPS == 1
-HOT vec vectors_at(const array_t *array, __global const float *values, vec at) {
+inline vec vectors_at(const array_t *array, __global const float *values, vec at) {
   const axes_t axes = axes_of(array, 3);
   const offset_t nearest = nearest_offset(&axes, at);
   vec result;
@@ -66,7 +66,7 @@ inline void set_lane(vec *vectors, float4 vector, int l) {
   LANE(vectors->x, l) = vector.x, LANE(vectors->y, l) = vector.y, LANE(vectors->z, l) = vector.z;
 }
 
-HOT vec vectors_at(const array_t *array, __global const float *values, vec at) {
+inline vec vectors_at(const array_t *array, __global const float *values, vec at) {
   const axes_t axes = axes_of(array, 3);
   box_t box;
   const integer is_whole = find_box(&box, &axes, at);
