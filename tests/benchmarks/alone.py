@@ -79,7 +79,7 @@ def _memory(n, tolerance):
     return {
         "input": sum(array.nbytes for array in image) / _MB,
         "output": output,
-        "beside": peak - before - output,
+        "beside": max(peak - before - output, 0),
     }
 
 
