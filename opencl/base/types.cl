@@ -165,7 +165,8 @@ HOT void store_interleaved(__global float *to, vec a, int lanes) {
   for (int l = 0; l < lanes; ++l) store_point(to + 3 * l, a, l);
 }
 
-HOT void set_interleaved(real to[3], vec a) {
+// `to` has three vectors: a pointer, as the caller may have it from a struct (digit_loss.cl).
+HOT void set_interleaved(real *to, vec a) {
 #if LANES > 1
   to[0] = INTERLEAVED(a, 0);
   to[1] = INTERLEAVED(a, LANES);
