@@ -1,5 +1,4 @@
-#include "source_index.cl"
-#include "coarse_map.cl"
+#include "coarse_source.cl"
 #include "vectors.cl"
 
 // Derivatives along the axes of the grid in a column of rows, from point to point.
@@ -29,7 +28,7 @@ __kernel EXPLICIT_VECTORS void coarse_covariant(
 #if CUTS
   if (!has_region(&map.cuts, &band)) return;
 #endif
-  const long count = grid.stop - grid.first;
+  const source_planes_t to = {&source, index, void_distance, scale};
   for (int k = 0; k < COARSE_STEP; ++k) {
     const rows_t rows = rows_in_launch(&grid, &band, k);
     if (rows.first >= rows.stop) continue;
@@ -53,17 +52,12 @@ __kernel EXPLICIT_VECTORS void coarse_covariant(
           interpolate_column(slopes.along[2][p], &along_z, b, p * COARSE_STEP + n, 0);
         }
         for (int j = first; j < stop; ++j) {
-          const vec at = indices_in(row + j, n), d = {values[0][j], values[1][j], values[2][j]};
-          vec from = source_index_of(&source, at, d);
-          const integer mask = launch_mask(&map, row + j, n);
-#if CUTS
-          if (!source.continued) from = outside_if(from, values[3][j] < 0);
-          if (void_distance) store_in_row(void_distance, scale * values[3][j], row + j, n, mask);
-#endif
-          store_vec_in_row(index, count, from, row + j, n, mask);
+          const vec d = {values[0][j], values[1][j], values[2][j]};
+          const vec from = store_source_in_row(&to, &map, &grid, row + j, n, d, values[PLANES - 1][j]);
           const vec vector =
               covariant_in_row(&coarse, &slopes, j, vectors_at(&array, vectors, from));
-          store_points_in_row(result, normalize ? unit3(vector) : vector, row + j, n, mask);
+          store_points_in_row(result, normalize ? unit3(vector) : vector, row + j, n,
+                              launch_mask(&map, row + j, n));
         }
       }
     }

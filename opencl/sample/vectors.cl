@@ -6,15 +6,17 @@
 #endif
 #include "taps.cl"
 
+inline void set_lane(vec *vectors, float4 vector, int l) {
+  LANE(vectors->x, l) = vector.x, LANE(vectors->y, l) = vector.y, LANE(vectors->z, l) = vector.z;
+}
+
 #if SAMPLE_TAPS == 1
 inline vec vectors_at(const array_t *array, __global const float *values, vec at) {
   const axes_t axes = axes_of(array, 3);
   const offset_t nearest = nearest_offset(&axes, at);
   vec result;
-  for (int l = 0; l < LANES; ++l) {
-    const float3 vector = vload3(0, values + LANE_OFFSET(nearest, l));
-    LANE(result.x, l) = vector.x, LANE(result.y, l) = vector.y, LANE(result.z, l) = vector.z;
-  }
+  for (int l = 0; l < LANES; ++l)
+    set_lane(&result, (float4)(vload3(0, values + LANE_OFFSET(nearest, l)), 0), l);
   return vec_select((vec){0, 0, 0}, result, are_inside(&axes, at));
 }
 #else
@@ -60,10 +62,6 @@ inline float4 border_vector(const axes_t *axes, const box_t *box, __global const
       sum = fma((float4)(weight), along_x, sum);
     }
   return sum;
-}
-
-inline void set_lane(vec *vectors, float4 vector, int l) {
-  LANE(vectors->x, l) = vector.x, LANE(vectors->y, l) = vector.y, LANE(vectors->z, l) = vector.z;
 }
 
 inline vec vectors_at(const array_t *array, __global const float *values, vec at) {

@@ -66,12 +66,13 @@ class Sampler:
                 self.array, points, self.rule.method, self.rule.background, self.source
             )
             return
+        planes = None if self.fits else self.memory.planes(index, count)
         for piece in self.pieces(index, count):
-            if (piece.first, piece.stop) == (0, count):
+            if planes is None:
                 self._launch(piece, index, result)
                 continue
             rows = slice(piece.first, piece.stop)
-            own = np.ascontiguousarray(self.memory.planes(index, count)[:, rows])
+            own = np.ascontiguousarray(planes[:, rows])
             with self.memory.input_buffer(own) as own_index:
                 self._launch(piece, own_index, result[rows])
 

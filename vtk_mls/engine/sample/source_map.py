@@ -47,7 +47,7 @@ class SourceMap:
         if not vectors.fits:
             self.find(part, index, distance)
         for piece in vectors.pieces(index, count):
-            if piece.stop - piece.first < count:  # of the buffers only those of others are used
+            if piece.stop - piece.first < count:  # `find` has filled the buffers of the part
                 index = self.memory.scratch("sources of a piece", 12 * count)
                 distance = self.competing
             points = slice(part.start + piece.first, part.start + piece.stop)
