@@ -103,6 +103,7 @@ inline void functions_on_segments(const map_t *map, const pivot_t *pivot, real *
 #define fit_polynomials TYPED(fit_polynomials)
 #define fitted_displacement TYPED(fitted_displacement)
 #define coefficients_of TYPED(coefficients_of)
+#define influence_of TYPED(influence_of)
 #define set_slopes TYPED(set_slopes)
 #define fitted_jacobian TYPED(fitted_jacobian)
 
@@ -156,7 +157,7 @@ inline void fit_step(const map_t *map, fit_t *fit) {
 #endif
   fit_polynomials(map, fit);
 #if MIXED
-  fit->is_inexact = is_displacement_inexact(map, fit);
+  fit->is_inexact = is_inexact_at(map, fit, fit->psi);
 #endif
 }
 

@@ -19,6 +19,7 @@ typedef struct {
   sum_t center[FUNCTIONS];  // weighted mean of the functions, less f_k
   sum_t lower[GRAM_SIZE];   // L; on its diagonal square norms before the elimination
   sum_t inverse[FUNCTIONS]; // 1 / D, or 0
+  real f[FUNCTIONS];        // basis functions at v, less f_k
   sum_t psi[FUNCTIONS];     // at v
   sum_vec c[FUNCTIONS];     // <u, psi_j>
 } weighted_fit_t;
@@ -278,11 +279,11 @@ inline void fit_polynomials(const map_t *map, weighted_fit_t *fit) {
   fit->share = r / fma(r, sums.weight - c, c);
   fit->mean = sum_scale(fit->share, sums.u);
   orthogonalize(map, fit, &sums);
-  real m[MONOMIALS], f[FUNCTIONS];
+  real m[MONOMIALS];
   monomial_differences(pivot->x, fit->point.v, pivot->q, m);
-  combine(map->kind_table, functions, m, f);
+  combine(map->kind_table, functions, m, fit->f);
   UNROLL for (int j = 0; j < functions; ++j) {
-    fit->psi[j] = TO_SUM(f[j]) - fit->center[j];
+    fit->psi[j] = TO_SUM(fit->f[j]) - fit->center[j];
     fit->c[j] = sum_madd(-fit->center[j], sums.u, sums.uf[j]);
     UNROLL for (int l = 0; l < j; ++l) {
       fit->psi[j] = fma(-fit->lower[AT(j, l)], fit->psi[l], fit->psi[j]);
@@ -310,6 +311,15 @@ inline void coefficients_of(const map_t *map, const weighted_fit_t *fit, sum_vec
   }
 }
 
+// The t for which w_i (share + t (f_i - center)) is the share of u_i in the fit.
+inline void influence_of(const map_t *map, const weighted_fit_t *fit, sum_t t[FUNCTIONS]) {
+  const int functions = functions_of(map);
+  UNROLL for (int j = functions - 1; j >= 0; --j) {
+    t[j] = fit->inverse[j] * fit->psi[j];
+    UNROLL for (int l = j + 1; l < functions; ++l) t[j] = fma(-fit->lower[AT(l, j)], t[l], t[j]);
+  }
+}
+
 // The Jacobian at v of the polynomial with the coefficients c.
 inline void set_slopes(const map_t *map, vec v, const sum_vec c[FUNCTIONS], mat *j) {
   const int functions = functions_of(map);
@@ -332,14 +342,10 @@ inline weight_jacobian_t fitted_jacobian(const map_t *map, const weighted_fit_t 
   const int functions = functions_of(map);
   const pivot_t *pivot = &fit->pivot;
   weight_jacobian_t jacobian = no_weight_jacobian(map, pivot, &fit->point);
-  // back from psi to the basis: coefficients of the fit, and of the influence
   sum_t t[FUNCTIONS];
   sum_vec c[FUNCTIONS];
+  influence_of(map, fit, t);
   coefficients_of(map, fit, c);
-  UNROLL for (int j = functions - 1; j >= 0; --j) {
-    t[j] = fit->inverse[j] * fit->psi[j];
-    UNROLL for (int l = j + 1; l < functions; ++l) t[j] = fma(-fit->lower[AT(l, j)], t[l], t[j]);
-  }
   set_slopes(map, fit->point.v, c, &jacobian.by_v);
   for (int i = 0; i < term_count(map); ++i) {
     change_t changes[CHANGES];
