@@ -55,8 +55,7 @@ inline real displacement_tolerance(const fit_t *fit) {
 
 // Whether a displacement is too inexact, for `psi` at v. Comparisons are written so that NaN is.
 inline integer is_inexact_at(const map_t *map, const fit_t *fit, const real *psi) {
-  real loss = coefficient_loss(map, fit) * value_loss(map, fit, psi);
-  return !(ROUNDING * loss <= displacement_tolerance(fit));
+  return !(ROUNDING * fit->loss * value_loss(map, fit, psi) <= displacement_tolerance(fit));
 }
 
 // From values of the basis functions to those of psi.
@@ -77,5 +76,5 @@ inline integer is_jacobian_inexact(const map_t *map, const fit_t *fit) {
     eliminate(map, fit, psi);
     loss = fast_max(loss, value_loss(map, fit, psi));
   }
-  return !(ROUNDING * coefficient_loss(map, fit) * loss <= SLOPE_TOLERANCE);
+  return !(ROUNDING * fit->loss * loss <= SLOPE_TOLERANCE);
 }

@@ -12,6 +12,7 @@
 #define VANISHING (sizeof(SUM) == sizeof(float) ? 1e-6f : 1e-13f)
 #define GROUP 4  // control points summed at once, with one pass of the sums through memory
 #define UNROLL_GROUP _Pragma("unroll")
+#define UNROLL_ALL _Pragma("unroll")
 
 // Three functions fit the registers; unrolling more only lengthens the build.
 #if FUNCTIONS == 3
@@ -84,6 +85,7 @@ inline void functions_on_segments(const map_t *map, const pivot_t *pivot, real *
 #define sum_vec TYPED(sum_vec)
 #define sums_t TYPED(sums_t)
 #define weighted_fit_t TYPED(weighted_fit_t)
+#define sum_fma TYPED(sum_fma)
 #define sum_madd TYPED(sum_madd)
 #define sum_scale TYPED(sum_scale)
 #define sum_add TYPED(sum_add)
@@ -157,6 +159,7 @@ inline void fit_step(const map_t *map, fit_t *fit) {
 #endif
   fit_polynomials(map, fit);
 #if MIXED
+  fit->loss = coefficient_loss(map, fit);
   fit->is_inexact = is_inexact_at(map, fit, fit->psi);
 #endif
 }

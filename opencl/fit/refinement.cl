@@ -6,71 +6,63 @@
 // and a residual, which lambda_i of any t do not add. So sum_i lambda_i u_i - r x is off by r times
 // the error of x, and by rounding.
 
-// Sums of lambda_i, which are exact enough in float.
+// Sums of lambda_i and of what they are shares of. Rounding of lambda_i has no effect on r.
 typedef struct {
   real size;  // sum |lambda_i|
-  sum_vec u;
+  real one;
+  vec u;
   real f[FUNCTIONS];
 } share_sums_t;
 
-// Adds up to GROUP control points, from `first` to `stop`. `shift` is r / W - t center.
-HOT void add_shares(const map_t *map, share_sums_t *sums, int first, int stop, const fit_t *fit,
-                    real shift, const real t[FUNCTIONS]) {
-  const int functions = functions_of(map);
-  real f[GROUP][FUNCTIONS], lambda[GROUP];
-  UNROLL_GROUP for (int b = 0; b < GROUP; ++b) {
-    const int i = min(first + b, stop - 1);
-    __global const float *values = values_at(map, i);
-    lambda[b] = shift;
-    UNROLL for (int j = 0; j < functions; ++j) {
-      f[b][j] = values[j] - fit->f_k[j];
-      lambda[b] = fma(t[j], f[b][j], lambda[b]);
-    }
-    const real w = control_point_weight(map, i, &fit->pivot, &fit->point);
-    lambda[b] = first + b < stop ? w * lambda[b] : (real)(0);
-    sums->size += fabs(lambda[b]);
-    sums->u = sum_madd(lambda[b], displacement_at(map, i, &fit->pivot), sums->u);
-  }
-  UNROLL for (int j = 0; j < functions; ++j) {
-    real sum = sums->f[j];
-    UNROLL_GROUP for (int b = 0; b < GROUP; ++b) sum = fma(lambda[b], f[b][j], sum);
-    sums->f[j] = sum;
-  }
+// Adds control point i; lambda_i is w_i (t f_i + shift). All loops are over constants, for the sums fit
+// the registers.
+HOT void add_share(const map_t *map, share_sums_t *sums, int i, const fit_t *fit, real shift,
+                   const real t[FUNCTIONS]) {
+  __global const float *values = values_at(map, i), *u = control_point_of(map, i)->u;
+  real lambda = shift;
+  UNROLL_ALL for (int j = 0; j < FUNCTIONS; ++j) lambda = fma(t[j], (real)(values[j]), lambda);
+  lambda *= control_point_weight(map, i, &fit->pivot, &fit->point);
+  sums->size += fabs(lambda);
+  sums->one += lambda;
+  sums->u = vec_madd(lambda, (vec){u[0], u[1], u[2]}, sums->u);
+  UNROLL_ALL for (int j = 0; j < FUNCTIONS; ++j)
+    sums->f[j] = fma(lambda, (real)(values[j]), sums->f[j]);
 }
 
 // The sums over all control points, in blocks.
 inline void sum_shares(const map_t *map, share_sums_t *sums, const fit_t *fit, real shift,
                        const real t[FUNCTIONS]) {
-  const int functions = functions_of(map), block = block_of(map);
+  const int block = block_of(map);
   *sums = (share_sums_t){0};
   for (int start = 0; start < map->params.count; start += block) {
     const int stop = min(start + block, map->params.count);
     share_sums_t part = {0};
-    for (int first = start; first < stop; first += GROUP)
-      add_shares(map, &part, first, stop, fit, shift, t);
+    for (int i = start; i < stop; ++i) add_share(map, &part, i, fit, shift, t);
     sums->size += part.size;
-    sums->u = sum_add(sums->u, part.u);
-    UNROLL for (int j = 0; j < functions; ++j) sums->f[j] += part.f[j];
+    sums->one += part.one;
+    sums->u = vec_add(sums->u, part.u);
+    UNROLL_ALL for (int j = 0; j < FUNCTIONS; ++j) sums->f[j] += part.f[j];
   }
 }
 
 // The refined displacement; clears `is_inexact` where it is exact enough.
 inline vec refined_displacement(const map_t *map, const fit_t *fit, integer *is_inexact) {
   const int functions = functions_of(map);
-  real t[FUNCTIONS], shift = fit->share, size = 0;
+  real t[FUNCTIONS] = {0}, shift = fit->share, size = 0;
   sum_vec x[FUNCTIONS];
   influence_of(map, fit, t);
   coefficients_of(map, fit, x);
-  UNROLL for (int j = 0; j < functions; ++j) shift = fma(-t[j], fit->center[j], shift);
+  UNROLL for (int j = 0; j < functions; ++j) shift = fma(-t[j], fit->center[j] + fit->f_k[j], shift);
   share_sums_t sums;
   sum_shares(map, &sums, fit, shift, t);
+  vec value = vec_madd(-sums.one, fit->pivot.u, vec_add(sums.u, fit->pivot.u));
   UNROLL for (int j = 0; j < functions; ++j) {
-    sums.f[j] -= fit->f[j];
-    sums.u = sum_madd(-sums.f[j], x[j], sums.u);
+    sums.f[j] = fma(-sums.one, fit->f_k[j], sums.f[j] - fit->f[j]);
+    value = vec_madd(-sums.f[j], rounded(x[j]), value);
     size += absolute_sum(rounded(x[j]));
   }
   eliminate(map, fit, sums.f);
   const real rounding = ROUNDING * sums.size * size;
   *is_inexact &= is_inexact_at(map, fit, sums.f) | !(rounding <= displacement_tolerance(fit));
-  return vec_add(fit->pivot.u, rounded(sums.u));
+  return value;
 }
