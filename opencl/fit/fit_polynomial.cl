@@ -132,7 +132,7 @@ inline void functions_on_segments(const map_t *map, const pivot_t *pivot, real *
 typedef weighted_fit_t fit_t;
 
 // For affine maps double is rarely needed, and sums over segments and proxies are longer in code.
-#define REFINED (MIXED && FUNCTIONS > 3 && !REGIONS && !SEGMENTS)
+#define REFINED (MIXED && !REGIONS && !SEGMENTS)
 
 #if MIXED
 #include "digit_loss.cl"
