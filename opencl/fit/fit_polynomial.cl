@@ -2,8 +2,9 @@
 //
 // The elimination loses twice as many digits as the fit where a few control points outweigh all
 // others (a large alpha, an isolated pair) or hardly determine the fit: there the host sets USE_FP64.
-// Sums in double take twice as long as in float. So all points are fitted in float, and those where
-// float is too inexact again in double. A lane takes the result that its own estimate asks for.
+// Sums in double take twice as long as in float. So all points are fitted in float. Where that is too
+// inexact, displacements are refined in float, and what is still too inexact is fitted again in double.
+// A lane takes the result that its own estimate asks for.
 
 #include "basis.cl"
 
@@ -12,7 +13,6 @@
 #define VANISHING (sizeof(SUM) == sizeof(float) ? 1e-6f : 1e-13f)
 #define GROUP 4  // control points summed at once, with one pass of the sums through memory
 #define UNROLL_GROUP _Pragma("unroll")
-#define UNROLL_ALL _Pragma("unroll")
 
 // Three functions fit the registers; unrolling more only lengthens the build.
 #if FUNCTIONS == 3
@@ -131,7 +131,7 @@ inline void functions_on_segments(const map_t *map, const pivot_t *pivot, real *
 // From here on names without a suffix are those of the last type.
 typedef weighted_fit_t fit_t;
 
-// For affine maps double is rarely needed, and sums over segments and proxies are longer in code.
+// Sums over segments and proxies are longer in code.
 #define REFINED (MIXED && !REGIONS && !SEGMENTS)
 
 #if MIXED

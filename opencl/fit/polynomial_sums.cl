@@ -12,8 +12,8 @@ typedef struct { sum_t x, y, z; } sum_vec;
 typedef struct {
   evaluation_point_t point;
   pivot_t pivot;
-  integer is_inexact;       // whether the point needs a fit in double (digit_loss.cl)
-  real loss;                // of the coefficients, in digit_loss.cl
+  integer is_inexact;       // whether float is too inexact (digit_loss.cl)
+  real loss;                // B of digit_loss.cl
   sum_t share;              // r / W
   sum_vec mean;             // weighted mean of u - u_k
   real f_k[FUNCTIONS];      // basis functions at k
