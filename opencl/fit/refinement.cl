@@ -3,12 +3,12 @@
 // The fit at v is sum_i lambda_i u_i with lambda_i = w_i (r / W + t (f_i - center)), where G t =
 // f(v) - center, all relative to k. Rounding changes t, mostly by the elimination, so that f is
 // reproduced but for r = sum_i lambda_i f_i - f(v). With the coefficients x of the fit, u_i is f_i x
-// and a residual, which lambda_i of any t do not add. So sum_i lambda_i u_i - r x is off by r times
+// and a residual, whose sum with lambda_i is 0 for any t. So sum_i lambda_i u_i - r x is off by r times
 // the error of x, and by rounding.
 
 #define UNROLL_SHARES _Pragma("unroll")
 
-// Sums of lambda_i and of what they are shares of. Rounding of lambda_i has no effect on r.
+// Sums of lambda_i and of what they are shares of. So r is that of lambda_i as rounded.
 typedef struct {
   real size;  // sum |lambda_i|
   real one;
