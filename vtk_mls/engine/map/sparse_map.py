@@ -1,0 +1,83 @@
+"""Nodes of a coarse map, interpolated between nodes twice as far apart: sparse_node.cl."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vtk_mls.engine.launch.structs import CONSTANTS
+from vtk_mls.engine.map import nodes
+from vtk_mls.engine.map.cells import Box, dilated, doubled, near_handles
+
+_RATIO = 2
+_COARSE_STEP = CONSTANTS["COARSE_STEP"]
+STEP = _RATIO * _COARSE_STEP
+# As that of the coarse map, and twice that, for errors of nodes add to those between them.
+_SAFETY = 16
+_MAX_NEAR_FRACTION = 0.25  # of the cells, with control points in or beside them
+
+
+class SparseMap:
+    """The map of a region at nodes twice as far apart as those of a CoarseMap.
+
+    It gives the map at the nodes of that one, and in the middles of its cells: interpolated in
+    sparse cells that are accurate and not beside others, and evaluated elsewhere.
+
+    Parameters
+    ----------
+    map_ : RegionMap
+    """
+
+    def __init__(self, map_):
+        self.map = map_
+
+    def pays_off(self, whole):
+        """Whether few cells are near control points."""
+        near = near_handles(self.map, whole, _box_of(whole), STEP)
+        return near.mean() < _MAX_NEAR_FRACTION
+
+    def tables(self, whole, box):
+        """Buffers with the map at the nodes around a box of coarse cells, and in their middles."""
+        map_ = self.map
+        node_box = box.widened(nodes.BEFORE, nodes.AFTER)
+        cells = Box(node_box.first // _RATIO, -(-node_box.stop // _RATIO))
+        at_nodes, inaccurate = self._cells(whole, cells)
+        node_planes, middles = (nodes.node_buffer(map_, np.prod(b.cells)) for b in (node_box, box))
+        nodes.launch_cells(
+            *(map_, "sparse_node", (None, False), cells.cells),
+            *(cells.record(**nodes.around(self._box)), at_nodes),
+            *(box.record(**nodes.around(box)), node_planes, middles),
+        )
+        every = cells.scaled(_RATIO)
+        inaccurate = doubled(inaccurate)
+        for offset, inner, table in (
+            (0, node_box, node_planes),
+            (_COARSE_STEP / 2, box, middles),
+        ):
+            grid = nodes.node_grid(whole, _COARSE_STEP, inner, offset)
+            listed = np.flatnonzero(inaccurate[every.rows(inner)])
+            nodes.evaluate(map_, grid, listed, table)
+        return node_planes, middles
+
+    def _cells(self, whole, cells):
+        """The map at nodes around cells of a box, and which of these are inaccurate."""
+        map_ = self.map
+        checked = cells.widened(1, 1).within(_box_of(whole))  # others are next to these
+        self._box = Box(
+            np.minimum(cells.first, checked.first), np.maximum(cells.stop, checked.stop)
+        )
+        around = self._box.widened(nodes.BEFORE, nodes.AFTER)
+        at_nodes = nodes.evaluated(map_, nodes.node_grid(whole, STEP, around))
+        middles = nodes.evaluated(map_, nodes.node_grid(whole, STEP, checked, STEP / 2))
+        check = nodes.check_of(map_, whole, _SAFETY)
+        flags = nodes.check_flags(
+            *(map_, whole, checked, check, nodes.around(self._box), at_nodes, middles)
+        )
+        inaccurate = np.zeros(self._box.shape, bool)
+        inaccurate[self._box.rows(checked)] = flags & CONSTANTS["INACCURATE"]
+        near = near_handles(map_, whole, cells, STEP)
+        return at_nodes, dilated(inaccurate)[self._box.rows(cells)] | near
+
+
+def _box_of(whole):
+    """The cells that points of a grid are in."""
+    return Box(np.zeros(3, int), -(-np.array(whole.dimensions) // STEP))
