@@ -103,9 +103,11 @@ class CoarseMap:
         margin = FineMap.MARGIN if self._fine_map else 1  # cells around it are checked, too
         box = own.widened(margin, margin).within(every)
         self._around = nodes.around(box)
-        self._nodes, middles = self._tables(grid.whole, box)
+        self._nodes, middles, sure = self._tables(grid.whole, box)
         check = nodes.check_of(self.map, grid, _SAFETY)
-        flags = nodes.check_flags(self.map, grid, box, check, self._around, self._nodes, middles)
+        flags = nodes.check_flags(
+            self.map, grid, box, check, self._around, self._nodes, middles, sure
+        )
 
         def has(name):
             return flags & CONSTANTS[name] != 0
@@ -119,17 +121,20 @@ class CoarseMap:
             separated = inaccurate & dilated(has("SEPARATED"))
             self._separated = ListedCells(memory, own, (separated & in_region)[rows])
             around = {**self._around, "first_node": box.first - nodes.BEFORE}
-            checked = Checked(box, own, every, around, self._nodes, middles, check)
+            checked = Checked(box, own, every, around, self._nodes, middles, sure, check)
             refinable = inaccurate & ~separated & in_region
             self._fine_map.find(grid, checked, inaccurate, refinable, dilated(has("ROUGH") | near))
 
     def _tables(self, whole, box):
-        """Buffers with the map at the nodes around a box of cells, and in the middles of these."""
+        """Buffers with the map at the nodes around a box of cells, and in the middles of these.
+
+        Cells that the third has as accurate have no middle; None without any.
+        """
         if self._sparse_map and self._sparse_map.pays_off(whole):
-            return self._sparse_map.tables(whole, box)
+            return self._sparse_map.find(whole, box)
         around = box.widened(nodes.BEFORE, nodes.AFTER)
         grids = nodes.node_grid(whole, STEP, around), nodes.node_grid(whole, STEP, box, STEP / 2)
-        return [nodes.evaluated(self.map, grid) for grid in grids]
+        return *(nodes.evaluated(self.map, grid) for grid in grids), None
 
 
 def _box_of(grid):

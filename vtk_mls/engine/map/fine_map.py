@@ -33,6 +33,8 @@ class Checked(NamedTuple):
         Members of a coarse_t: `first_node`, `nodes`.
     node_planes, middles : Buffer
         The map at nodes, and in the middles of the cells checked.
+    sure : Buffer or None
+        Which of these are known to be accurate and have no middle.
     check : check_t
     """
 
@@ -42,6 +44,7 @@ class Checked(NamedTuple):
     nodes: dict
     node_planes: cl.Buffer
     middles: cl.Buffer
+    sure: cl.Buffer | None
     check: np.ndarray
 
 
@@ -138,7 +141,7 @@ class FineMap:
             return
         map_.launch(
             *("fine_node", (None, False), count * _PLACES, listed.record(slice(0, count))),
-            *(listed.buffer, coarse.node_planes, coarse.middles),
+            *(listed.buffer, coarse.node_planes, coarse.middles, coarse.sure),
             *(box.record(**self._nodes), self._planes),
         )
         node_grid = nodes.node_grid(grid.whole, FINE_STEP, box)

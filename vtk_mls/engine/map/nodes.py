@@ -85,17 +85,16 @@ def check_of(map_, grid, safety):
     )
 
 
-def check_flags(map_, grid, box, check, members, *tables):
+def check_flags(map_, grid, box, check, members, table, middles, sure=None):
     """Flags of coarse_check.cl for the cells of a box (nz, ny, nx).
 
-    `members` are those of a coarse_t for the nodes, and `tables` the map at nodes and in the
-    middles of the cells.
+    `members` are those of a coarse_t for the nodes of `table`. Cells that are `sure` have none.
     """
     points = kernel_arguments.grid_points(grid, slice(0, grid.size), map_.control_points)
-    flags = np.empty(box.shape, np.uint8)
+    flags = np.zeros(box.shape, np.uint8)
     with map_.memory.output_buffer(flags) as out:
         launch_cells(
             *(map_, "coarse_check", (grid.whole, False), box.cells, points),
-            *(box.record(**members), check, *tables, out),
+            *(box.record(**members), check, table, middles, sure, out),
         )
     return flags

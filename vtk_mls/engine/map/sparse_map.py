@@ -19,8 +19,8 @@ _MAX_NEAR_FRACTION = 0.25  # of the cells, with control points in or beside them
 class SparseMap:
     """The map of a region at nodes twice as far apart as those of a CoarseMap.
 
-    It gives the map at the nodes of that one, and in the middles of its cells: interpolated in
-    sparse cells that are accurate and not beside others, and evaluated elsewhere.
+    It gives the map at the nodes of that one: interpolated in sparse cells that are accurate and
+    not beside others, and evaluated elsewhere.
 
     Parameters
     ----------
@@ -35,31 +35,33 @@ class SparseMap:
         near = near_handles(self.map, whole, _box_of(whole), STEP)
         return near.mean() < _MAX_NEAR_FRACTION
 
-    def tables(self, whole, box):
-        """Buffers with the map at the nodes around a box of coarse cells, and in their middles."""
+    def find(self, whole, box):
+        """The map at nodes around a box of coarse cells, in their middles, and accurate ones.
+
+        Three buffers: accurate cells, a byte each, need no check and have no middle.
+        """
         map_ = self.map
         node_box = box.widened(nodes.BEFORE, nodes.AFTER)
         cells = Box(node_box.first // _RATIO, -(-node_box.stop // _RATIO))
-        at_nodes, inaccurate = self._cells(whole, cells)
-        node_planes, middles = (nodes.node_buffer(map_, np.prod(b.cells)) for b in (node_box, box))
+        sparse_planes, inaccurate = self._check(whole, cells)
+        node_planes, middles = (
+            nodes.node_buffer(map_, np.prod(inner.cells)) for inner in (node_box, box)
+        )
         nodes.launch_cells(
             *(map_, "sparse_node", (None, False), cells.cells),
-            *(cells.record(**nodes.around(self._box)), at_nodes),
-            *(box.record(**nodes.around(box)), node_planes, middles),
+            *(cells.record(**nodes.around(self._box)), sparse_planes),
+            *(box.record(**nodes.around(box)), node_planes),
         )
-        every = cells.scaled(_RATIO)
-        inaccurate = doubled(inaccurate)
-        for offset, inner, table in (
-            (0, node_box, node_planes),
-            (_COARSE_STEP / 2, box, middles),
-        ):
+        every, inaccurate = cells.scaled(_RATIO), doubled(inaccurate)
+        tables = (0, node_box, node_planes), (_COARSE_STEP / 2, box, middles)
+        for offset, inner, table in tables:
             grid = nodes.node_grid(whole, _COARSE_STEP, inner, offset)
-            listed = np.flatnonzero(inaccurate[every.rows(inner)])
-            nodes.evaluate(map_, grid, listed, table)
-        return node_planes, middles
+            nodes.evaluate(map_, grid, np.flatnonzero(inaccurate[every.rows(inner)]), table)
+        sure = ~inaccurate[every.rows(box)]
+        return node_planes, middles, map_.memory.constant(sure.view(np.uint8))
 
-    def _cells(self, whole, cells):
-        """The map at nodes around cells of a box, and which of these are inaccurate."""
+    def _check(self, whole, cells):
+        """The map at nodes around sparse cells of a box, and which of these are inaccurate."""
         map_ = self.map
         checked = cells.widened(1, 1).within(_box_of(whole))  # others are next to these
         self._box = Box(
