@@ -13,7 +13,8 @@ _COARSE_STEP = CONSTANTS["COARSE_STEP"]
 STEP = _RATIO * _COARSE_STEP
 # As that of the coarse map, and twice that, for errors of nodes add to those between them.
 _SAFETY = 16
-_MAX_NEAR_FRACTION = 0.03  # of the cells, with control points in or beside them; ten times as many are inaccurate
+# Of the cells, with control points in or beside them. Ten times as many are inaccurate.
+_MAX_NEAR_FRACTION = 0.03
 
 
 class SparseMap:
