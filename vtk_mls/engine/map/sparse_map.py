@@ -44,13 +44,13 @@ class SparseMap:
         map_ = self.map
         node_box = box.widened(nodes.BEFORE, nodes.AFTER)
         cells = Box(node_box.first // _RATIO, -(-node_box.stop // _RATIO))
-        sparse_planes, inaccurate = self._check(whole, cells)
+        sparse_box, sparse_planes, inaccurate = self._check(whole, cells)
         node_planes, middles = (
             nodes.node_buffer(map_, np.prod(inner.cells)) for inner in (node_box, box)
         )
         nodes.launch_cells(
             *(map_, "sparse_node", (None, False), cells.cells),
-            *(cells.record(**nodes.around(self._box)), sparse_planes),
+            *(cells.record(**nodes.around(sparse_box)), sparse_planes),
             *(box.record(**nodes.around(box)), node_planes),
         )
         every, inaccurate = cells.scaled(_RATIO), doubled(inaccurate)
@@ -62,23 +62,19 @@ class SparseMap:
         return node_planes, middles, map_.memory.constant(sure.view(np.uint8))
 
     def _check(self, whole, cells):
-        """The map at nodes around sparse cells of a box, and which of these are inaccurate."""
+        """Which sparse cells of a box are inaccurate, after a larger box and the map around it."""
         map_ = self.map
         checked = cells.widened(1, 1).within(_box_of(whole))  # others are next to these
-        self._box = Box(
-            np.minimum(cells.first, checked.first), np.maximum(cells.stop, checked.stop)
-        )
-        around = self._box.widened(nodes.BEFORE, nodes.AFTER)
-        at_nodes = nodes.evaluated(map_, nodes.node_grid(whole, STEP, around))
+        box = Box(np.minimum(cells.first, checked.first), np.maximum(cells.stop, checked.stop))
+        node_box = box.widened(nodes.BEFORE, nodes.AFTER)
+        planes = nodes.evaluated(map_, nodes.node_grid(whole, STEP, node_box))
         middles = nodes.evaluated(map_, nodes.node_grid(whole, STEP, checked, STEP / 2))
         check = nodes.check_of(map_, whole, _SAFETY)
-        flags = nodes.check_flags(
-            *(map_, whole, checked, check, nodes.around(self._box), at_nodes, middles)
-        )
-        inaccurate = np.zeros(self._box.shape, bool)
-        inaccurate[self._box.rows(checked)] = flags & CONSTANTS["INACCURATE"]
+        flags = nodes.check_flags(map_, whole, checked, check, nodes.around(box), planes, middles)
+        inaccurate = np.zeros(box.shape, bool)
+        inaccurate[box.rows(checked)] = flags & CONSTANTS["INACCURATE"]
         near = near_handles(map_, whole, cells, STEP)
-        return at_nodes, dilated(inaccurate)[self._box.rows(cells)] | near
+        return box, planes, dilated(inaccurate)[box.rows(cells)] | near
 
 
 def _box_of(whole):
