@@ -72,19 +72,71 @@ inline void add_segments(sums_t *sums, const map_t *map, int first, int stop, co
 }
 #endif
 
-HOT void add_term(sums_t *sums, const map_t *map, int i, const pivot_t *pivot,
-                  const evaluation_point_t *point) {
+#define TERM_GROUP (LANES > 1 ? 16 : 1)
+
+// q and u of a control point, relative to a k that all lanes share.
+typedef struct { float4 q, u; } shared_pair_t;
+
+// The place of the j-th control point from `at` on relative to k.
+HOT pair_t relative_pair(__global const control_point_t *at, int j, const pivot_t *pivot, const shared_pair_t *shared,
+                   const int is_shared) {
   pair_t pair;
-  set_pair(&pair, control_point_of(map, i), pivot);
-  const real w = control_point_weight(map, i, pivot, point);
-  add_pair(sums, w, pair.q, pair.u);
-#if REGIONS
-  if (!is_region(map, i)) return;
-  __global const region_t *region = map->regions + i;
-  for (int j = 0; j < 9; ++j) sums->c.a[j] = fma((real)(region->moments[j]), w, sums->c.a[j]);
+  if (is_shared) {
+    pair.q = (vec){shared[j].q.x, shared[j].q.y, shared[j].q.z};
+    pair.u = (vec){shared[j].u.y, shared[j].u.z, shared[j].u.w};
+  } else {
+    set_pair(&pair, at + j, pivot);
+  }
+  return pair;
+}
+
+// Adds control points. All sums at once do not fit into 16 registers, so there are three loops.
+HOT void add_terms(sums_t *sums, const map_t *map, int first, int count, const pivot_t *pivot,
+                   const evaluation_point_t *point, const int is_shared) {
+    real w[TERM_GROUP];
+    shared_pair_t shared[TERM_GROUP];
+    __global const control_point_t *at = control_point_of(map, first);
+    if (is_shared) {
+      __global const control_point_t *k = control_point_of(map, LANE_INT(pivot->k, 0));
+      const float4 q_k = vload4(0, k->q), u_k = vload4(0, &k->c);
+      for (int j = 0; j < count; ++j)
+        shared[j] = (shared_pair_t){vload4(0, at[j].q) - q_k, vload4(0, &at[j].c) - u_k};
+    }
+    for (int j = 0; j < count; ++j) w[j] = control_point_weight(map, first + j, pivot, point);
+    real weight = 0;
+    vec sum_q = {0, 0, 0}, sum_u = {0, 0, 0};
+    for (int j = 0; j < count; ++j) {
+      const pair_t pair = relative_pair(at, j, pivot, shared, is_shared);
+      weight += w[j];
+      sum_q = vec_madd(w[j], pair.q, sum_q);
+      sum_u = vec_madd(w[j], pair.u, sum_u);
+    }
+    sums->q = vec_add(sums->q, sum_q);
+    sums->weight += weight;
+    sums->u = vec_add(sums->u, sum_u);
+    mat c = {{0}};
+    for (int j = 0; j < count; ++j) {
+      const pair_t pair = relative_pair(at, j, pivot, shared, is_shared);
+      add_outer(&c, vec_add(pair.q, pair.u), vec_scale(w[j], pair.q));
+    }
+    for (int i = 0; i < 9; ++i) sums->c.a[i] += c.a[i];
 #if SIMILARITY
-  sums->spread = fma((real)(region->spread), w, sums->spread);
+    real spread = 0;
+    for (int j = 0; j < count; ++j) {
+      const vec q = relative_pair(at, j, pivot, shared, is_shared).q;
+      spread = fma(w[j], dot3(q, q), spread);
+    }
+    sums->spread += spread;
 #endif
+#if REGIONS
+    for (int j = 0; j < count && is_region(map, first + j); ++j) {
+      __global const region_t *region = map->regions + first + j;
+      for (int m = 0; m < 9; ++m)
+        sums->c.a[m] = fma((real)(region->moments[m]), w[j], sums->c.a[m]);
+#if SIMILARITY
+      sums->spread = fma((real)(region->spread), w[j], sums->spread);
+#endif
+    }
 #endif
 }
 
@@ -173,11 +225,13 @@ inline void fit_step(const map_t *map, fit_t *fit) {
   const pivot_t *pivot = &fit->pivot;
   sums_t sums = {0};
   int block = block_of(map);
-  for (int start = 0; start < map->params.count; start += block) {
-    sums_t part = {0};
-    int stop = min(start + block, map->params.count);
-    for (int i = start; i < stop; ++i) add_term(&part, map, i, pivot, &fit->point);
-    add_sums(&sums, &part);
+  const int is_shared = LANES > 1 && !ANY(pivot->k != LANE_INT(pivot->k, 0)) && LANE_INT(pivot->k, 0) < map->params.count;
+  for (int start = 0; start < map->params.count; start += TERM_GROUP) {
+    const int count = min(map->params.count - start, TERM_GROUP);
+    if (is_shared)
+      add_terms(&sums, map, start, count, pivot, &fit->point, 1);
+    else
+      add_terms(&sums, map, start, count, pivot, &fit->point, 0);
   }
 #if SEGMENTS
   for (int start = map->params.count; start < term_count(map); start += block) {
