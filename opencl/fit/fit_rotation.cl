@@ -119,7 +119,7 @@ HOT void add_terms(sums_t *sums, const map_t *map, int first, int count, const p
       const pair_t pair = relative_pair(at, j, pivot, shared, is_shared);
       add_outer(&c, vec_add(pair.q, pair.u), vec_scale(w[j], pair.q));
     }
-    for (int i = 0; i < 9; ++i) sums->c.a[i] += c.a[i];
+    UNROLL_ELEMENTS for (int i = 0; i < 9; ++i) sums->c.a[i] += c.a[i];
 #if SIMILARITY
     real spread = 0;
     for (int j = 0; j < count; ++j) {
@@ -144,7 +144,7 @@ inline void add_sums(sums_t *total, const sums_t *part) {
   total->weight += part->weight;
   total->q = vec_add(total->q, part->q);
   total->u = vec_add(total->u, part->u);
-  for (int i = 0; i < 9; ++i) total->c.a[i] += part->c.a[i];
+  UNROLL_ELEMENTS for (int i = 0; i < 9; ++i) total->c.a[i] += part->c.a[i];
 #if SIMILARITY
   total->spread += part->spread;
 #endif
