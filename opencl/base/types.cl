@@ -181,8 +181,8 @@ HOT void set_interleaved(real *to, vec a) {
 #endif
 }
 
-// 1 / sqrt(x) for normal x > 0, relative error 2e-7. The exact built-in function is a call on some CPUs,
-// which takes as long as ten control points; the native one has half of the digits there.
+// 1 / sqrt(x) for normal x > 0, relative error 2e-7. Of Intel's runtime rsqrt() is a call, and
+// native_rsqrt() has half of the digits.
 inline real fast_rsqrt(real x) {
   real y = native_rsqrt(x);
   return y * fma(-0.5f * x * y, y, (real)(1.5f));

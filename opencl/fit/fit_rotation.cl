@@ -82,7 +82,7 @@ inline void add_sums(sums_t *total, const sums_t *part) {
 #endif
 }
 
-// Adds the products p q^T of a control point, of a region those of its proxies; the next their squares.
+// Adds the products p q^T of a control point, of a region those of its proxies.
 HOT void add_products(mat *c, const map_t *map, int i, real w, vec q, vec u) {
   add_outer(c, vec_add(q, u), vec_scale(w, q));
 #if REGIONS
@@ -91,6 +91,7 @@ HOT void add_products(mat *c, const map_t *map, int i, real w, vec q, vec u) {
 #endif
 }
 
+// The same of the squares of q.
 HOT void add_squares(real *spread, const map_t *map, int i, real w, vec q) {
   *spread = fma(w, dot3(q, q), *spread);
 #if REGIONS
