@@ -34,15 +34,15 @@ typedef struct {
 #endif
 } sums_t;
 
-// A control point: q and u = p - q, relative to k.
+// A point: q and u = p - q, relative to k.
 HOT void add_pair(sums_t *sums, real w, vec q, vec u) {
   vec wq = vec_scale(w, q);
   sums->weight += w;
-  sums->q = vec_add(sums->q, wq);
+  sums->q = vec_madd(w, q, sums->q);
   sums->u = vec_madd(w, u, sums->u);
   add_outer(&sums->c, vec_add(q, u), wq);
 #if SIMILARITY
-  sums->spread = fma(wq.x, q.x, fma(wq.y, q.y, fma(wq.z, q.z, sums->spread)));
+  sums->spread = fma(w, dot3(q, q), sums->spread);
 #endif
 }
 
@@ -72,31 +72,116 @@ inline void add_segments(sums_t *sums, const map_t *map, int first, int stop, co
 }
 #endif
 
-HOT void add_term(sums_t *sums, const map_t *map, int i, const pivot_t *pivot,
-                  const evaluation_point_t *point) {
-  pair_t pair;
-  set_pair(&pair, control_point_of(map, i), pivot);
-  const real w = control_point_weight(map, i, pivot, point);
-  add_pair(sums, w, pair.q, pair.u);
-#if REGIONS
-  if (!is_region(map, i)) return;
-  __global const region_t *region = map->regions + i;
-  for (int j = 0; j < 9; ++j) sums->c.a[j] = fma((real)(region->moments[j]), w, sums->c.a[j]);
-#if SIMILARITY
-  sums->spread = fma((real)(region->spread), w, sums->spread);
-#endif
-#endif
-}
-
 inline void add_sums(sums_t *total, const sums_t *part) {
   total->weight += part->weight;
   total->q = vec_add(total->q, part->q);
   total->u = vec_add(total->u, part->u);
-  for (int i = 0; i < 9; ++i) total->c.a[i] += part->c.a[i];
+  UNROLL_ELEMENTS for (int i = 0; i < 9; ++i) total->c.a[i] += part->c.a[i];
 #if SIMILARITY
   total->spread += part->spread;
 #endif
 }
+
+// Adds the products p q^T of a control point, of a region those of its proxies.
+HOT void add_products(mat *c, const map_t *map, int i, real w, vec q, vec u) {
+  add_outer(c, vec_add(q, u), vec_scale(w, q));
+#if REGIONS
+  if (!is_region(map, i)) return;
+  for (int j = 0; j < 9; ++j) c->a[j] = fma((real)(map->regions[i].moments[j]), w, c->a[j]);
+#endif
+}
+
+// The same of the squares of q.
+HOT void add_squares(real *spread, const map_t *map, int i, real w, vec q) {
+  *spread = fma(w, dot3(q, q), *spread);
+#if REGIONS
+  if (is_region(map, i)) *spread = fma((real)(map->regions[i].spread), w, *spread);
+#endif
+}
+
+// Control points are summed in groups, then the groups, which rounds less.
+#define TERM_GROUP 32
+
+#if LANES > 1
+// A control point relative to a k that all lanes share: q, and u after the difference of the factors c.
+typedef struct { float4 q, u; } shared_pair_t;
+
+HOT void set_shared_pairs(shared_pair_t shared[TERM_GROUP], __global const control_point_t *at,
+                          int count, __global const control_point_t *k) {
+  const float4 q = vload4(0, k->q), u = vload4(0, &k->c);
+  for (int j = 0; j < count; ++j)
+    shared[j] = (shared_pair_t){vload4(0, at[j].q) - q, vload4(0, &at[j].c) - u};
+}
+
+// Both give the same floats.
+HOT pair_t shared_or_own_pair(const shared_pair_t *shared, __global const control_point_t *at,
+                              const pivot_t *pivot, const int is_shared) {
+  pair_t pair;
+  if (is_shared) {
+    pair.q = (vec){shared->q.x, shared->q.y, shared->q.z};
+    pair.u = (vec){shared->u.y, shared->u.z, shared->u.w};
+  } else {
+    set_pair(&pair, at, pivot);
+  }
+  return pair;
+}
+
+// Adds the sums of a group; `is_shared` is a constant: whether all lanes share k. Weights are computed in
+// one loop and added in others: the sums of a single loop do not fit into 16 registers, and would be
+// stored and loaded at each control point.
+HOT void add_group(sums_t *sums, const map_t *map, int first, int count, const pivot_t *pivot,
+                   const evaluation_point_t *point, const int is_shared) {
+  __global const control_point_t *at = control_point_of(map, first);
+  real w[TERM_GROUP];
+  shared_pair_t shared[TERM_GROUP];
+  if (is_shared)
+    set_shared_pairs(shared, at, count, control_point_of(map, LANE_INT(pivot->k, 0)));
+  for (int j = 0; j < count; ++j) w[j] = control_point_weight(map, first + j, pivot, point);
+  real weight = 0;
+  vec q = {0, 0, 0}, u = {0, 0, 0};
+  for (int j = 0; j < count; ++j) {
+    const pair_t pair = shared_or_own_pair(shared + j, at + j, pivot, is_shared);
+    weight += w[j];
+    q = vec_madd(w[j], pair.q, q);
+    u = vec_madd(w[j], pair.u, u);
+  }
+  sums->weight += weight;
+  sums->q = vec_add(sums->q, q);
+  sums->u = vec_add(sums->u, u);
+  mat c = {{0}};
+  for (int j = 0; j < count; ++j) {
+    const pair_t pair = shared_or_own_pair(shared + j, at + j, pivot, is_shared);
+    add_products(&c, map, first + j, w[j], pair.q, pair.u);
+  }
+  UNROLL_ELEMENTS for (int i = 0; i < 9; ++i) sums->c.a[i] += c.a[i];
+#if SIMILARITY
+  real spread = 0;
+  for (int j = 0; j < count; ++j) {
+    const pair_t pair = shared_or_own_pair(shared + j, at + j, pivot, is_shared);
+    add_squares(&spread, map, first + j, w[j], pair.q);
+  }
+  sums->spread += spread;
+#endif
+}
+#else
+HOT void add_group(sums_t *sums, const map_t *map, int first, int count, const pivot_t *pivot,
+                   const evaluation_point_t *point, const int is_shared) {
+  sums_t part = {0};
+  for (int i = first; i < first + count; ++i) {
+    pair_t pair;
+    set_pair(&pair, control_point_of(map, i), pivot);
+    const real w = control_point_weight(map, i, pivot, point);
+    part.weight += w;
+    part.q = vec_madd(w, pair.q, part.q);
+    part.u = vec_madd(w, pair.u, part.u);
+    add_products(&part.c, map, i, w, pair.q, pair.u);
+#if SIMILARITY
+    add_squares(&part.spread, map, i, w, pair.q);
+#endif
+  }
+  add_sums(sums, &part);
+}
+#endif
 
 // A vector in the reflected frame of p or q, or out of it.
 inline vec reflected(const fit_t *fit, vec normal, vec a) {
@@ -171,15 +256,19 @@ inline void reflect(const map_t *map, fit_t *fit) {
 inline void fit_step(const map_t *map, fit_t *fit) {
   fit->pivot = find_pivot(map, &fit->point);
   const pivot_t *pivot = &fit->pivot;
+  const integer k = pivot->k;
+  const int is_shared =
+      LANES > 1 && LANE_INT(k, 0) < map->params.count && !ANY(k != LANE_INT(k, 0));
   sums_t sums = {0};
-  int block = block_of(map);
-  for (int start = 0; start < map->params.count; start += block) {
-    sums_t part = {0};
-    int stop = min(start + block, map->params.count);
-    for (int i = start; i < stop; ++i) add_term(&part, map, i, pivot, &fit->point);
-    add_sums(&sums, &part);
+  for (int first = 0; first < map->params.count; first += TERM_GROUP) {
+    const int count = min(map->params.count - first, TERM_GROUP);
+    if (is_shared)
+      add_group(&sums, map, first, count, pivot, &fit->point, 1);
+    else
+      add_group(&sums, map, first, count, pivot, &fit->point, 0);
   }
 #if SEGMENTS
+  const int block = block_of(map);
   for (int start = map->params.count; start < term_count(map); start += block) {
     sums_t part = {0};
     add_segments(&part, map, start, min(start + block, term_count(map)), pivot, &fit->point);

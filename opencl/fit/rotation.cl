@@ -20,15 +20,15 @@ inline quaternion_t product(quaternion_t a, quaternion_t b) {
 }
 
 inline quaternion_t unit4(quaternion_t q) {
-  real s = rsqrt(fma(q.w, q.w, fma(q.x, q.x, fma(q.y, q.y, q.z * q.z))));
+  real s = fast_rsqrt(fma(q.w, q.w, fma(q.x, q.x, fma(q.y, q.y, q.z * q.z))));
   return (quaternion_t){s * q.w, s * q.x, s * q.y, s * q.z};
 }
 
 // S = R^T C.
 inline mat rotated_back(const mat *change, const mat *c) {
   mat s;
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j)
+  UNROLL_ELEMENTS for (int i = 0; i < 3; ++i)
+    UNROLL_ELEMENTS for (int j = 0; j < 3; ++j)
       s.a[3 * i + j] = fma(change->a[i], c->a[j],
                            fma(change->a[3 + i], c->a[3 + j],
                                fma(change->a[6 + i], c->a[6 + j], c->a[3 * i + j])));
@@ -73,7 +73,7 @@ inline vec symmetric_vec(const real k[6], vec v) {
                fma(k[4], v.x, fma(k[5], v.y, k[2] * v.z))};
 }
 
-// The largest root of Eq. 22 for |C| = 1, less 1, by Newton's method from above.
+// The largest root of Eq. 22 for |C| = 1, less 1, by Halley's method from above.
 //
 // In cofactors Eq. 22 reads (y^2 - 1)^2 = 4 |cof C|^2 + 8 det(C) y, which keeps its digits where
 // the two largest roots meet (control points near a line: both at 1).
@@ -84,16 +84,21 @@ inline real largest_root(const mat *c, real *slope) {
   real det = dot3(r0, c0), cof2 = dot3(c0, c0) + dot3(c1, c1) + dot3(c2, c2);
   // y^2 = 1 + 2 sqrt(|cof C|^2 + 2 det(C) y) with y <= sqrt(3), or 1 + 2 sqrt(3) |cof C|: above
   real excess = 2 * sqrt(cof2 + select(2 * cof2, 3.4641016f * det, det > 0));
-  real root = excess / (1 + sqrt(1 + excess));
+  // sqrt(1 + excess) - 1, at most a tenth above: by a chord for excess <= 2
+  real root = excess / fma((real)(0.3660254f), excess, (real)(2));
   integer moving = (real)(0) == 0;
   *slope = 0;  // it is read before all lanes have set it: compilers may make anything of that
   for (int step = 0; step < 8 && ANY(moving); ++step) {
     real t = root * (root + 2);
     real value = fma(t, t, -4 * fma(2 * det, root + 1, cof2));
     *slope = select(*slope, fma(4 * (root + 1), t, -8 * det), moving);
-    real change = select((real)(0), value / *slope, moving & (*slope >= 1e-12f));
+    real square = *slope * *slope;
+    // half the second derivative; all roots are real, so the difference is at least 0.6 squares
+    real bend = fma((real)(6), t, (real)(4));
+    real divisor = fast_max(fma(-value, bend, square), 0.5f * square);
+    real change = select((real)(0), value * *slope / divisor, moving & (*slope >= 1e-12f));
     root -= change;
-    moving &= fabs(change) > 1e-4f * root;
+    moving &= fabs(change) > 3e-3f * root;
   }
   return root;
 }
@@ -127,7 +132,7 @@ inline quaternion_t eigenvector(const real a[10], real root) {
   best = fast_max(best, fabs(d33));
   q = (quaternion_t){select(q.w, d03, better), select(q.x, d13, better), select(q.y, d23, better),
                      select(q.z, d33, better)};
-  integer none = best < 1e-30f;
+  integer none = best < 1e-18f;
   q.w = select(q.w, (real)(1), none);
   return unit4(q);
 }
@@ -183,11 +188,12 @@ inline quaternion_t select4(quaternion_t a, quaternion_t b, integer c) {
 
 // The whole rotation, from a C of any size; the distance to other roots.
 inline quaternion_t whole_rotation(const mat *covariance, real *slope) {
-  real square = 0;
-  for (int i = 0; i < 9; ++i) square = fma(covariance->a[i], covariance->a[i], square);
-  real scale = select(rsqrt(square), (real)(0), square < 1e-36f);
+  const real *m = covariance->a;
+  const vec rows[3] = {{m[0], m[1], m[2]}, {m[3], m[4], m[5]}, {m[6], m[7], m[8]}};
+  real square = dot3(rows[0], rows[0]) + dot3(rows[1], rows[1]) + dot3(rows[2], rows[2]);
+  real scale = select(fast_rsqrt(square), (real)(0), square < 1e-36f);
   mat c;
-  for (int i = 0; i < 9; ++i) c.a[i] = scale * covariance->a[i];
+  UNROLL_ELEMENTS for (int i = 0; i < 9; ++i) c.a[i] = scale * m[i];
   real a[10] = {c.a[0] + c.a[4] + c.a[8], c.a[0] - c.a[4] - c.a[8], c.a[4] - c.a[0] - c.a[8],
                 c.a[8] - c.a[0] - c.a[4], c.a[7] - c.a[5], c.a[2] - c.a[6],
                 c.a[3] - c.a[1],          c.a[1] + c.a[3], c.a[2] + c.a[6],

@@ -92,6 +92,13 @@ def test_powers(of, alpha, rng):
     assert abs(got[-1] - 1) <= (0 if twice else 2e-7)
 
 
+def test_reciprocal_square_roots(of, rng):
+    x = np.float32(10 ** rng.uniform(-37, 38, COUNT))
+    got = of([], "r[0] = fast_rsqrt(a[0]);", x[:, None], 1)[:, 0]
+    truth = 1 / np.sqrt(x.astype(float))
+    assert (np.abs(got - truth) <= 2e-7 * truth).all()
+
+
 def test_unit_vectors(of, rng):
     x = np.float32(units(rng, (COUNT, 3)) * 10 ** rng.uniform(-12, 12, (COUNT, 1)))
     x[-1] = 0
