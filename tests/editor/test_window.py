@@ -247,6 +247,18 @@ def test_a_mesh_in_the_data_is_made_rigid_moved_and_opened_again(folder):
     np.testing.assert_allclose(same.motion, region.motion, atol=1e-9)
 
 
+def test_a_key_takes_polynomials_of_degree_3(folder, monkeypatch):
+    monkeypatch.setenv("VTK_MLS_DEVICE", "reference")  # needs no device check
+    with window(folder, "ball.vtp", "handles.csv") as viewer:
+        viewer.press("k", "k", "k")
+        viewer.drag((600, 425), (80, -60))
+        viewer.press("s")
+        viewer.wait_for(folder / "ball-edited" / "deform.py")
+        assert viewer.end() == (0, "")
+    script = (folder / "ball-edited" / "deform.py").read_text()
+    assert " --kind=polynomial --degree=3 " in script
+
+
 def test_a_curve_is_drawn_in_a_slice(folder):
     pixels, drawn = ((960, 140), (1000, 110), (1040, 150)), folder / "drawn.png"
 
