@@ -40,6 +40,7 @@ import numpy as np
 import peers
 import pyopencl
 import roofline
+import split
 import traffic
 from vtkmodules.vtkCommonCore import vtkSMPTools, vtkVersion
 
@@ -134,6 +135,9 @@ def accounts(is_large):
     n = 256 if engine.device.kind == "gpu" else 128  # no launch is to be all start and end
     title = f"kernels of 15 control points, {n}^3, and the peaks of the device"
     yield {"title": title, "rows": roofline.table(engine, n)}
+    for n in (128, 256) if is_large else (128,):
+        title = f"where the time of an update goes, {n}^3, in milliseconds"
+        yield {"title": title, "rows": split.table(n)}
     title = "bytes that an update moves for a voxel, a volume of floats, 128^3"
     yield {"title": title, "rows": traffic.table(128)}
     rows = {

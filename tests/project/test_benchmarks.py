@@ -15,7 +15,8 @@ PROJECT = Path(__file__).resolve().parents[2]
 
 
 MODULES = (
-    *("alone", "bench", "contestants", "operations", "page", "peers", "roofline", "traffic"),
+    *("alone", "bench", "contestants", "operations", "page", "peers", "roofline", "split"),
+    "traffic",
 )
 
 
@@ -139,6 +140,19 @@ def test_an_update_passes_its_arrays_once(benchmarks):
     rows = benchmarks.traffic.table(32)
     assert rows["rigid"]["read"] == 4
     assert rows["rigid"]["written"] == 4
+
+
+@pytest.mark.matrix
+def test_the_stages_of_an_update_are_all_of_its_time(benchmarks, monkeypatch):
+    for module in (benchmarks.split, benchmarks.roofline):
+        monkeypatch.setattr(module, "_RUNS", 1)
+    rows = benchmarks.split.table(64)
+    assert len(rows) == 8
+    for name, (*stages, total, filled) in ((name, row.values()) for name, row in rows.items()):
+        assert sum(stages) == pytest.approx(total)
+        assert 0 < filled < total
+        assert stages[-1] > 0
+        assert (stages[0] > 0) == ("within" in name or "half-plane" in name)
 
 
 @pytest.mark.matrix
