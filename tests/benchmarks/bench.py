@@ -18,9 +18,10 @@ as a multiple of that of the kind that others are compared with: what else the m
 changes that. Of drags the 99th percentile counts, too. VTK's filters use its thread pool
 (STDThread).
 
-Then follow, without others: how near kernels are to the peaks of the device, what an update moves
-through the memory, how much memory it needs, and how a program starts. All of it is left in a file,
-from which `make pages` writes docs/benchmarks.md. Ours run on the device that VTK_MLS_DEVICE names.
+Then follow, without others: how near kernels are to the peaks of the device, where the time of an
+update goes, what it moves through the memory, how much memory it needs, and how a program starts.
+All of it is left in a file, from which `make pages` writes docs/benchmarks.md. Ours run on the
+device that VTK_MLS_DEVICE names.
 """
 
 from __future__ import annotations
