@@ -18,11 +18,12 @@ from vtk_mls.engine.dispatch import engine_for
 
 _RUNS = 7
 _BESIDE, _ALL, _FILLED = "Python and VTK", "all", "its array filled"
-# Columns by the names of kernels.
+# Columns by the names of kernels; others have a column of their own.
 _STAGES = {
     "node_displacement": "nodes",
     "node_origin": "nodes",
     "node_cell": "nodes",
+    "sparse_node": "nodes",
     "fine_node": "nodes",
     "coarse_check": "check",
     "fine_check": "check",
@@ -70,5 +71,6 @@ def _split(update):
         total = time.perf_counter() - start
     row = dict.fromkeys([*dict.fromkeys(_STAGES.values()), _BESIDE, _ALL], 0.0)
     for kernel, taken in seconds.items():
-        row[_STAGES[kernel]] += taken
+        stage = _STAGES.get(kernel, kernel)
+        row[stage] = row.get(stage, 0.0) + taken
     return row | {_BESIDE: total - sum(seconds.values()), _ALL: total}
