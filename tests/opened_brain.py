@@ -73,7 +73,7 @@ class OpenedBrain:
         on_cut = (np.abs(origins @ cut.normal) < _NEAR) & (origins @ cut.inward > _NEAR)
         is_face[is_hit] = on_cut
         assert is_face.sum() > 0.03 * is_hit.sum()
-        picture = _picture(saved / "picture.png")
+        picture = picture_in(saved / "picture.png")
         assert picture.shape[1::-1] == self._size
         red, _, blue = np.array([picture[y, x] for x, y in pixels]).T
         is_brain = red > blue + 25
@@ -81,7 +81,7 @@ class OpenedBrain:
         assert (is_brain == is_hit).mean() > 0.95
 
 
-def _picture(path):
+def picture_in(path):
     """(height, width, 3) float, from below."""
     reader = vtkPNGReader()
     reader.SetFileName(str(path))

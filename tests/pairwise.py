@@ -11,8 +11,8 @@ from itertools import combinations, product
 
 import pytest
 
-# Values that count as another one, because the same kernels serve both.
-ALIKE = {"polynomial3": "polynomial2", "polynomial-3": "polynomial-2"}
+# Values that need no case of their own, because the kernels of degree 2 serve degree 3.
+ALIKE = {"polynomial3", "polynomial-3"}
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,13 @@ def paired(**parameters):
     `make matrix`.
     """
     lists = [list(values) for values in parameters.values()]
-    first = cases_of_each_value(lists)
+    common = [
+        tuple(i for i, value in enumerate(values) if not isinstance(value, Rare))
+        for values in lists
+    ]
+    rows = list(product(*common))
+    names = [[_name(values[i]) for values, i in zip(lists, row)] for row in rows]
+    first = [rows[i] for i in few_with_each_value(names)]
     marked = [
         pytest.param(
             *(value.value if isinstance(value, Rare) else value for value in row),
@@ -46,22 +52,6 @@ def paired(**parameters):
     return pytest.mark.parametrize(tuple(parameters), marked)
 
 
-def cases_of_each_value(lists):
-    """A few tuples of indices in lists, in which each value appears.
-
-    The second values of all lists are together, the third ones, and so on; a shorter list then has
-    its first value. So tests have many pairs in common, and a kernel that one of them builds is
-    there for the others. `Rare` values do not appear, and values `ALIKE` others add no tuple.
-    """
-    common = [[i for i, v in enumerate(values) if not isinstance(v, Rare)] for values in lists]
-    counted = [
-        sum(_name(values[i]) not in ALIKE for i in few) for values, few in zip(lists, common)
-    ]
-    return [
-        tuple(few[n] if n < len(few) else few[0] for few in common) for n in range(max(counted))
-    ]
-
-
 def one_of(count, values):
     """Parameters of a test: every `count`-th runs on each change, the others in `make matrix`."""
     return [
@@ -71,26 +61,27 @@ def one_of(count, values):
 
 
 def few_with_each_value(rows):
-    """Numbers of a few rows in which each value of each column appears.
+    """Indices of a few rows in which each value of each column appears, but some that are `ALIKE`.
 
-    Each is the row with most new values, and among these the one whose other values come first: so
-    tests have many pairs in common, and a kernel that one of them builds is there for the others.
+    The next row is always the one with most new values, and among these the one whose other values
+    come first: so tests have many pairs in common, and a kernel that one of them builds is there
+    for the others.
     """
-    rows = [tuple(ALIKE.get(value, value) for value in row) for row in rows]
     order = [{value: i for i, value in enumerate(dict.fromkeys(column))} for column in zip(*rows)]
     ranks = [[places[value] for places, value in zip(order, row)] for row in rows]
-    left, few, found = dict(enumerate(rows)), set(), set()
+    left, few, found = dict(enumerate(rows)), [], set()
     while left:
 
         def rank(i):
             is_new = [pair not in found for pair in enumerate(rows[i])]
-            return sum(is_new), -sum(r for r, new in zip(ranks[i], is_new) if not new)
+            needed = sum(new and value not in ALIKE for new, value in zip(is_new, rows[i]))
+            return needed, sum(is_new), -sum(r for r, new in zip(ranks[i], is_new) if not new)
 
         best = max(left, key=rank)
         if not rank(best)[0] and few:
             break
         found.update(enumerate(left.pop(best)))
-        few.add(best)
+        few.append(best)
     return few
 
 

@@ -455,7 +455,8 @@ typedef struct {
   real l[SEGMENTS][SEGMENTS], norm[SEGMENTS];
 } factors_t;
 
-HOT factors_t factors_of(const real m[MOMENTS]) {
+// `m` has MOMENTS values: a pointer, as the caller has it from a struct (digit_loss.cl).
+HOT factors_t factors_of(const real *m) {
   factors_t result;
 #if SEGMENTS == 2  // about the mean
   result.norm[0] = m[0];

@@ -30,6 +30,10 @@ of one table were measured in turns and can be compared. Rows of different machi
   may be faster than the memory.
 - Operations and bytes stand next to the peaks of the device: fused multiply-adds, and copies in
   memory.
+- **Where the time of an update goes**, with a tolerance: nodes, their check, the interpolation
+  between them, and points that are computed **exactly**. The rest is Python and, in a filter, VTK.
+  Kernels are waited for one by one. **Its array filled** is the time in which the device fills an
+  array of the size of the output.
 - The data that an update moves for each voxel are counted where buffers are made. The memory
   **beside** input and output is the largest that the system reports.
 - An **exponent** e means that a value grows as size^e, fitted to all sizes of a table. It is 1

@@ -38,20 +38,14 @@ __kernel void multiply_add(__global float *out, const float a, const float b) {
 __kernel void copy(__global const WIDE *restrict from, __global WIDE *restrict to) {
   to[get_global_id(0)] = from[get_global_id(0)];
 }
+__kernel void fill(__global WIDE *to) { to[get_global_id(0)] = (WIDE)(1); }
 """
 
 
 def peaks(device):
     """10^9 operations a second (a fused multiply-add is two), and 10^9 bytes a second."""
     context, queue, lanes = devices.context(device), devices.queue(device), device.lanes
-    kind, first = (f"float{lanes}", "(x).s0") if lanes > 1 else ("float", "(x)")
-    wide = max(4, lanes)  # floats that an item copies
-    options = [f"-DREAL={kind}", f"-DFIRST(x)={first}", f"-DWIDE=float{wide}"]
-    options += [f"-DCHAINS={_CHAINS}", f"-DSTEPS={_STEPS}"]
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # a compiler's praise of itself
-        program = cl.Program(context, _SOURCE).build(options=options)
-    flags = cl.mem_flags.READ_WRITE
+    program, wide, flags = _program(device), _wide(device), cl.mem_flags.READ_WRITE
     items = 1024 * device.handle.max_compute_units
     out = cl.Buffer(context, flags, 4 * items)
     pair = [cl.Buffer(context, flags, _COPIED) for _ in range(2)]
@@ -65,6 +59,29 @@ def peaks(device):
     seconds = [_smallest(queue, launch) for launch in launches]
     amounts = 2 * items * lanes * _CHAINS * _STEPS, 2 * _COPIED
     return [amount / each / 1e9 for amount, each in zip(amounts, seconds)]
+
+
+def filling_time(device, size):
+    """Seconds in which a device fills an array of `size` bytes."""
+    buffer = cl.Buffer(devices.context(device), cl.mem_flags.READ_WRITE, size)
+    fill, queue = cl.Kernel(_program(device), "fill"), devices.queue(device)
+    items = size // (4 * _wide(device))
+    return _smallest(queue, lambda: fill(queue, (items,), None, buffer))
+
+
+def _wide(device):
+    """Floats that an item copies or fills."""
+    return max(4, device.lanes)
+
+
+def _program(device):
+    lanes = device.lanes
+    kind, first = (f"float{lanes}", "(x).s0") if lanes > 1 else ("float", "(x)")
+    options = [f"-DREAL={kind}", f"-DFIRST(x)={first}", f"-DWIDE=float{_wide(device)}"]
+    options += [f"-DCHAINS={_CHAINS}", f"-DSTEPS={_STEPS}"]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # a compiler's praise of itself
+        return cl.Program(devices.context(device), _SOURCE).build(options=options)
 
 
 def transfers(device):

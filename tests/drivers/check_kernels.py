@@ -6,7 +6,9 @@ By default all steps but the `SLOW` ones, which take a simulator long and run th
 another kind; with `all` as the step these, too.
 
 Prints the error and time of each step; the status is 1 if an error exceeds its bound, or if the
-simulator has written errors to its log (`OCLGRIND_LOG`).
+simulator has written errors to its log (`OCLGRIND_LOG`). The simulator's compiler also compiles the
+kernels of these steps with generic address spaces, as the compilers of OpenCL 3.0 do; it cannot run
+them so.
 """
 
 from __future__ import annotations
@@ -16,6 +18,7 @@ import os
 import sys
 import time
 from functools import partial
+from itertools import product
 from pathlib import Path
 
 import handle_scenes
@@ -28,6 +31,8 @@ from vtk_mls.reference import engine as reference
 
 EXTENT = 40.0
 BOUND = 1e-4
+SIMULATOR = "Oclgrind"
+CPU_LANES = 16
 INVERTED = 6  # points of an inverse: a simulator takes seconds for each
 GRID = Grid((7, 6, 4), spacing=(6.5, 7.0, 12.0))
 FINE_GRID = Grid((20, 20, 20), spacing=(2.0, 2.0, 2.0))
@@ -167,6 +172,35 @@ def worst(name, errors):
     return np.percentile(errors, 90 if "nearest" in name else 97)
 
 
+def record_sources(recorded):
+    """Add the arguments of each kernel's source to the set `recorded`, when it is built."""
+    source = device.source
+
+    def recorded_source(file, constants=()):
+        recorded.add((file, constants))
+        return source(file, constants)
+
+    device.source = recorded_source
+
+
+def compile_generic(chosen, recorded):
+    """Compile kernels with generic address spaces, as for GPUs and for CPUs; how many do not."""
+    import pyopencl as cl
+
+    wrong, start = 0, time.monotonic()
+    for (file, constants), lanes in product(sorted(recorded, key=str), (1, CPU_LANES)):
+        macros = tuple((dict(constants) | {"LANES": lanes}).items())
+        program = cl.Program(device.context(chosen), device.source(file, macros))
+        try:
+            program.build(["-w", "-cl-std=CL2.0"], cache_dir=False)
+        except cl.Error as error:
+            wrong += 1
+            print(f"WRONG {file}, {macros}: {error}"[:1000])
+    seconds = time.monotonic() - start
+    print(f"{2 * len(recorded)} kernels compiled with generic address spaces {seconds:6.1f} s")
+    return wrong
+
+
 def main(platform, *selected):
     found = [d for d in device.list_devices() if d.platform == platform]
     if not found:
@@ -174,7 +208,8 @@ def main(platform, *selected):
         return 1
     engine = Engine(dataclasses.replace(found[0], width=1))
     print(f"{found[0]}, {found[0].driver}")
-    wrong = 0
+    wrong, recorded = 0, set()
+    record_sources(recorded)
     for name, errors in steps(engine):
         is_left_out = name not in selected if selected else name in SLOW
         if is_left_out and selected != ("all",):
@@ -186,6 +221,8 @@ def main(platform, *selected):
         seconds = time.monotonic() - start
         result = "ok   " if is_right else "WRONG"
         print(f"{result} {name:40s} {error:8.1e} {seconds:6.1f} s", flush=True)
+    if platform == SIMULATOR:
+        wrong += compile_generic(found[0], recorded.copy())
     log = os.environ.get("OCLGRIND_LOG")
     if log and Path(log).exists() and (errors := Path(log).read_text().strip()):
         print(errors[:3000])

@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Runs the kernels, built as for GPUs, under two OpenCL implementations that need no GPU and find
 # other faults than CPU drivers do:
-#   - Oclgrind, a simulator that reports accesses out of bounds and races;
+#   - Oclgrind, a simulator that reports accesses out of bounds and races, and whose compiler has
+#     generic address spaces;
 #   - rusticl, Mesa's compiler for GPUs, without float64 (as root on Debian, by apt).
 # A missing implementation is reported, and is no failure. With the argument "all" both run more
 # kernels.

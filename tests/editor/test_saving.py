@@ -13,7 +13,17 @@ from command_fixtures import PROJECT, run
 from hands import MIDDLE, SIZE, Hands, ball_image, ball_mesh
 from vtk_fixtures import picture_of
 
-from vtk_mls import Ball, BallMask, HalfPlane, Plane, RegionHandle, Surface, io
+from vtk_mls import (
+    Ball,
+    BallMask,
+    Grid,
+    HalfPlane,
+    Labels,
+    Plane,
+    RegionHandle,
+    Surface,
+    io,
+)
 from vtk_mls.editor import State, sessions
 from vtk_mls.files import control_point_files, session_files
 from vtk_mls.model.options import MAP_TOLERANCE
@@ -157,6 +167,24 @@ def test_a_segmentation_is_saved_as_one(tmp_path, monkeypatch):
     hands = Hands(io.read_dataset(path), state(np.random.default_rng(5)), paths=[path])
     hands.press("s")
     assert (tmp_path / "ball-edited/ball-deformed.seg.nrrd").exists()
+
+
+def test_overlapping_bones_have_the_names_of_the_editor(tmp_path, monkeypatch):
+    """The surface of a cavity is a region in the saved file only."""
+    monkeypatch.chdir(tmp_path)
+    grid = Grid((12,) * 3, spacing=(2, 2, 2))
+    hollow, full = (
+        np.linalg.norm(grid.points() - center, axis=1).reshape(grid.shape)
+        for center in ((7, 12, 12), (18, 12, 12))
+    )
+    bones = Labels((hollow < 7) & (hollow > 2.5), grid), Labels(full < 4, grid)
+    pushed = np.eye(4)
+    pushed[0, 3] = -5
+    handles = RegionHandle(bones[0], np.eye(4)), RegionHandle(bones[1], pushed)
+    hands = Hands(ball_mesh(), State([], [], handles=handles))
+    hands.press("s")
+    expected = "Rigid regions overlap where they were moved to: rigid 1 and rigid 2."
+    assert hands.message.endswith(f"script. {expected}")
 
 
 def test_data_of_the_same_name_have_separate_files(tmp_path, monkeypatch):

@@ -13,6 +13,7 @@ from vtk_mls import Ball, BallMask, Capsule, CurveHandle, Grid, Labels, RegionHa
 from vtk_mls.commands import view
 from vtk_mls.editor import State
 from vtk_mls.editor.autosave import Autosave
+from vtk_mls.editor.handle_glyphs import DRAWN
 from vtk_mls.editor.handle_polydata import handle_polydata
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
@@ -224,10 +225,24 @@ def test_a_curve_is_drawn_in_a_slice():
     hands.press("m")
     hands.tick()
     pane = hands.editor.slices.pane_at((340, 340))
+    pixels = (330, 340), (350, 330), (360, 350)
+
+    def are_drawn():
+        """Whether the picture has the color of a curve that is drawn at each of the pixels."""
+        picture = hands.picture()
+        return [bool(np.abs(picture[y, x] - DRAWN).max() < 70) for x, y in pixels]
+
     hands.press("d")
-    for at in ((330, 340), (350, 330), (360, 350)):
+    for number, at in enumerate(pixels, 1):
+        hands.click(at)
+        assert are_drawn() == [True] * number + [False] * (3 - number)
+    hands.press("Escape")
+    assert are_drawn() == [False] * 3
+    hands.press("d")
+    for at in pixels:
         hands.click(at)
     hands.press("Return")
+    assert are_drawn() == [False] * 3
     (curve,) = hands.state.handles
     assert len(curve.rest) == 3
     np.testing.assert_allclose(curve.rest[:, pane.axis], hands.editor.slices.point[pane.axis])

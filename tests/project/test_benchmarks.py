@@ -15,7 +15,8 @@ PROJECT = Path(__file__).resolve().parents[2]
 
 
 MODULES = (
-    *("alone", "bench", "contestants", "operations", "page", "peers", "roofline", "traffic"),
+    *("alone", "bench", "contestants", "operations", "page", "peers", "roofline", "split"),
+    "traffic",
 )
 
 
@@ -139,6 +140,21 @@ def test_an_update_passes_its_arrays_once(benchmarks):
     rows = benchmarks.traffic.table(32)
     assert rows["rigid"]["read"] == 4
     assert rows["rigid"]["written"] == 4
+
+
+@pytest.mark.matrix
+def test_the_stages_of_an_update_are_all_of_its_time(benchmarks, monkeypatch):
+    for module in (benchmarks.split, benchmarks.roofline):
+        monkeypatch.setattr(module, "_RUNS", 1)
+    rows = benchmarks.split.table(64)
+    assert len(rows) == 8
+    for name, row in rows.items():
+        total, filled = row.pop("all"), row.pop("its array filled")
+        assert 0 < filled < total
+        assert sum(row.values()) == pytest.approx(total)
+        assert row.keys() == {*benchmarks.split._STAGES.values(), "Python and VTK"}
+        assert row["Python and VTK"] > 0
+        assert (row["nodes"] > 0) == ("within" in name or "half-plane" in name)
 
 
 @pytest.mark.matrix

@@ -6,6 +6,7 @@ import numpy as np
 
 from vtk_mls import CurveHandle
 from vtk_mls.editor.cut_tool import CutLine
+from vtk_mls.editor.slices import NO_NODES
 
 
 class CurveTool:
@@ -35,6 +36,7 @@ class CurveTool:
             point = document.view.point_at(pixel)
         if point is not None and not np.array_equal(self._line.points[-1:], [point]):
             self._line.add(point)
+            document.view.slices.drawn_nodes = np.array(self._line.points)
         document.draw(is_moving=True)
         return True
 
@@ -57,3 +59,4 @@ class CurveTool:
         if self._line is not None:
             self._line.remove()
             self._line = None
+            self._document.view.slices.drawn_nodes = NO_NODES

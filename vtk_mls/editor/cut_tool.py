@@ -8,12 +8,12 @@ from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
 from vtk_mls import HalfPlane, Plane, Surface
 from vtk_mls.base.linear_algebra import unit
 from vtk_mls.editor import polydata
+from vtk_mls.editor.handle_glyphs import DRAWN
 
 _PLANE_HINT = "The blue sheet cuts, and the mouse moves it; C: half of the plane."
 _HALF_HINT = "The blue sheet cuts up to its red edge, and the mouse moves it; I: another half."
 _CLOSING_DISTANCE = 10  # pixels from the first point, where a click closes the line
 _DEPTH, _HEIGHT = 0.4, 0.15  # of a cut below and above the line, relative to the data
-_LINE_COLOR = (1.0, 0.35, 0.45)
 
 
 class CutTool:
@@ -136,7 +136,7 @@ class CutLine:
     def __init__(self, renderer):
         self._renderer, self.points, self.is_closed = renderer, [], False
         self._polydata = vtkPolyData()
-        self._actor = polydata.unlit_actor(self._polydata, _LINE_COLOR, 4)
+        self._actor = polydata.unlit_actor(self._polydata, tuple(np.divide(DRAWN, 255)), 4)
         self._actor.GetProperty().SetPointSize(9)
         self._actor.GetProperty().RenderPointsAsSpheresOn()
         renderer.AddActor(self._actor)

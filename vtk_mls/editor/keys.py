@@ -26,7 +26,7 @@ KEYS = (
     ("E", "type the name or the position of a handle", ("e",), "enter_values", None),
     ("0", "return all handles to rest", ("0", "KP_0"), "reset", None),
     ("L", "lattice of handles; again: a finer one", ("l",), "lay_lattice", None),
-    ("K", "kind of the map: rigid, affine, ...", ("k",), "change_kind", None),
+    ("K", "kind of the map: rigid, ..., polynomial 2, 3", ("k",), "change_kind", None),
     ("+   \N{MINUS SIGN}", "handles act more or less locally", ("+", "="), "change_alpha", 1.25),
     ("", "", ("-",), "change_alpha", 0.8),
     (",   .", "handles are met more or less exactly", (",",), "change_smoothing", 0.8),

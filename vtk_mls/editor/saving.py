@@ -13,6 +13,7 @@ from vtkmodules.vtkRenderingCore import vtkWindowToImageFilter
 from vtk_mls import Aborted, Surface, io
 from vtk_mls.base.messages import message_handlers
 from vtk_mls.editor import script
+from vtk_mls.editor.grips import names_of
 from vtk_mls.editor.handle_polydata import handle_polydata
 from vtk_mls.files import control_point_files, session_files
 from vtk_mls.files.ome_zarr import is_ome_zarr
@@ -20,6 +21,7 @@ from vtk_mls.files.paths import replacing
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
 from vtk_mls.filters.updating import update
 from vtk_mls.ome_zarr import job
+from vtk_mls.queries.handle_warnings import overlap_warnings
 from vtk_mls.vtk.cells import triangle_polydata
 
 SESSION = "session.mls.json"
@@ -95,7 +97,7 @@ class Saver:
         surfaces = _write_surfaces(state, folder)
         deform, field = MLSDeform(), MLSDisplacementField()
         deform.keeps_images = False  # each image is deformed once
-        self._done, self._warnings = 0, []
+        self._done, self._warnings = 0, _overlap_warnings(state)
         for algorithm in (deform, field):
             _configure(algorithm, state, folder, surfaces)
         targets = []
@@ -220,6 +222,7 @@ def _numbered(name):
 
 def _configure(algorithm, state, folder, surfaces):
     """Set a filter up as the script and the command do, from the saved files."""
+    algorithm.warns_of_overlap = False  # a surface in a cavity is a region in the saved file
     algorithm.SetInputData(1, io.read_control_points(folder / _handles_file(state)))
     for name, _, value in script.settings_of(state):
         getattr(algorithm, f"Set{name}")(value)
@@ -230,6 +233,16 @@ def _configure(algorithm, state, folder, surfaces):
     for name in surfaces:
         for cut in io.read_cuts(folder / name):
             algorithm.AddCut(cut)
+
+
+def _overlap_warnings(state):
+    """Warnings about regions of a `State` that overlap, with their names in the editor."""
+    deformation = state.deformation()
+    if deformation is None:
+        return []
+    names, grips = names_of(state), state.grips
+    owners = range(len(state.handles))
+    return overlap_warnings(deformation, [names[grips.rows_of(owner)[0]] for owner in owners])
 
 
 def _needs_polydata(state):

@@ -11,6 +11,7 @@ from vtkmodules.vtkRenderingCore import vtkImageSlice, vtkImageSliceMapper, vtkR
 from vtk_mls import Grid
 from vtk_mls.editor import polydata
 from vtk_mls.editor.comparing import colors_of
+from vtk_mls.editor.handle_glyphs import DRAWN
 from vtk_mls.editor.landmark_texts import LandmarkNames
 from vtk_mls.editor.overlay import text_actor
 from vtk_mls.editor.projection import Projection
@@ -101,12 +102,17 @@ class SlicePane:
         self._label.SetInput(f"{'xyz'[self.axis]} = {self._position:.4g}")
         self.renderer.ResetCameraClippingRange()
 
-    def show_handles(self, positions, colors, are_visible, names=None):
-        """Draw handles at positions (n, 3) with colors (n, 3), and names as of `Slices`."""
+    def show_handles(self, positions, colors, are_visible, names=None, nodes=()):
+        """Draw handles at positions (n, 3) with colors (n, 3), and names as of `Slices`.
+
+        `nodes` (k, 3) are those of a curve that is drawn.
+        """
         places = self._in_front(positions, 2)
         self._names.show(places, *(names or ([], [])), are_visible)
+        places = np.concatenate([places, self._in_front(nodes, 2)])
+        colors = np.concatenate([colors, np.tile(DRAWN, (len(nodes), 1))])
         self._balls.SetPoints(polydata.points(places))
-        self._balls.SetVerts(polydata.cells(np.arange(len(positions))[:, None]))
+        self._balls.SetVerts(polydata.cells(np.arange(len(places))[:, None]))
         self._balls.GetPointData().SetScalars(polydata.colors(colors))
         self._balls.Modified()
         self._handles.SetVisibility(are_visible)

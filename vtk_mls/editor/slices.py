@@ -11,6 +11,7 @@ _VIEW_WIDTH = 0.66  # of the 3-D view beside slices, relative to the window
 _MOVING_SAMPLES, _RESTING_SAMPLES = 112, 360  # along the longer side
 _HANDLE_DISTANCE = 0.04  # from a slice, up to which it shows handles, relative to the data
 _WHEEL_STEPS = 100  # through the data
+NO_NODES = np.zeros((0, 3))
 
 
 class Slices:
@@ -23,13 +24,15 @@ class Slices:
         Of all three slices.
     regions : list of RegionHandle
         Slices show their outlines.
+    drawn_nodes : (k, 3) float64, world coordinates
+        Nodes of a curve until it ends. Slices show those near.
     compared : list
         Items that replace those of the scene, unless it is empty; see `ComparedItem`.
     """
 
     def __init__(self, scene, distortion):
         self._scene, self._panes, self.is_visible, self.regions = scene, [], False, []
-        self._distortion, self.compared = distortion, []
+        self._distortion, self.compared, self.drawn_nodes = distortion, [], NO_NODES
         self._home = self._viewport, self._layout = scene.renderer.GetViewport(), _column
         self._bounds = scene.bounds
         self.point = self._bounds.mean(axis=0)
@@ -102,7 +105,8 @@ class Slices:
         for pane in self._visible_panes:
             rows = self.rows_near(pane, positions)
             near = None if names is None else [np.array(column)[rows] for column in names]
-            pane.show_handles(positions[rows], colors[rows], are_visible, near)
+            nodes = self.drawn_nodes[self.rows_near(pane, self.drawn_nodes)]
+            pane.show_handles(positions[rows], colors[rows], are_visible, near, nodes)
 
     def pane_at(self, pixel):
         """The `SlicePane` at a pixel; None in the 3-D view."""

@@ -13,6 +13,7 @@ from vtk_mls.handles.paths import blended_path
 from vtk_mls.handles.rigid_motion import blended
 from vtk_mls.model import options
 
+_, _POLYNOMIAL = options.DEGREE.needs
 # The options, with the defaults of the editor.
 _Options = make_dataclass(
     "_Options",
@@ -164,9 +165,12 @@ class State(_Options):
         return replace(self, **values)
 
     def with_next_kind(self):
-        """A copy with the next kind of map."""
+        """A copy with the next kind of map; polynomials have degree 2, then 3."""
+        if self.kind == _POLYNOMIAL and self.degree < max(options.DEGREE.choices):
+            return replace(self, degree=self.degree + 1)
         names = list(kinds.KINDS)
-        return replace(self, kind=names[(names.index(self.kind) + 1) % len(names)])
+        kind = names[(names.index(self.kind) + 1) % len(names)]
+        return replace(self, kind=kind, degree=options.DEGREE.default)
 
     def with_alpha_times(self, factor):
         """A copy whose alpha is multiplied, within the range of its slider."""

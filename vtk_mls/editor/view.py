@@ -19,6 +19,7 @@ from vtk_mls.editor.shape_actors import ShapeActors
 from vtk_mls.editor.slices import Slices
 from vtk_mls.editor.target_view import TargetView
 from vtk_mls.editor.volume_legend import VolumeLegend
+from vtk_mls.model.options import DEGREE
 from vtk_mls.rendering.pace import MapPace, pixels_per_ray
 
 _REFINEMENT_DELAY = 0.25  # seconds without movement before a fine picture
@@ -320,7 +321,8 @@ class View:
 
     def _status_of(self, state, selected):
         pace = self._pace
-        parts = [f"{len(state)} handles", *_shapes_of(state), state.kind, f"alpha {state.alpha:g}"]
+        parts = [f"{len(state)} handles", *_shapes_of(state), _kind_of(state)]
+        parts.append(f"alpha {state.alpha:g}")
         if len(selected):
             parts.append(f"{len(selected)} selected")
         if state.anchored.any():
@@ -339,6 +341,12 @@ class View:
             parts.append(f"map {1e3 * pace.map_seconds:.0f} ms, {pace.nodes} nodes")
             parts.append(f"picture {1e3 * pace.picture_seconds:.0f} ms")
         return "   ".join(parts)
+
+
+def _kind_of(state):
+    """The kind of the map, with the degree of polynomials."""
+    has_degree = DEGREE.needs == ("kind", state.kind)
+    return f"{state.kind} {state.degree}" if has_degree else state.kind
 
 
 def _shapes_of(state):

@@ -82,7 +82,14 @@ class DeformingFilter(SharedInputs, OwnControlPoints, Algorithm):
     On several processes, control points and cuts count wherever they are: all that the processes
     have, in the order of ranks; or once, if those that have some have exactly the same. Each
     process requests the whole of a mask.
+
+    Attributes
+    ----------
+    warns_of_overlap : bool
+        Whether there is a warning about rigid regions that overlap.
     """
+
+    warns_of_overlap = True
 
     def __init__(self, output_type="vtkImageData", input_ports=5):
         super().__init__(
@@ -194,7 +201,7 @@ class DeformingFilter(SharedInputs, OwnControlPoints, Algorithm):
         """The deformation, after a warning once about its handles."""
 
         def warn():
-            for sentence in handle_warnings(deformation):
+            for sentence in handle_warnings(deformation, self.warns_of_overlap):
                 self._warn(sentence)
 
         self._warned.of(deformation, warn)

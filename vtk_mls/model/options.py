@@ -234,8 +234,8 @@ def named(name: str) -> Option:
     return next(option for option in OPTIONS if option.name == name)
 
 
-ALPHA, NU, BLEND, CUT_FRAME, MAP_TOLERANCE = map(
-    named, ("alpha", "nu", "blend", "cut_frame", "map_tolerance")
+DEGREE, ALPHA, NU, BLEND, CUT_FRAME, MAP_TOLERANCE = map(
+    named, ("degree", "alpha", "nu", "blend", "cut_frame", "map_tolerance")
 )
 # Arguments of `Deformation`; a blend moves the control points instead.
 DEFORMATION_OPTIONS = tuple(option for option in OPTIONS if option is not BLEND)

@@ -8,9 +8,10 @@ _MAX_MISS = 1e-4  # largest miss of a handle that is met, as a fraction of the e
 _MAX_PAIRS = 5  # in a sentence
 
 
-def handle_warnings(deformation):
+def handle_warnings(deformation, has_overlap=True):
     """Sentences, without a capital and a full stop, about the handles of a Deformation."""
-    return [*_held_handles(deformation), *_overlapping_regions(deformation)]
+    overlap = overlap_warnings(deformation) if has_overlap else []
+    return [*_held_handles(deformation), *overlap]
 
 
 def _held_handles(deformation):
@@ -41,11 +42,17 @@ def _handle_positions(deformation):
     return [*points, *shapes, *surfaces]
 
 
-def _overlapping_regions(deformation):
-    """A sentence about rigid regions that overlap."""
+def overlap_warnings(deformation, names=None):
+    """A sentence about rigid regions that overlap, or none.
+
+    `names` are those of `deformation.handles`; by default, regions have numbers.
+    """
     regions = [row for row, h in enumerate(deformation.handles) if hasattr(h, "shape")]
     pairs = deformation.overlapping_regions if len(regions) > 1 else []
     if pairs:
-        names = [f"{regions.index(i)} and {regions.index(j)}" for i, j in pairs[:_MAX_PAIRS]]
+        if names is None:
+            names = {row: number for number, row in enumerate(regions)}
+        texts = [f"{names[i]} and {names[j]}" for i, j in pairs[:_MAX_PAIRS]]
         more = f" and {len(pairs) - _MAX_PAIRS} more pairs" * (len(pairs) > _MAX_PAIRS)
-        yield f"rigid regions overlap where they were moved to: {', '.join(names)}{more}"
+        return [f"rigid regions overlap where they were moved to: {', '.join(texts)}{more}"]
+    return []
