@@ -3,7 +3,6 @@
 
 // Quads: four values for each lane, as they are in memory. Quad l of vectors has those of the lanes l,
 // l + 4, ... They are loaded and interpolated before lanes are put together, which takes fewer shuffles.
-#define UNROLL _Pragma("unroll")
 #if LANES == 1
 #define QUADS 1
 typedef float4 quad_t;
@@ -145,7 +144,7 @@ inline distance_t distance_at(__global const float *values, __global const int *
 // The continuous index of a local v.
 inline vec index_in_image(__global const float *to_index, vec v) {
   float transform[12];
-  for (int i = 0; i < 12; ++i) transform[i] = to_index[i];
+  UNROLL for (int i = 0; i < 12; ++i) transform[i] = to_index[i];
   return transformed(transform, v);
 }
 

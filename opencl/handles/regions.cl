@@ -25,6 +25,9 @@ typedef struct {
   vec turned;
 } border_t;
 
+// a >= 0 without its fraction.
+inline real whole(real a) { return TO_REAL(TO_INTEGER(a)); }
+
 // The place is on a face of the image: across x if the index is limited along x, else across y or z.
 // The faces follow the distances: of x, y and z, the lower one first. Their rows are along x, or y; each
 // face has room for the most and longest rows of any.
@@ -34,8 +37,8 @@ HOT border_t on_border(__global const float *faces, __global const int *size, ve
                 has_z = across_x | across_y;  // whether z is along the face
   const real a = select(index.x, index.y, across_x), b = select(index.y, index.z, has_z);
   const real outward = select(select(beyond.z, beyond.y, across_y), beyond.x, across_x);
-  const real column = fast_min(floor(a), select((real)(size[0] - 2), (real)(size[1] - 2), across_x)),
-             row = fast_min(floor(b), select((real)(size[1] - 2), (real)(size[2] - 2), has_z));
+  const real column = fast_min(whole(a), select((real)(size[0] - 2), (real)(size[1] - 2), across_x)),
+             row = fast_min(whole(b), select((real)(size[1] - 2), (real)(size[2] - 2), has_z));
   const int columns = max(size[0], size[1]), face = columns * max(size[1], size[2]);
   real first = select(select((real)(4 * face), (real)(2 * face), across_y), (real)(0), across_x);
   first += select((real)(0), (real)(face), outward > 0);
