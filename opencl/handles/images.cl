@@ -69,13 +69,13 @@ HOT void from_quads(const quad_t quads[QUADS], real values[4]) {
 #endif
 }
 
-// The cell of an index in a grid of `size` points, which contains it, and the place in the cell.
+// The cell of an index in a grid of `size` points, limited to it, and the place in the cell.
 typedef struct { integer first; vec share; } image_cell_t;
 
 inline image_cell_t image_cell(__global const int *size, vec index) {
-  const integer i = clamp(TO_INTEGER(index.x), (integer)(0), (integer)(size[0] - 2)),
-                j = clamp(TO_INTEGER(index.y), (integer)(0), (integer)(size[1] - 2)),
-                k = clamp(TO_INTEGER(index.z), (integer)(0), (integer)(size[2] - 2));
+  const integer i = min(TO_INTEGER(index.x), (integer)(size[0] - 2)),
+                j = min(TO_INTEGER(index.y), (integer)(size[1] - 2)),
+                k = min(TO_INTEGER(index.z), (integer)(size[2] - 2));
   return (image_cell_t){i + size[0] * (j + size[1] * k),
                         {index.x - TO_REAL(i), index.y - TO_REAL(j), index.z - TO_REAL(k)}};
 }
@@ -148,13 +148,17 @@ inline vec index_in_image(__global const float *to_index, vec v) {
   return transformed(transform, v);
 }
 
-// The index limited to the grid; `beyond` is what was taken off.
-inline vec limited_index(__global const int *size, vec index, vec *beyond) {
-  vec inside = {fast_min(fast_max(index.x, (real)(0)), (real)(size[0] - 1)),
-                fast_min(fast_max(index.y, (real)(0)), (real)(size[1] - 1)),
-                fast_min(fast_max(index.z, (real)(0)), (real)(size[2] - 1))};
+// The index limited to the grid, whose last point has the index `last`; `beyond` is what was taken off.
+inline vec limited_index(vec last, vec index, vec *beyond) {
+  const vec inside = {fast_min(fast_max(index.x, (real)(0)), last.x),
+                      fast_min(fast_max(index.y, (real)(0)), last.y),
+                      fast_min(fast_max(index.z, (real)(0)), last.z)};
   *beyond = vec_sub(index, inside);
   return inside;
+}
+
+inline vec last_index(__global const int *size) {
+  return (vec){size[0] - 1, size[1] - 1, size[2] - 1};
 }
 
 // Slopes per index as slopes per local unit.

@@ -31,24 +31,25 @@ inline real whole(real a) { return TO_REAL(TO_INTEGER(a)); }
 // The place is on a face of the image: across x if the index is limited along x, else across y or z.
 // The faces follow the distances: of x, y and z, the lower one first. Their rows are along x, or y; each
 // face has room for the most and longest rows of any.
-HOT border_t on_border(__global const float *faces, __global const int *size, vec index, vec beyond,
-                       const int with_slopes) {
+HOT border_t on_border(__global const region_t *region, __global const float *border, vec last,
+                       vec index, vec beyond, const int with_slopes) {
   const integer across_x = beyond.x != 0, across_y = beyond.y != 0,
                 has_z = across_x | across_y;  // whether z is along the face
   const real a = select(index.x, index.y, across_x), b = select(index.y, index.z, has_z);
   const real outward = select(select(beyond.z, beyond.y, across_y), beyond.x, across_x);
-  const real column = fast_min(whole(a), select((real)(size[0] - 2), (real)(size[1] - 2), across_x)),
-             row = fast_min(whole(b), select((real)(size[1] - 2), (real)(size[2] - 2), has_z));
-  const int columns = max(size[0], size[1]), face = columns * max(size[1], size[2]);
-  real first = select(select((real)(4 * face), (real)(2 * face), across_y), (real)(0), across_x);
-  first += select((real)(0), (real)(face), outward > 0);
-  first = 4 * fma(row, (real)(columns), first + column);
+  const real column = fast_min(whole(a), select(last.x, last.y, across_x) - 1),
+             row = fast_min(whole(b), select(last.y, last.z, has_z) - 1);
+  const real face = region->face;
+  real first = select(select(4 * face, 2 * face, across_y), (real)(0), across_x);
+  first += select((real)(0), face, outward > 0);
+  first = fma(row, (real)(region->row), fma(column, (real)(4), first));
   quad_t c0[QUADS], c1[QUADS], x0[QUADS], x1[QUADS], share_a[QUADS], share_b[QUADS];
   const integer corner = TO_INTEGER(first);
-  load_quads(faces, corner, c0);
-  load_quads(faces + 4, corner, x0);
-  load_quads(faces + 4 * columns, corner, c1);
-  load_quads(faces + 4 * columns + 4, corner, x1);
+  __global const float *next = border + (int)(region->row);
+  load_quads(border, corner, c0);
+  load_quads(border + 4, corner, x0);
+  load_quads(next, corner, c1);
+  load_quads(next + 4, corner, x1);
   to_quads(a - column, share_a);
   to_quads(b - row, share_b);
   quad_t value[QUADS], along[QUADS], up[QUADS];
@@ -83,20 +84,21 @@ HOT border_t on_border(__global const float *faces, __global const int *size, ve
 HOT region_distance_t distance_in_image(__global const region_t *region,
                                         __global const float *images, vec v, const int with_away) {
   vec beyond;
-  const vec index = limited_index(region->size, index_in_image(region->to_index, v), &beyond);
+  const vec last = {region->last[0], region->last[1], region->last[2]};
+  const vec index = limited_index(last, index_in_image(region->to_index, v), &beyond);
   const integer is_beyond = (beyond.x != 0) | (beyond.y != 0) | (beyond.z != 0);
-  __global const float *values = images + region->first;
   region_distance_t distance = {0, {0, 0, 0}};
   if (!ALL(is_beyond)) {
     vec slope;
     const image_cell_t cell = image_cell(region->size, index);
-    const real value = fast_max(image_value(values, region->size, cell, &slope), (real)(0));
+    real value = image_value(images + region->first, region->size, cell, &slope);
+    value = fast_max(value, (real)(0));
     distance.square = value * value;
     distance.away = vec_scale(value, slope);
   }
   if (ANY(is_beyond)) {
-    __global const float *faces = values + region->size[0] * region->size[1] * region->size[2];
-    const border_t at = on_border(faces, region->size, index, beyond, with_away);
+    const border_t at =
+        on_border(region, images + region->border, last, index, beyond, with_away);
     const real value = fast_max(at.value, (real)(0)), along = dot3(beyond, at.normal);
     const real square = fma(2 * value, along, fma(value, value, dot3(beyond, beyond)));
     distance.square = select(distance.square, square, is_beyond);
