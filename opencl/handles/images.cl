@@ -1,10 +1,10 @@
 // Images of distances, masks and faces: values at the points of a grid, linear between them. Images of
 // faces have the normal after each distance.
 
-// Quads: four values for each lane, as they are in memory. Quad l of vectors has those of the lanes l,
-// l + 4, ... They are loaded and interpolated before lanes are put together, which takes fewer shuffles.
-#if LANES == 1
-#define QUADS 1
+// Quads: four values of each lane, as they are in memory; vector l has those of the lanes l, l + 4, ...
+// They are interpolated before values of all lanes are put together, which takes fewer shuffles.
+#if LANES < 4
+#define QUADS LANES
 typedef float4 quad_t;
 #define BLOCKS(of, l) of(l)
 #else
@@ -18,7 +18,7 @@ typedef float4 quad_t;
 #define QUADS 4
 typedef real quad_t;
 #define SAME_LANE(n) ((n) % LANES / 4 * 4 + (n) / LANES)
-#define ZIP(n, from) ((n) / 4 * 4 + (n) % 4 / 2 + from + (n) % 2 * LANES)
+#define ZIP(n, from) ((n) / 4 * 4 + (n) % 4 / 2 + (from) + (n) % 2 * LANES)
 #define ZIP_LOW(n) ZIP(n, 0)
 #define ZIP_HIGH(n) ZIP(n, 2)
 #endif
@@ -38,36 +38,41 @@ HOT void load_pairs(__global const float *from, int row, integer first, quad_t q
 #undef PAIRS_AT
 }
 
+#if LANES < 4
 // A value of each lane, four times.
 HOT void to_quads(real a, quad_t quads[QUADS]) {
-#if LANES == 1
-  quads[0] = a;
+  UNROLL for (int l = 0; l < LANES; ++l) quads[l] = LANE(a, l);
+}
+
+// The four values as vectors of lanes.
+HOT void from_quads(const quad_t quads[QUADS], real values[4]) {
+  UNROLL for (int l = 0; l < LANES; ++l) {
+    LANE(values[0], l) = quads[l].x;
+    LANE(values[1], l) = quads[l].y;
+    LANE(values[2], l) = quads[l].z;
+    LANE(values[3], l) = quads[l].w;
+  }
+}
 #else
+HOT void to_quads(real a, quad_t quads[QUADS]) {
   quads[0] = __builtin_shufflevector(a, a, EACH_LANE(SAME_LANE, 0));
   quads[1] = __builtin_shufflevector(a, a, EACH_LANE(SAME_LANE, LANES));
   quads[2] = __builtin_shufflevector(a, a, EACH_LANE(SAME_LANE, 2 * LANES));
   quads[3] = __builtin_shufflevector(a, a, EACH_LANE(SAME_LANE, 3 * LANES));
-#endif
 }
 
-#if LANES > 1
 HOT real zip_low(real a, real b) { return __builtin_shufflevector(a, b, EACH_LANE(ZIP_LOW, 0)); }
 HOT real zip_high(real a, real b) { return __builtin_shufflevector(a, b, EACH_LANE(ZIP_HIGH, 0)); }
-#endif
 
-// The four values as vectors of lanes.
 HOT void from_quads(const quad_t quads[QUADS], real values[4]) {
-#if LANES == 1
-  vstore4(quads[0], 0, values);
-#else
   const real a = zip_low(quads[0], quads[2]), b = zip_low(quads[1], quads[3]),
              c = zip_high(quads[0], quads[2]), d = zip_high(quads[1], quads[3]);
   values[0] = zip_low(a, b);
   values[1] = zip_high(a, b);
   values[2] = zip_low(c, d);
   values[3] = zip_high(c, d);
-#endif
 }
+#endif
 
 // The cell of an index in a grid of `size` points, limited to it, and the place in the cell.
 typedef struct { integer first; vec share; } image_cell_t;

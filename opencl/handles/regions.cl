@@ -29,8 +29,8 @@ typedef struct {
 inline real whole(real a) { return TO_REAL(TO_INTEGER(a)); }
 
 // The place is on a face of the image: across x if the index is limited along x, else across y or z.
-// The faces follow the distances: of x, y and z, the lower one first. Their rows are along x, or y; each
-// face has room for the most and longest rows of any.
+// The border has the faces across x, y and z, the lower one first, all with as many rows of one length;
+// the rows are along x, or along y across x.
 HOT border_t on_border(__global const region_t *region, __global const float *border, vec last,
                        vec index, vec beyond, const int with_slopes) {
   const integer across_x = beyond.x != 0, across_y = beyond.y != 0,
