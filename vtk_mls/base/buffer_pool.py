@@ -14,8 +14,10 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import DTypeLike, NDArray
 
-MIN_BYTES = 1 << 20  # smaller arrays are not pooled
-ALIGNMENT = 64  # bytes of a cache line, which kernels write as a whole
+MIN_BYTES = 1 << 18  # smaller arrays are not pooled
+# Bytes of two cache lines. Kernels write a line as a whole, and Intel's OpenCL copies arrays of
+# buffers that begin elsewhere.
+ALIGNMENT = 128
 MAX_IDLE_BYTES = 1 << 28  # of all idle buffers together
 MAX_IDLE_CALLS = 32  # calls of `empty` after which an idle buffer is freed
 
@@ -59,7 +61,7 @@ def empty(shape: int | tuple[int, ...], dtype: DTypeLike) -> NDArray[Any]:
 
 
 def _aligned(size: int) -> NDArray[np.uint8]:
-    """New memory from the start of a cache line on."""
+    """New memory from a multiple of ALIGNMENT on."""
     memory = np.empty(size + ALIGNMENT, np.uint8)
     start = -memory.ctypes.data % ALIGNMENT
     return memory[start : start + size]

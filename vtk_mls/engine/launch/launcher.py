@@ -153,12 +153,13 @@ class RegionMap:
         # by grid, None at points, and whether it is the second pass
         self._shared_arguments = {}
         searches = deformation.in_rest_frame and deformation.obstacles
-        self._nodes = OriginNodes(self) if searches else None
+        # by a weak reference, so that the memory of nodes is free as soon as the map is gone
+        self._nodes = OriginNodes(weakref.proxy(self)) if searches else None
         # Without searches a GPU evaluates the map at least as fast as it interpolates: an NVIDIA
         # H200, 64^3 to 256^3, 15 to 5,000 control points, 1 and 16 steps, takes 0.4 to 1 times.
         is_fast = launcher.device.kind == "gpu" and not deformation.obstacles
         has_nodes = deformation.map_tolerance > 0 and not is_fast
-        self._coarse_map = CoarseMap(self) if has_nodes else None
+        self._coarse_map = CoarseMap(weakref.proxy(self)) if has_nodes else None
 
     def launch_at(self, name, inputs, arguments=(), changed=(), outputs=()):
         """Launch a kernel at points of the local frame, the first of `inputs` (3, m) each.

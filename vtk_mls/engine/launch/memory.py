@@ -8,6 +8,7 @@ from collections import OrderedDict
 import numpy as np
 import pyopencl as cl
 
+from vtk_mls.base import buffer_pool
 from vtk_mls.engine.device import devices
 
 MIN_LIMIT = 1 << 20  # bytes of device memory below which work is not retried
@@ -58,6 +59,18 @@ class Memory:
             buffer = cl.Buffer(self.context, cl.mem_flags.READ_WRITE, size)
             self._scratch[use] = buffer
         return buffer
+
+    def pooled(self, size):
+        """A buffer of `size` bytes, on a CPU in memory that earlier ones have left.
+
+        Its memory is that of another buffer as soon as it is freed, so kernels must have ended
+        by then.
+        """
+        access = cl.mem_flags.READ_WRITE
+        if not self.in_place:
+            return cl.Buffer(self.context, access, size)
+        array = buffer_pool.empty(size, np.uint8)
+        return cl.Buffer(self.context, access | cl.mem_flags.USE_HOST_PTR, hostbuf=array)
 
     def constant(self, array):
         """A read-only copy of `array` on the device."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 
 from vtk_mls.engine.launch.structs import filled
@@ -99,16 +101,24 @@ def dilated_by(cells, offsets):
     return cells
 
 
+def doubled(cells):
+    """Cells of a map with twice as many along each axis, those in set cells."""
+    for axis in (2, 1, 0):  # rows are copied as a whole
+        cells = cells.repeat(2, axis)
+    return cells
+
+
 def near_handles(map_, whole, box, step):
     """Which cells of `step` points have a handle, or a neighbor that has one.
 
     Peaks and kinks there may be narrower than the distance of nodes.
     """
-    box = box.widened(1, 1)
     near = np.zeros(box.shape, bool)
     handles = map_.control_points.handles
     places = [handles.deformed, *handles.segments.every(step * min(whole.spacing))]
-    at = whole.index_of(np.concatenate(places)) // step - box.first
-    at = at[np.all((at >= 0) & (at < box.cells), axis=1)].astype(int)
-    near[tuple(at.T[::-1])] = True
-    return dilated(near)[1:-1, 1:-1, 1:-1]
+    at = whole.index_of(np.concatenate(places)) // step
+    around = np.array(list(itertools.product((-1, 0, 1), repeat=3)))
+    cells = (at[:, None] + around - box.first).reshape(-1, 3)
+    inside = np.all((cells >= 0) & (cells < box.cells), axis=1)
+    near[tuple(cells[inside].astype(int).T[::-1])] = True
+    return near

@@ -3,23 +3,20 @@
 from __future__ import annotations
 
 import numpy as np
-import pyopencl as cl
 
-from vtk_mls.base.grid import Grid
 from vtk_mls.engine.launch import kernel_arguments
 from vtk_mls.engine.launch.structs import CONSTANTS, filled
-from vtk_mls.engine.map import fine_map
+from vtk_mls.engine.map import fine_map, nodes
 from vtk_mls.engine.map.cells import Box, ListedCells, dilated, near_handles
 from vtk_mls.engine.map.fine_map import Checked, FineMap
+from vtk_mls.engine.map.sparse_map import SparseMap
 
 STEP = CONSTANTS["COARSE_STEP"]
-_AROUND = range(-2, 4)  # the nodes around a cell, by which its points are interpolated
 # Largest ratio of an error in a cell to those in its middle and in the middles of its neighbors:
 # 6.5 in the worst of 2,100 random sets.
 _SAFETY = 8
 MAX_NODE_FRACTION = 0.25  # nodes and cell centers per point of the grid
 MAX_NEAR_FRACTION = 0.5  # of the cells, with control points in or beside them
-_SPARE = 64  # floats after the last node that kernels may read, but do not use
 # The kernel that interpolates the outputs of another one.
 _COARSE = {
     "grid_displacement": "coarse_displacement",
@@ -43,6 +40,7 @@ class CoarseMap:
         self._grid = None
         self._pays_off = {}  # by whole grid
         self._fine_map = FineMap(map_) if FineMap.pays_off(map_.deformation) else None
+        self._sparse_map = None if map_.deformation.cuts else SparseMap(map_)
 
     def pays_off(self, grid):
         """Whether a grid has far fewer nodes, and cells near control points, than points."""
@@ -81,8 +79,9 @@ class CoarseMap:
         to_local = grid.index_to_world / self.map.control_points.scale
         to_slopes = kernel_arguments.transform(np.linalg.inv(to_local).T, np.zeros(3))
         record = filled("coarse_t", **block, **self._around, to_slopes=to_slopes)
-        self._launch_blocks(
-            *(_COARSE[name], grid_and_pass, block, points, record, self._nodes, *arguments),
+        nodes.launch_cells(
+            *(self.map, _COARSE[name], grid_and_pass, block["cells"], points, record),
+            *(self._nodes, *arguments),
             constants=constants,
         )
         layers = slice(low - first[2], high + 1 - first[2])
@@ -98,82 +97,44 @@ class CoarseMap:
                 constants=(*constants, ("POINTS", "CELLS")),
             )
 
-    def _launch_blocks(self, name, grid_and_pass, block, *arguments, constants=()):
-        """Launch a kernel whose work items take so many cells along x as others take points.
-
-        Vectors of them take a band of cells along y.
-        """
-        lanes = dict(self.map.launcher.sums(False))["LANES"]
-        band = CONSTANTS["BAND_CELLS"] if lanes > 1 else 1
-        nx, ny, nz = map(int, block["cells"])
-        count = -(-nx // lanes) * lanes * -(-ny // band) * nz
-        self.map.launch(name, grid_and_pass, count, *arguments, constants=constants)
-
     def _find(self, grid):
         """Find the nodes around a grid, and its inaccurate cells."""
         own, every, memory = _box_of(grid), _box_of(grid.whole), self.map.memory
         margin = FineMap.MARGIN if self._fine_map else 1  # cells around it are checked, too
         box = own.widened(margin, margin).within(every)
-        self._around = {"first_node": box.first, "nodes": box.cells + len(_AROUND) - 1}
-        self._nodes = self._at_nodes(grid, box.first, self._around["nodes"], _AROUND[0] * STEP)
-        middles = self._at_nodes(grid, box.first, box.cells, STEP / 2)
-        to_index = grid.world_to_index * self.map.control_points.scale
-        check = filled(
-            "check_t",
-            to_index=kernel_arguments.transform(to_index, np.zeros(3)),
-            limit2=(self.map.deformation.map_tolerance / _SAFETY) ** 2,
+        self._around = nodes.around(box)
+        self._nodes, middles, sure = self._tables(grid.whole, box)
+        check = nodes.check_of(self.map, grid, _SAFETY)
+        flags = nodes.check_flags(
+            self.map, grid, box, check, self._around, self._nodes, middles, sure
         )
-        flags = self._check(grid, box, check, middles)
-        is_inaccurate, is_separated, is_other_region, is_rough = (
-            (flags & CONSTANTS[name]).astype(bool)
-            for name in ("INACCURATE", "SEPARATED", "OTHER_REGION", "ROUGH")
-        )
+
+        def has(name):
+            return flags & CONSTANTS[name] != 0
+
         near = near_handles(self.map, grid.whole, box, STEP)
-        inaccurate = dilated(is_inaccurate) | near
+        inaccurate = dilated(has("INACCURATE")) | near
+        in_region = ~has("OTHER_REGION")
         rows = box.rows(own)
-        self._inaccurate = ListedCells(memory, own, (inaccurate & ~is_other_region)[rows])
+        self._inaccurate = ListedCells(memory, own, (inaccurate & in_region)[rows])
         if self._fine_map:
-            separated = inaccurate & dilated(is_separated)
-            self._separated = ListedCells(memory, own, (separated & ~is_other_region)[rows])
-            around = {**self._around, "first_node": box.first + _AROUND[0]}
-            checked = Checked(box, own, every, around, self._nodes, middles, check)
-            refinable = inaccurate & ~separated & ~is_other_region
-            self._fine_map.find(grid, checked, inaccurate, refinable, dilated(is_rough | near))
+            separated = inaccurate & dilated(has("SEPARATED"))
+            self._separated = ListedCells(memory, own, (separated & in_region)[rows])
+            around = {**self._around, "first_node": box.first - nodes.BEFORE}
+            checked = Checked(box, own, every, around, self._nodes, middles, sure, check)
+            refinable = inaccurate & ~separated & in_region
+            self._fine_map.find(grid, checked, inaccurate, refinable, dilated(has("ROUGH") | near))
 
-    def _check(self, grid, box, check, middles):
-        """Flags of coarse_check.cl for the cells of a box (nz, ny, nx)."""
-        record = box.record(**self._around)
-        block = {"first_cell": box.first, "cells": box.cells}
-        points = kernel_arguments.grid_points(grid, slice(0, grid.size), self.map.control_points)
-        flags = np.empty(box.shape, np.uint8)
-        with self.map.memory.output_buffer(flags) as out:
-            self._launch_blocks(
-                *("coarse_check", (grid.whole, False), block, points, record, check),
-                *(self._nodes, middles, out),
-            )
-        return flags
+    def _tables(self, whole, box):
+        """Buffers with the map at the nodes around a box of cells, and in the middles of these.
 
-    def _at_nodes(self, grid, first, dimensions, start):
-        """A buffer with the map at every STEP-th point of the whole grid from `start` on.
-
-        Of these the `dimensions` from `first` on.
+        Cells that the third has as accurate have no middle; None without any.
         """
-        whole, map_ = grid.whole, self.map
-        every = Grid(
-            first + dimensions, whole.at([[start] * 3])[0], STEP * whole.spacing, whole.direction
-        )
-        nodes = every.part(first, dimensions)
-        planes = 4 if map_.deformation.cuts else 3
-        size = 4 * (planes * nodes.size + _SPARE)
-        table = cl.Buffer(map_.memory.context, cl.mem_flags.READ_WRITE, size)
-        for part in map_.launcher.slabs(nodes.size, map_.deformation, 4 * planes):
-            points = kernel_arguments.grid_points(nodes, part, map_.control_points)
-            count = part.stop - part.start
-            map_.launch(
-                *("node_displacement", (None, False), count, points, np.int64(nodes.size)),
-                *(None, table),
-            )
-        return table
+        if self._sparse_map and self._sparse_map.pays_off(whole):
+            return self._sparse_map.find(whole, box)
+        around = box.widened(nodes.BEFORE, nodes.AFTER)
+        grids = nodes.node_grid(whole, STEP, around), nodes.node_grid(whole, STEP, box, STEP / 2)
+        return *(nodes.evaluated(self.map, grid) for grid in grids), None
 
 
 def _box_of(grid):

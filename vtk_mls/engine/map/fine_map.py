@@ -8,16 +8,15 @@ from typing import NamedTuple
 import numpy as np
 import pyopencl as cl
 
-from vtk_mls.base.grid import Grid
 from vtk_mls.engine.launch import kernel_arguments
 from vtk_mls.engine.launch.structs import CONSTANTS
-from vtk_mls.engine.map.cells import Box, ListedCells, dilated, dilated_by, near_handles
+from vtk_mls.engine.map import nodes
+from vtk_mls.engine.map.cells import Box, ListedCells, dilated, dilated_by, doubled, near_handles
 
 FINE_STEP = CONSTANTS["FINE_STEP"]
 _RATIO = CONSTANTS["COARSE_STEP"] // FINE_STEP
 _PLACES = 8  # points of a fine cell, fine nodes of a coarse cell
 _MIN_STEPS = 4  # of a deformation, from which on maps are so slow that the finer one pays off
-_SPARE = 64  # floats after the last node that kernels may read, but do not use
 # The kernel that interpolates the outputs of another one.
 KERNELS = {"grid_displacement": "fine_displacement", "grid_source_index": "fine_source_index"}
 _CONSTANTS = (("POINTS", "CELLS"), ("CELL_STEP", "FINE_STEP"))
@@ -34,6 +33,8 @@ class Checked(NamedTuple):
         Members of a coarse_t: `first_node`, `nodes`.
     node_planes, middles : Buffer
         The map at nodes, and in the middles of the cells checked.
+    sure : Buffer or None
+        Which of these are known to be accurate and have no middle.
     check : check_t
     """
 
@@ -43,6 +44,7 @@ class Checked(NamedTuple):
     nodes: dict
     node_planes: cl.Buffer
     middles: cl.Buffer
+    sure: cl.Buffer | None
     check: np.ndarray
 
 
@@ -84,8 +86,8 @@ class FineMap:
         refined_box = box.widened(1, 1).within(every)
         refined = refinable[coarse.box.rows(refined_box)]
         self._find_nodes(grid, coarse, inaccurate, refined_box, refined)
-        checked, cells = refined_box.scaled(_RATIO), _doubled(refined)
-        unsure = cells & _doubled(rough[coarse.box.rows(refined_box)])
+        checked, cells = refined_box.scaled(_RATIO), doubled(refined)
+        unsure = cells & doubled(rough[coarse.box.rows(refined_box)])
         listed = ListedCells(self.map.memory, checked, unsure, **self._nodes)
         inaccurate = np.zeros(checked.shape, bool)
         inaccurate[unsure] = self._check(grid, coarse, listed)
@@ -130,9 +132,7 @@ class FineMap:
             every = tuple(slice(k, None, _RATIO) for k in place)
             is_evaluated[every] = has_node & is_inaccurate & ~is_exact
         self._nodes = {"first_node": box.first, "nodes": box.cells}
-        planes = 4 if map_.deformation.cuts else 3
-        size = 4 * (planes * int(np.prod(box.cells)) + _SPARE)
-        self._planes = cl.Buffer(map_.memory.context, cl.mem_flags.READ_WRITE, size)
+        self._planes = nodes.node_buffer(map_, np.prod(box.cells))
         has_nodes = np.zeros(coarse.box.shape, bool)
         has_nodes[checked] = np.logical_or.reduce(list(used.values()))[rows]
         listed = ListedCells(map_.memory, coarse.box, has_nodes, **coarse.nodes)
@@ -141,25 +141,11 @@ class FineMap:
             return
         map_.launch(
             *("fine_node", (None, False), count * _PLACES, listed.record(slice(0, count))),
-            *(listed.buffer, coarse.node_planes, coarse.middles),
+            *(listed.buffer, coarse.node_planes, coarse.middles, coarse.sure),
             *(box.record(**self._nodes), self._planes),
         )
-        self._evaluate(grid.whole, box, np.flatnonzero(is_evaluated))
-
-    def _evaluate(self, whole, box, indices):
-        """Evaluate the map at nodes of a box, by their `indices` (n,) in it."""
-        map_, start = self.map, -_RATIO * FINE_STEP  # one coarse cell before the first point
-        first = box.first + _RATIO
-        origin, spacing = whole.at([[start] * 3])[0], FINE_STEP * whole.spacing
-        nodes = Grid(first + box.cells, origin, spacing, whole.direction).part(first, box.cells)
-        for part in map_.launcher.slabs(len(indices), map_.deformation, 8):
-            listed = indices[part]
-            points = kernel_arguments.grid_points(nodes, slice(0, len(listed)), map_.control_points)
-            with map_.memory.input_buffer(listed) as buffer:
-                map_.launch(
-                    *("node_displacement", (None, False), len(listed), points),
-                    *(np.int64(nodes.size), buffer, self._planes),
-                )
+        node_grid = nodes.node_grid(grid.whole, FINE_STEP, box)
+        nodes.evaluate(map_, node_grid, np.flatnonzero(is_evaluated), self._planes)
 
     def _check(self, grid, coarse, listed):
         """Which of listed fine cells are inaccurate in the middle: (n,) bool."""
@@ -183,9 +169,3 @@ def _used_nodes(refined):
         place: dilated_by(refined, [ranges[k] for k in place])
         for place in itertools.product((0, 1), repeat=3)
     }
-
-
-def _doubled(cells):
-    for axis in (2, 1, 0):  # rows are copied as a whole
-        cells = cells.repeat(_RATIO, axis)
-    return cells
