@@ -244,7 +244,7 @@ def test_images_that_are_cut_follow_it(cuts, frame, rng):
         pytest.param(8, "rigid", CUTS["half-plane"], None, marks=pytest.mark.matrix),
     ],
 )
-def test_many_steps_keep_to_the_tolerance(steps, kind, cuts, lanes, rng, monkeypatch):
+def test_many_steps_keep_to_the_tolerance(steps, kind, cuts, lanes, nodes, rng, monkeypatch):
     """Cells that are inaccurate between nodes get nodes that are closer."""
     launched, launch = [], Launcher.launch
 

@@ -54,6 +54,8 @@ class Launcher:
             for c in (region.control_points for region in deformation.regions)
         )
         cost *= deformation.steps_used
+        if deformation.map_tolerance > 0:
+            cost /= 4  # most points are interpolated, as a rule
         limit = min(
             _MAX_WORK / cost,
             self.memory.limit / 4 / bytes_per_item,
