@@ -18,7 +18,7 @@ typedef SUM sum_t;
 #define SUM_TO_REAL(sum) ((float)(sum))
 #else
 typedef GLUE(SUM, LANES) sum_t;
-#define TO_SUM(x) GLUE(GLUE(convert_, SUM), LANES)(x)
-#define SUM_TO_REAL(sum) GLUE(convert_float, LANES)(sum)
+#define TO_SUM(x) __builtin_convertvector(x, sum_t)
+#define SUM_TO_REAL(sum) __builtin_convertvector(sum, real)
 #endif
 #define LANE_SUM(vector, l) (((SUM *)&(vector))[l])

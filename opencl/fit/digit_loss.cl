@@ -53,10 +53,16 @@ inline real displacement_tolerance(const fit_t *fit) {
   return fma((real)(DISPLACEMENT_TOLERANCE), absolute_sum(fit->pivot.u), tolerance);
 }
 
-// Whether the displacement is too inexact. Comparisons are written so that NaN is.
-inline integer is_displacement_inexact(const map_t *map, const fit_t *fit) {
-  real loss = coefficient_loss(map, fit) * value_loss(map, fit, fit->psi);
-  return !(ROUNDING * loss <= displacement_tolerance(fit));
+// Whether a displacement is too inexact, for `psi` at v. Comparisons are written so that NaN is.
+inline integer is_inexact_at(const map_t *map, const fit_t *fit, const real *psi) {
+  return !(ROUNDING * fit->loss * value_loss(map, fit, psi) <= displacement_tolerance(fit));
+}
+
+// From values of the basis functions to those of psi.
+inline void eliminate(const map_t *map, const fit_t *fit, real *f) {
+  const int functions = functions_of(map);
+  UNROLL for (int j = 0; j < functions; ++j)
+    UNROLL for (int l = 0; l < j; ++l) f[j] = fma(-fit->lower[AT(j, l)], f[l], f[j]);
 }
 
 // Whether the Jacobian is too inexact.
@@ -67,9 +73,8 @@ inline integer is_jacobian_inexact(const map_t *map, const fit_t *fit) {
     real m[MONOMIALS], psi[FUNCTIONS];
     monomial_slopes(fit->point.v, axis, m);
     combine(map->kind_table, functions, m, psi);
-    UNROLL for (int j = 0; j < functions; ++j)
-      UNROLL for (int l = 0; l < j; ++l) psi[j] = fma(-fit->lower[AT(j, l)], psi[l], psi[j]);
+    eliminate(map, fit, psi);
     loss = fast_max(loss, value_loss(map, fit, psi));
   }
-  return !(ROUNDING * coefficient_loss(map, fit) * loss <= SLOPE_TOLERANCE);
+  return !(ROUNDING * fit->loss * loss <= SLOPE_TOLERANCE);
 }

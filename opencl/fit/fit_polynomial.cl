@@ -2,8 +2,9 @@
 //
 // The elimination loses twice as many digits as the fit where a few control points outweigh all
 // others (a large alpha, an isolated pair) or hardly determine the fit: there the host sets USE_FP64.
-// Sums in double take twice as long as in float. So all points are fitted in float, and those where
-// float is too inexact again in double. A lane takes the result that its own estimate asks for.
+// Sums in double take twice as long as in float. So all points are fitted in float. Where that is too
+// inexact, displacements are refined in float, and what is still too inexact is fitted again in double.
+// A lane takes the result that its own estimate asks for.
 
 #include "basis.cl"
 
@@ -84,6 +85,7 @@ inline void functions_on_segments(const map_t *map, const pivot_t *pivot, real *
 #define sum_vec TYPED(sum_vec)
 #define sums_t TYPED(sums_t)
 #define weighted_fit_t TYPED(weighted_fit_t)
+#define sum_fma TYPED(sum_fma)
 #define sum_madd TYPED(sum_madd)
 #define sum_scale TYPED(sum_scale)
 #define sum_add TYPED(sum_add)
@@ -103,6 +105,7 @@ inline void functions_on_segments(const map_t *map, const pivot_t *pivot, real *
 #define fit_polynomials TYPED(fit_polynomials)
 #define fitted_displacement TYPED(fitted_displacement)
 #define coefficients_of TYPED(coefficients_of)
+#define influence_of TYPED(influence_of)
 #define set_slopes TYPED(set_slopes)
 #define fitted_jacobian TYPED(fitted_jacobian)
 
@@ -128,8 +131,8 @@ inline void functions_on_segments(const map_t *map, const pivot_t *pivot, real *
 // From here on names without a suffix are those of the last type.
 typedef weighted_fit_t fit_t;
 
-// For affine maps double is rarely needed, and sums over segments and proxies are longer in code.
-#define REFINED (MIXED && FUNCTIONS > 3 && !REGIONS && !SEGMENTS)
+// Sums over segments and proxies are longer in code.
+#define REFINED (MIXED && !REGIONS && !SEGMENTS)
 
 #if MIXED
 #include "digit_loss.cl"
@@ -156,7 +159,8 @@ inline void fit_step(const map_t *map, fit_t *fit) {
 #endif
   fit_polynomials(map, fit);
 #if MIXED
-  fit->is_inexact = is_displacement_inexact(map, fit);
+  fit->loss = coefficient_loss(map, fit);
+  fit->is_inexact = is_inexact_at(map, fit, fit->psi);
 #endif
 }
 

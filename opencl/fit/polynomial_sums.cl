@@ -12,13 +12,15 @@ typedef struct { sum_t x, y, z; } sum_vec;
 typedef struct {
   evaluation_point_t point;
   pivot_t pivot;
-  integer is_inexact;       // whether the point needs a fit in double (digit_loss.cl)
+  integer is_inexact;       // whether float is too inexact (digit_loss.cl)
+  real loss;                // B of digit_loss.cl
   sum_t share;              // r / W
   sum_vec mean;             // weighted mean of u - u_k
   real f_k[FUNCTIONS];      // basis functions at k
   sum_t center[FUNCTIONS];  // weighted mean of the functions, less f_k
   sum_t lower[GRAM_SIZE];   // L; on its diagonal square norms before the elimination
   sum_t inverse[FUNCTIONS]; // 1 / D, or 0
+  real f[FUNCTIONS];        // basis functions at v, less f_k
   sum_t psi[FUNCTIONS];     // at v
   sum_vec c[FUNCTIONS];     // <u, psi_j>
 } weighted_fit_t;
@@ -31,8 +33,14 @@ typedef struct {
   sum_vec uf[FUNCTIONS];
 } sums_t;
 
+// In double without the built-in fma(), which PoCL before version 5 calls wrongly for vectors of 512
+// bits (devices.py). Compilers contract the expression.
+inline sum_t sum_fma(sum_t a, sum_t b, sum_t c) {
+  return sizeof(SUM) > sizeof(float) ? a * b + c : fma(a, b, c);
+}
+
 inline sum_vec sum_madd(sum_t s, sum_vec a, sum_vec b) {
-  return (sum_vec){fma(s, a.x, b.x), fma(s, a.y, b.y), fma(s, a.z, b.z)};
+  return (sum_vec){sum_fma(s, a.x, b.x), sum_fma(s, a.y, b.y), sum_fma(s, a.z, b.z)};
 }
 inline sum_vec sum_scale(sum_t s, sum_vec a) { return (sum_vec){s * a.x, s * a.y, s * a.z}; }
 inline sum_vec sum_add(sum_vec a, sum_vec b) { return (sum_vec){a.x + b.x, a.y + b.y, a.z + b.z}; }
@@ -78,7 +86,7 @@ HOT void add_values(const map_t *map, sums_t *sums, const sum_t w[GROUP], const 
     sums->uf[j] = uf;
     UNROLL for (int l = 0; l <= j; ++l) {
       sum_t product = sums->gram[AT(j, l)];
-      UNROLL_GROUP for (int b = 0; b < GROUP; ++b) product = fma(wf[b], f[b][l], product);
+      UNROLL_GROUP for (int b = 0; b < GROUP; ++b) product = sum_fma(wf[b], f[b][l], product);
       sums->gram[AT(j, l)] = product;
     }
   }
@@ -140,7 +148,7 @@ HOT void add_segment(const map_t *map, sums_t *sums, int i, const segment_weight
     sums->uf[j] = sum_madd(wf[1], du, sum_madd(wf[0], u, sums->uf[j]));
     UNROLL for (int l = 0; l <= j; ++l) {
       sum_t product = sums->gram[AT(j, l)];
-      UNROLL for (int k = 0; k < SEGMENTS; ++k) product = fma(wf[k], f[k][l], product);
+      UNROLL for (int k = 0; k < SEGMENTS; ++k) product = sum_fma(wf[k], f[k][l], product);
       sums->gram[AT(j, l)] = product;
     }
   }
@@ -170,8 +178,8 @@ HOT void add_region(const map_t *map, sums_t *sums, int i, const weighted_fit_t 
     sums->f[j] += wf;
     sums->uf[j] = sum_madd(w, uf, sum_madd(wf, u, sums->uf[j]));
     UNROLL for (int l = 0; l <= j; ++l)
-      sums->gram[AT(j, l)] = fma(w, (sum_t)(region_moment(gram, AT(j, l))),
-                                 fma(wf, f[l], sums->gram[AT(j, l)]));
+      sums->gram[AT(j, l)] = sum_fma(w, (sum_t)(region_moment(gram, AT(j, l))),
+                                 sum_fma(wf, f[l], sums->gram[AT(j, l)]));
   }
 }
 
@@ -241,21 +249,21 @@ inline void orthogonalize(const map_t *map, weighted_fit_t *fit, const sums_t *s
   UNROLL for (int j = 0; j < functions; ++j) {
     fit->center[j] = fit->share * sums->f[j];
     UNROLL for (int l = 0; l <= j; ++l)
-      fit->lower[AT(j, l)] = fma(-fit->center[j], sums->f[l], sums->gram[AT(j, l)]);
+      fit->lower[AT(j, l)] = sum_fma(-fit->center[j], sums->f[l], sums->gram[AT(j, l)]);
   }
   sum_t *g = fit->lower;
   UNROLL for (int j = 0; j < functions; ++j) {
     sum_t before = g[AT(j, j)];
     UNROLL for (int l = 0; l < j; ++l) {
       sum_t scaled = g[AT(j, l)];  // L_jl D_l
-      for (int m = 0; m < l; ++m) scaled = fma(-g[AT(j, m)], g[AT(l, m)], scaled);
+      for (int m = 0; m < l; ++m) scaled = sum_fma(-g[AT(j, m)], g[AT(l, m)], scaled);
       g[AT(j, l)] = scaled;
     }
     sum_t norm = before;
     UNROLL for (int l = 0; l < j; ++l) {
       sum_t scaled = g[AT(j, l)];
       g[AT(j, l)] = scaled * fit->inverse[l];
-      norm = fma(-scaled, g[AT(j, l)], norm);
+      norm = sum_fma(-scaled, g[AT(j, l)], norm);
     }
     fit->inverse[j] = norm <= VANISHING * before ? (sum_t)(0) : 1 / norm;
   }
@@ -275,17 +283,17 @@ inline void fit_polynomials(const map_t *map, weighted_fit_t *fit) {
   sums_t sums;
   sum_up(map, fit, &sums);
   sum_t r = TO_SUM(pivot->r), c = TO_SUM(pivot->c);
-  fit->share = r / fma(r, sums.weight - c, c);
+  fit->share = r / sum_fma(r, sums.weight - c, c);
   fit->mean = sum_scale(fit->share, sums.u);
   orthogonalize(map, fit, &sums);
-  real m[MONOMIALS], f[FUNCTIONS];
+  real m[MONOMIALS];
   monomial_differences(pivot->x, fit->point.v, pivot->q, m);
-  combine(map->kind_table, functions, m, f);
+  combine(map->kind_table, functions, m, fit->f);
   UNROLL for (int j = 0; j < functions; ++j) {
-    fit->psi[j] = TO_SUM(f[j]) - fit->center[j];
+    fit->psi[j] = TO_SUM(fit->f[j]) - fit->center[j];
     fit->c[j] = sum_madd(-fit->center[j], sums.u, sums.uf[j]);
     UNROLL for (int l = 0; l < j; ++l) {
-      fit->psi[j] = fma(-fit->lower[AT(j, l)], fit->psi[l], fit->psi[j]);
+      fit->psi[j] = sum_fma(-fit->lower[AT(j, l)], fit->psi[l], fit->psi[j]);
       fit->c[j] = sum_madd(-fit->lower[AT(j, l)], fit->c[l], fit->c[j]);
     }
   }
@@ -307,6 +315,16 @@ inline void coefficients_of(const map_t *map, const weighted_fit_t *fit, sum_vec
     c[j] = sum_scale(fit->inverse[j], fit->c[j]);
     UNROLL for (int l = j + 1; l < functions; ++l)
       c[j] = sum_madd(-fit->lower[AT(l, j)], c[l], c[j]);
+  }
+}
+
+// The t for which w_i (share + t (f_i - center)) is the share of u_i in the fit.
+inline void influence_of(const map_t *map, const weighted_fit_t *fit, sum_t t[FUNCTIONS]) {
+  const int functions = functions_of(map);
+  UNROLL for (int j = functions - 1; j >= 0; --j) {
+    t[j] = fit->inverse[j] * fit->psi[j];
+    UNROLL for (int l = j + 1; l < functions; ++l)
+      t[j] = sum_fma(-fit->lower[AT(l, j)], t[l], t[j]);
   }
 }
 
@@ -332,14 +350,10 @@ inline weight_jacobian_t fitted_jacobian(const map_t *map, const weighted_fit_t 
   const int functions = functions_of(map);
   const pivot_t *pivot = &fit->pivot;
   weight_jacobian_t jacobian = no_weight_jacobian(map, pivot, &fit->point);
-  // back from psi to the basis: coefficients of the fit, and of the influence
   sum_t t[FUNCTIONS];
   sum_vec c[FUNCTIONS];
+  influence_of(map, fit, t);
   coefficients_of(map, fit, c);
-  UNROLL for (int j = functions - 1; j >= 0; --j) {
-    t[j] = fit->inverse[j] * fit->psi[j];
-    UNROLL for (int l = j + 1; l < functions; ++l) t[j] = fma(-fit->lower[AT(l, j)], t[l], t[j]);
-  }
   set_slopes(map, fit->point.v, c, &jacobian.by_v);
   for (int i = 0; i < term_count(map); ++i) {
     change_t changes[CHANGES];
@@ -364,7 +378,7 @@ inline weight_jacobian_t fitted_jacobian(const map_t *map, const weighted_fit_t 
                                   (sum_vec){TO_SUM(u.x), TO_SUM(u.y), TO_SUM(u.z)});
       UNROLL for (int j = 0; j < functions; ++j) {
         sum_t f = TO_SUM(values[j]) - fit->center[j];
-        influence = fma(t[j], f, influence);
+        influence = sum_fma(t[j], f, influence);
         residual = sum_madd(-f, c[j], residual);
       }
       residual = sum_scale(influence, residual);

@@ -88,7 +88,7 @@ class Device:
 
     @property
     def double_lanes(self) -> int:
-        """The same for kernels that sum in double."""
+        """The same for kernels that use built-ins for double."""
         return min(self.lanes, 4) if self._miscompiles_512_bits else self.lanes
 
     @property

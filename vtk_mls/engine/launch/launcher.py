@@ -23,6 +23,7 @@ _POINTS_OF_SEGMENT = 4  # control points that take as long as a segment
 # Points whose source indices stay in the cache of a CPU between the two kernels of a resampling.
 _MAX_CACHED_POINTS = 1 << 19
 # Structs of kernels that do not use them.
+_FLOAT64 = (("USE_FP64", 1),)
 _NO_CUTS, _NO_NODES, _NO_CELLS = map(filled, ("cut_params_t", "nodes_t", "coarse_t"))
 # Points of one search for forward images.
 _MAX_SEARCHED_POINTS = 1 << 18
@@ -90,7 +91,7 @@ class Launcher:
     def sums(self, double):
         """Build constants of kernels that sum in double or in float."""
         if double:
-            return [("LANES", self.device.double_lanes), ("USE_FP64", 1)]
+            return [("LANES", self.device.double_lanes), *_FLOAT64]
         return [("LANES", self.device.lanes)]
 
     def map(self, deformation, region, grid, second_pass):
@@ -118,7 +119,8 @@ class Launcher:
             ("SEGMENTS", kind.segment_points if len(handles.segments) else 0),
             ("LIMITS", int(bool(deformation.limits))),
             ("STEPS", int(len(steps) > 1)),
-            *self.sums(self.device.has_float64 and kind.needs_float64(alpha)),
+            ("LANES", self.device.lanes),
+            *(_FLOAT64 if self.device.has_float64 and kind.needs_float64(alpha) else ()),
             *kind.constants().items(),
         ]
         cut_params, cut_table = _NO_CUTS, None
