@@ -65,7 +65,7 @@ inline int union16(int16 lanes) { return union8(lanes.lo | lanes.hi); }
 #define HOT inline __attribute__((always_inline))
 
 // Before a short loop over an array of vectors: else PoCL keeps the array in memory.
-#define UNROLL _Pragma("unroll")
+#define UNROLL_ALL _Pragma("unroll")
 
 // Lane l of a vector, to read or to write.
 #define LANE(vector, l) (((float *)&(vector))[l])

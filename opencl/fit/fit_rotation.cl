@@ -81,7 +81,7 @@ HOT void add_term(sums_t *sums, const map_t *map, int i, const pivot_t *pivot,
 #if REGIONS
   if (!is_region(map, i)) return;
   __global const region_t *region = map->regions + i;
-  UNROLL for (int j = 0; j < 9; ++j)
+  UNROLL_ALL for (int j = 0; j < 9; ++j)
     sums->c.a[j] = fma((real)(region->moments[j]), w, sums->c.a[j]);
 #if SIMILARITY
   sums->spread = fma((real)(region->spread), w, sums->spread);

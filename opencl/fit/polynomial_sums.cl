@@ -124,22 +124,22 @@ HOT void add_segment(const map_t *map, sums_t *sums, int i, const segment_weight
   const sum_vec u = {TO_SUM(middle.x), TO_SUM(middle.y), TO_SUM(middle.z)};
   const sum_vec du = {TO_SUM(along.along_u.x), TO_SUM(along.along_u.y), TO_SUM(along.along_u.z)};
   sum_t w[SEGMENTS], f[SEGMENTS][FUNCTIONS];
-  UNROLL for (int k = 0; k < SEGMENTS; ++k) w[k] = TO_SUM(factors.norm[k]);
+  UNROLL_ALL for (int k = 0; k < SEGMENTS; ++k) w[k] = TO_SUM(factors.norm[k]);
   sums->weight += w[0];
   sums->u = sum_madd(w[0], u, sums->u);
   UNROLL for (int j = 0; j < functions; ++j) {
     real c[SEGMENTS];  // of the powers of t about along.t
-    UNROLL for (int k = 1; k < SEGMENTS; ++k) c[k] = powers[k * FUNCTIONS + j];
-    UNROLL for (int k = 0; k + 1 < SEGMENTS; ++k)
-      UNROLL for (int l = SEGMENTS - 2; l >= max(k, 1); --l) c[l] = fma(along.t, c[l + 1], c[l]);
+    UNROLL_ALL for (int k = 1; k < SEGMENTS; ++k) c[k] = powers[k * FUNCTIONS + j];
+    UNROLL_ALL for (int k = 0; k + 1 < SEGMENTS; ++k)
+      UNROLL_ALL for (int l = SEGMENTS - 2; l >= max(k, 1); --l) c[l] = fma(along.t, c[l + 1], c[l]);
     real change = c[SEGMENTS - 1];
-    UNROLL for (int k = SEGMENTS - 2; k > 0; --k) change = fma(-from, change, c[k]);
+    UNROLL_ALL for (int k = SEGMENTS - 2; k > 0; --k) change = fma(-from, change, c[k]);
     c[0] = fma(from, change, select(powers[j] - fit->f_k[j], (real)(0), is_pivot));
     sum_t wf[SEGMENTS];
-    UNROLL for (int k = 0; k < SEGMENTS; ++k) {
+    UNROLL_ALL for (int k = 0; k < SEGMENTS; ++k) {
       real sum = c[k];
 #if SEGMENTS > 2  // else about the mean
-      UNROLL for (int l = k + 1; l < SEGMENTS; ++l) sum = fma(factors.l[l][k], c[l], sum);
+      UNROLL_ALL for (int l = k + 1; l < SEGMENTS; ++l) sum = fma(factors.l[l][k], c[l], sum);
 #endif
       f[k][j] = TO_SUM(sum);
       wf[k] = w[k] * f[k][j];
@@ -148,7 +148,7 @@ HOT void add_segment(const map_t *map, sums_t *sums, int i, const segment_weight
     sums->uf[j] = sum_madd(wf[1], du, sum_madd(wf[0], u, sums->uf[j]));
     UNROLL for (int l = 0; l <= j; ++l) {
       sum_t product = sums->gram[AT(j, l)];
-      UNROLL for (int k = 0; k < SEGMENTS; ++k) product = sum_fma(wf[k], f[k][l], product);
+      UNROLL_ALL for (int k = 0; k < SEGMENTS; ++k) product = sum_fma(wf[k], f[k][l], product);
       sums->gram[AT(j, l)] = product;
     }
   }

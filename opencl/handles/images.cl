@@ -26,7 +26,7 @@ typedef real quad_t;
 // The four values at `from` + `first`.
 HOT void load_quads(__global const float *from, integer first, quad_t quads[QUADS]) {
 #define QUAD_AT(l) vload4(0, from + LANE_INT(first, l))
-  UNROLL for (int l = 0; l < QUADS; ++l) quads[l] = (quad_t)(BLOCKS(QUAD_AT, l));
+  UNROLL_ALL for (int l = 0; l < QUADS; ++l) quads[l] = (quad_t)(BLOCKS(QUAD_AT, l));
 #undef QUAD_AT
 }
 
@@ -34,19 +34,19 @@ HOT void load_quads(__global const float *from, integer first, quad_t quads[QUAD
 HOT void load_pairs(__global const float *from, int row, integer first, quad_t quads[QUADS]) {
 #define PAIRS_AT(l) \
   vload2(0, from + LANE_INT(first, l)), vload2(0, from + row + LANE_INT(first, l))
-  UNROLL for (int l = 0; l < QUADS; ++l) quads[l] = (quad_t)(BLOCKS(PAIRS_AT, l));
+  UNROLL_ALL for (int l = 0; l < QUADS; ++l) quads[l] = (quad_t)(BLOCKS(PAIRS_AT, l));
 #undef PAIRS_AT
 }
 
 #if LANES < 4
 // A value of each lane, four times.
 HOT void to_quads(real a, quad_t quads[QUADS]) {
-  UNROLL for (int l = 0; l < LANES; ++l) quads[l] = LANE(a, l);
+  UNROLL_ALL for (int l = 0; l < LANES; ++l) quads[l] = LANE(a, l);
 }
 
 // The four values as vectors of lanes.
 HOT void from_quads(const quad_t quads[QUADS], real values[4]) {
-  UNROLL for (int l = 0; l < LANES; ++l) {
+  UNROLL_ALL for (int l = 0; l < LANES; ++l) {
     LANE(values[0], l) = quads[l].x;
     LANE(values[1], l) = quads[l].y;
     LANE(values[2], l) = quads[l].z;
@@ -93,7 +93,7 @@ HOT real image_value(__global const float *values, __global const int *size, ima
   load_pairs(values, row, cell.first, low);
   load_pairs(values + layer, row, cell.first, high);
   to_quads(cell.share.z, share_z);
-  UNROLL for (int l = 0; l < QUADS; ++l) {
+  UNROLL_ALL for (int l = 0; l < QUADS; ++l) {
     high[l] -= low[l];
     low[l] = fma(share_z[l], high[l], low[l]);
   }
@@ -149,7 +149,7 @@ inline distance_t distance_at(__global const float *values, __global const int *
 // The continuous index of a local v.
 inline vec index_in_image(__global const float *to_index, vec v) {
   float transform[12];
-  UNROLL for (int i = 0; i < 12; ++i) transform[i] = to_index[i];
+  UNROLL_ALL for (int i = 0; i < 12; ++i) transform[i] = to_index[i];
   return transformed(transform, v);
 }
 

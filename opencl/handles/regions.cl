@@ -53,7 +53,7 @@ HOT border_t on_border(__global const region_t *region, __global const float *bo
   to_quads(a - column, share_a);
   to_quads(b - row, share_b);
   quad_t value[QUADS], along[QUADS], up[QUADS];
-  UNROLL for (int l = 0; l < QUADS; ++l) {
+  UNROLL_ALL for (int l = 0; l < QUADS; ++l) {
     x0[l] -= c0[l];
     x1[l] -= c1[l];
     const quad_t low = fma(share_a[l], x0[l], c0[l]), high = fma(share_a[l], x1[l], c1[l]);
