@@ -47,7 +47,10 @@ typedef struct {
   float step;           // cell size of the image, 0 for a capsule
   float to_index[12];   // from the local frame to indices of the image
   int size[3];          // points of the image along each axis
-  int first;            // its first value in `images`, where its border follows (regions.cl)
+  float last[3];        // size - 1
+  int first;            // its first value in `images`
+  int border;           // the first value of its border (regions.cl)
+  float row, face;      // values of a row of the border, and of a face
   int first_proxy, proxy_count;
   float moments[9], spread;
 } region_t;

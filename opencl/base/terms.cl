@@ -86,7 +86,7 @@ HOT void segment_pairs(const map_t *map, int i, const pivot_t *pivot, const eval
   const segment_weight_t weight = segment_weight(map, i, pivot, point, slopes, top);
   const placed_segment_t along = placed_segment(map, i, pivot, &weight);
   const rule_t rule = rule_of(weight.m, slopes);
-  UNROLL_MOMENTS for (int j = 0; j < SEGMENTS; ++j) {
+  UNROLL_ALL for (int j = 0; j < SEGMENTS; ++j) {
     pairs[j].q = vec_madd(rule.t[j], along.along_q, along.q);
     pairs[j].u = vec_madd(rule.t[j], along.along_u, along.u);
     pairs[j].w = rule.w[j];

@@ -64,6 +64,9 @@ inline int union16(int16 lanes) { return union8(lanes.lo | lanes.hi); }
 // A function of the innermost loops: a call would pass vectors through memory.
 #define HOT inline __attribute__((always_inline))
 
+// Before a short loop over an array of vectors: else PoCL keeps the array in memory.
+#define UNROLL_ALL _Pragma("unroll")
+
 // Lane l of a vector, to read or to write.
 #define LANE(vector, l) (((float *)&(vector))[l])
 #define LANE_INT(vector, l) (((int *)&(vector))[l])
@@ -76,9 +79,6 @@ inline integer lane_indices() {
 
 typedef struct { real x, y, z; } vec;
 typedef struct { real a[9]; } mat;  // row by row
-
-// Of loops over elements of matrices: PoCL would leave them in memory.
-#define UNROLL_ELEMENTS _Pragma("unroll")
 
 #if STEPS
 // The steps of a map before the last one evaluated: where they began, their displacements together, and

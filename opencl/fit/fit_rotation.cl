@@ -76,7 +76,7 @@ inline void add_sums(sums_t *total, const sums_t *part) {
   total->weight += part->weight;
   total->q = vec_add(total->q, part->q);
   total->u = vec_add(total->u, part->u);
-  UNROLL_ELEMENTS for (int i = 0; i < 9; ++i) total->c.a[i] += part->c.a[i];
+  UNROLL_ALL for (int i = 0; i < 9; ++i) total->c.a[i] += part->c.a[i];
 #if SIMILARITY
   total->spread += part->spread;
 #endif
@@ -87,7 +87,8 @@ HOT void add_products(mat *c, const map_t *map, int i, real w, vec q, vec u) {
   add_outer(c, vec_add(q, u), vec_scale(w, q));
 #if REGIONS
   if (!is_region(map, i)) return;
-  for (int j = 0; j < 9; ++j) c->a[j] = fma((real)(map->regions[i].moments[j]), w, c->a[j]);
+  UNROLL_ALL for (int j = 0; j < 9; ++j)
+    c->a[j] = fma((real)(map->regions[i].moments[j]), w, c->a[j]);
 #endif
 }
 
@@ -99,7 +100,7 @@ HOT void add_squares(real *spread, const map_t *map, int i, real w, vec q) {
 #endif
 }
 
-// Control points are summed in groups, then the groups, which rounds less.
+// Control points are summed in groups, and these in groups, which rounds less.
 #define TERM_GROUP 32
 
 #if LANES > 1
@@ -153,7 +154,7 @@ HOT void add_group(sums_t *sums, const map_t *map, int first, int count, const p
     const pair_t pair = shared_or_own_pair(shared + j, at + j, pivot, is_shared);
     add_products(&c, map, first + j, w[j], pair.q, pair.u);
   }
-  UNROLL_ELEMENTS for (int i = 0; i < 9; ++i) sums->c.a[i] += c.a[i];
+  UNROLL_ALL for (int i = 0; i < 9; ++i) sums->c.a[i] += c.a[i];
 #if SIMILARITY
   real spread = 0;
   for (int j = 0; j < count; ++j) {
@@ -259,16 +260,21 @@ inline void fit_step(const map_t *map, fit_t *fit) {
   const integer k = pivot->k;
   const int is_shared =
       LANES > 1 && LANE_INT(k, 0) < map->params.count && !ANY(k != LANE_INT(k, 0));
-  sums_t sums = {0};
+  sums_t sums = {0}, of_many = {0};
+  const int block = block_of(map);
   for (int first = 0; first < map->params.count; first += TERM_GROUP) {
     const int count = min(map->params.count - first, TERM_GROUP);
     if (is_shared)
       add_group(&sums, map, first, count, pivot, &fit->point, 1);
     else
       add_group(&sums, map, first, count, pivot, &fit->point, 0);
+    if (block > TERM_GROUP && first / TERM_GROUP % TERM_GROUP == TERM_GROUP - 1) {
+      add_sums(&of_many, &sums);
+      sums = (sums_t){0};
+    }
   }
+  if (block > TERM_GROUP) add_sums(&sums, &of_many);
 #if SEGMENTS
-  const int block = block_of(map);
   for (int start = map->params.count; start < term_count(map); start += block) {
     sums_t part = {0};
     add_segments(&part, map, start, min(start + block, term_count(map)), pivot, &fit->point);

@@ -70,14 +70,14 @@ inline sum_vec displacement_at(const map_t *map, int i, const pivot_t *pivot) {
 HOT void add_values(const map_t *map, sums_t *sums, const sum_t w[GROUP], const sum_vec u[GROUP],
                     sum_t f[GROUP][FUNCTIONS]) {
   const int functions = functions_of(map);
-  UNROLL_GROUP for (int b = 0; b < GROUP; ++b) {
+  UNROLL_ALL for (int b = 0; b < GROUP; ++b) {
     sums->weight += w[b];
     sums->u = sum_madd(w[b], u[b], sums->u);
   }
   UNROLL for (int j = 0; j < functions; ++j) {
     sum_t wf[GROUP], sum = sums->f[j];
     sum_vec uf = sums->uf[j];
-    UNROLL_GROUP for (int b = 0; b < GROUP; ++b) {
+    UNROLL_ALL for (int b = 0; b < GROUP; ++b) {
       wf[b] = w[b] * f[b][j];
       sum += wf[b];
       uf = sum_madd(wf[b], u[b], uf);
@@ -86,7 +86,7 @@ HOT void add_values(const map_t *map, sums_t *sums, const sum_t w[GROUP], const 
     sums->uf[j] = uf;
     UNROLL for (int l = 0; l <= j; ++l) {
       sum_t product = sums->gram[AT(j, l)];
-      UNROLL_GROUP for (int b = 0; b < GROUP; ++b) product = sum_fma(wf[b], f[b][l], product);
+      UNROLL_ALL for (int b = 0; b < GROUP; ++b) product = sum_fma(wf[b], f[b][l], product);
       sums->gram[AT(j, l)] = product;
     }
   }
@@ -97,7 +97,7 @@ inline void add_group(const map_t *map, sums_t *sums, int first, int stop, const
   const int functions = functions_of(map);
   sum_t w[GROUP], f[GROUP][FUNCTIONS];
   sum_vec u[GROUP];
-  UNROLL_GROUP for (int b = 0; b < GROUP; ++b) {
+  UNROLL_ALL for (int b = 0; b < GROUP; ++b) {
     int i = min(first + b, stop - 1);
     __global const float *values = values_at(map, i);
     w[b] = first + b < stop ? TO_SUM(control_point_weight(map, i, &fit->pivot, &fit->point))
@@ -124,22 +124,22 @@ HOT void add_segment(const map_t *map, sums_t *sums, int i, const segment_weight
   const sum_vec u = {TO_SUM(middle.x), TO_SUM(middle.y), TO_SUM(middle.z)};
   const sum_vec du = {TO_SUM(along.along_u.x), TO_SUM(along.along_u.y), TO_SUM(along.along_u.z)};
   sum_t w[SEGMENTS], f[SEGMENTS][FUNCTIONS];
-  UNROLL_MOMENTS for (int k = 0; k < SEGMENTS; ++k) w[k] = TO_SUM(factors.norm[k]);
+  UNROLL_ALL for (int k = 0; k < SEGMENTS; ++k) w[k] = TO_SUM(factors.norm[k]);
   sums->weight += w[0];
   sums->u = sum_madd(w[0], u, sums->u);
   UNROLL for (int j = 0; j < functions; ++j) {
     real c[SEGMENTS];  // of the powers of t about along.t
-    UNROLL_MOMENTS for (int k = 1; k < SEGMENTS; ++k) c[k] = powers[k * FUNCTIONS + j];
-    UNROLL_MOMENTS for (int k = 0; k + 1 < SEGMENTS; ++k)
-      UNROLL_MOMENTS for (int l = SEGMENTS - 2; l >= max(k, 1); --l) c[l] = fma(along.t, c[l + 1], c[l]);
+    UNROLL_ALL for (int k = 1; k < SEGMENTS; ++k) c[k] = powers[k * FUNCTIONS + j];
+    UNROLL_ALL for (int k = 0; k + 1 < SEGMENTS; ++k)
+      UNROLL_ALL for (int l = SEGMENTS - 2; l >= max(k, 1); --l) c[l] = fma(along.t, c[l + 1], c[l]);
     real change = c[SEGMENTS - 1];
-    UNROLL_MOMENTS for (int k = SEGMENTS - 2; k > 0; --k) change = fma(-from, change, c[k]);
+    UNROLL_ALL for (int k = SEGMENTS - 2; k > 0; --k) change = fma(-from, change, c[k]);
     c[0] = fma(from, change, select(powers[j] - fit->f_k[j], (real)(0), is_pivot));
     sum_t wf[SEGMENTS];
-    UNROLL_MOMENTS for (int k = 0; k < SEGMENTS; ++k) {
+    UNROLL_ALL for (int k = 0; k < SEGMENTS; ++k) {
       real sum = c[k];
 #if SEGMENTS > 2  // else about the mean
-      UNROLL_MOMENTS for (int l = k + 1; l < SEGMENTS; ++l) sum = fma(factors.l[l][k], c[l], sum);
+      UNROLL_ALL for (int l = k + 1; l < SEGMENTS; ++l) sum = fma(factors.l[l][k], c[l], sum);
 #endif
       f[k][j] = TO_SUM(sum);
       wf[k] = w[k] * f[k][j];
@@ -148,7 +148,7 @@ HOT void add_segment(const map_t *map, sums_t *sums, int i, const segment_weight
     sums->uf[j] = sum_madd(wf[1], du, sum_madd(wf[0], u, sums->uf[j]));
     UNROLL for (int l = 0; l <= j; ++l) {
       sum_t product = sums->gram[AT(j, l)];
-      UNROLL_MOMENTS for (int k = 0; k < SEGMENTS; ++k) product = sum_fma(wf[k], f[k][l], product);
+      UNROLL_ALL for (int k = 0; k < SEGMENTS; ++k) product = sum_fma(wf[k], f[k][l], product);
       sums->gram[AT(j, l)] = product;
     }
   }

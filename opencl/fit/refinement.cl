@@ -6,8 +6,6 @@
 // and a residual, whose sum with lambda_i is 0 for any t. So sum_i lambda_i u_i - r x is off by r times
 // the error of x, and by rounding.
 
-#define UNROLL_SHARES _Pragma("unroll")
-
 // Sums of lambda_i and of what they are shares of. So r is that of lambda_i as rounded.
 typedef struct {
   real size;  // sum |lambda_i|
@@ -22,12 +20,12 @@ HOT void add_share(const map_t *map, share_sums_t *sums, int i, const fit_t *fit
                    const real t[FUNCTIONS]) {
   __global const float *values = values_at(map, i), *u = control_point_of(map, i)->u;
   real lambda = shift;
-  UNROLL_SHARES for (int j = 0; j < FUNCTIONS; ++j) lambda = fma(t[j], (real)(values[j]), lambda);
+  UNROLL_ALL for (int j = 0; j < FUNCTIONS; ++j) lambda = fma(t[j], (real)(values[j]), lambda);
   lambda *= control_point_weight(map, i, &fit->pivot, &fit->point);
   sums->size += fabs(lambda);
   sums->one += lambda;
   sums->u = vec_madd(lambda, (vec){u[0], u[1], u[2]}, sums->u);
-  UNROLL_SHARES for (int j = 0; j < FUNCTIONS; ++j)
+  UNROLL_ALL for (int j = 0; j < FUNCTIONS; ++j)
     sums->f[j] = fma(lambda, (real)(values[j]), sums->f[j]);
 }
 
@@ -43,7 +41,7 @@ inline void sum_shares(const map_t *map, share_sums_t *sums, const fit_t *fit, r
     sums->size += part.size;
     sums->one += part.one;
     sums->u = vec_add(sums->u, part.u);
-    UNROLL_SHARES for (int j = 0; j < FUNCTIONS; ++j) sums->f[j] += part.f[j];
+    UNROLL_ALL for (int j = 0; j < FUNCTIONS; ++j) sums->f[j] += part.f[j];
   }
 }
 

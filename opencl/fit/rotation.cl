@@ -27,8 +27,8 @@ inline quaternion_t unit4(quaternion_t q) {
 // S = R^T C.
 inline mat rotated_back(const mat *change, const mat *c) {
   mat s;
-  UNROLL_ELEMENTS for (int i = 0; i < 3; ++i)
-    UNROLL_ELEMENTS for (int j = 0; j < 3; ++j)
+  UNROLL_ALL for (int i = 0; i < 3; ++i)
+    UNROLL_ALL for (int j = 0; j < 3; ++j)
       s.a[3 * i + j] = fma(change->a[i], c->a[j],
                            fma(change->a[3 + i], c->a[3 + j],
                                fma(change->a[6 + i], c->a[6 + j], c->a[3 * i + j])));
@@ -193,7 +193,7 @@ inline quaternion_t whole_rotation(const mat *covariance, real *slope) {
   real square = dot3(rows[0], rows[0]) + dot3(rows[1], rows[1]) + dot3(rows[2], rows[2]);
   real scale = select(fast_rsqrt(square), (real)(0), square < 1e-36f);
   mat c;
-  UNROLL_ELEMENTS for (int i = 0; i < 9; ++i) c.a[i] = scale * m[i];
+  UNROLL_ALL for (int i = 0; i < 9; ++i) c.a[i] = scale * m[i];
   real a[10] = {c.a[0] + c.a[4] + c.a[8], c.a[0] - c.a[4] - c.a[8], c.a[4] - c.a[0] - c.a[8],
                 c.a[8] - c.a[0] - c.a[4], c.a[7] - c.a[5], c.a[2] - c.a[6],
                 c.a[3] - c.a[1],          c.a[1] + c.a[3], c.a[2] + c.a[6],

@@ -83,7 +83,7 @@ __kernel EXPLICIT_VECTORS void coarse_check(
     real interpolated[PLANES], exact[PLANES];
     for (int p = 0; p < PLANES; ++p) {
       real tap[TAPS];
-      UNROLL_TAPS for (int a = 0; a < TAPS; ++a) tap[a] = rows[b + a][p];
+      UNROLL_ALL for (int a = 0; a < TAPS; ++a) tap[a] = rows[b + a][p];
       exact[p] = LOAD(middles + p * plane + at);
       interpolated[p] = interpolate(tap, middle, 0);
     }

@@ -27,7 +27,7 @@ HOT void store_column(__global float *to, long along, const layer_t *layer, int 
                       real offset, const int is_streamed) {
   real column[COARSE_STEP];
   interpolate_column(column, layer, b, n, 0);
-  UNROLL_TAPS for (int j = 0; j < COARSE_STEP; ++j) {
+  UNROLL_ALL for (int j = 0; j < COARSE_STEP; ++j) {
     const real value = fma(scale, column[j], offset);
     if (is_streamed)
       STREAM(value, to + j * along);
@@ -40,7 +40,7 @@ HOT void store_column(__global float *to, long along, const layer_t *layer, int 
 HOT void store_cell(__global float *to, long along, const layer_t *layer, int b,
                     const to_world_t *to_world, const int is_streamed) {
   for (int n = 0; n < 3 * COARSE_STEP; n += 3)
-    UNROLL_TAPS for (int c = 0; c < 3; ++c)
+    UNROLL_ALL for (int c = 0; c < 3; ++c)
       store_column(to + (n + c) * LANES, along, layer, b, n + c, to_world->scale,
                    to_world->mean[c], is_streamed);
 }

@@ -29,8 +29,6 @@ __constant float tap_slope[COARSE_STEP][TAPS] = {
     {-0.00117187505f, 0.016276041f, -0.29296875f, 0.29296875f, -0.016276041f, 0.00117187505f},
     {-0.00642089825f, 0.0535888672f, -0.303792328f, 0.216552734f, 0.0460205078f, -0.00594889326f}};
 
-#define UNROLL_TAPS _Pragma("unroll")
-
 // Cells of a work item: LANES along x, and so many along y. The index of the first in all cells of the
 // whole grid.
 #define BAND (LANES > 1 ? BAND_CELLS : 1)
@@ -137,7 +135,7 @@ HOT real interpolate(const real tap[TAPS], int k, const int is_slope) {
   if (k == 0 && !is_slope) return tap[BEFORE];
   __constant const float *weight = is_slope ? tap_slope[k] : tap_weight[k];
   real sum = weight[0] * tap[0];
-  UNROLL_TAPS for (int c = 1; c < TAPS; ++c) sum = fma((real)(weight[c]), tap[c], sum);
+  UNROLL_ALL for (int c = 1; c < TAPS; ++c) sum = fma((real)(weight[c]), tap[c], sum);
   return sum;
 }
 
@@ -155,8 +153,8 @@ HOT real interpolate(const real tap[TAPS], int k, const int is_slope) {
 // derivative along z. By shuffles: unaligned loads would wait for the stores.
 HOT void taps_along_x(real tap[TAPS], __global const float *from, long deep, int k, const int is_slope) {
   real row[VECTORS_AROUND];
-  UNROLL_TAPS for (int n = 0; n < VECTORS_AROUND; ++n) {
-    UNROLL_TAPS for (int c = 0; c < TAPS; ++c) tap[c] = LOAD(from + n * LANES + c * deep);
+  UNROLL_ALL for (int n = 0; n < VECTORS_AROUND; ++n) {
+    UNROLL_ALL for (int c = 0; c < TAPS; ++c) tap[c] = LOAD(from + n * LANES + c * deep);
     row[n] = interpolate(tap, k, is_slope);
   }
   TAP(0)
@@ -203,7 +201,7 @@ HOT void interpolate_layer(layer_t *layer, const coarse_t *coarse, __global cons
     for (int p = 0; p < PLANES; ++p) {
       real tap[TAPS], by_cell[COARSE_STEP], *row = layer->rows[a].at + p * COARSE_STEP;
       taps_along_x(tap, corner + a * along + p * plane, deep, k, slope_along == 2);
-      UNROLL_TAPS for (int i = 0; i < COARSE_STEP; ++i)
+      UNROLL_ALL for (int i = 0; i < COARSE_STEP; ++i)
         by_cell[i] = interpolate(tap, i, slope_along == 0);
       ORDERED_HALF(0)
       ORDERED_HALF(1)
@@ -214,7 +212,7 @@ HOT void interpolate_layer(layer_t *layer, const coarse_t *coarse, __global cons
 // vector of it.
 HOT real interpolate_points(const layer_t *layer, int b, int n, int j, const int is_slope) {
   real tap[TAPS];
-  UNROLL_TAPS for (int a = 0; a < TAPS; ++a) tap[a] = layer->rows[b + a].at[n];
+  UNROLL_ALL for (int a = 0; a < TAPS; ++a) tap[a] = layer->rows[b + a].at[n];
   return interpolate(tap, j, is_slope);
 }
 
@@ -222,8 +220,8 @@ HOT real interpolate_points(const layer_t *layer, int b, int n, int j, const int
 HOT void interpolate_column(real column[COARSE_STEP], const layer_t *layer, int b, int n,
                             const int is_slope) {
   real tap[TAPS];
-  UNROLL_TAPS for (int a = 0; a < TAPS; ++a) tap[a] = layer->rows[b + a].at[n];
-  UNROLL_TAPS for (int j = 0; j < COARSE_STEP; ++j) column[j] = interpolate(tap, j, is_slope);
+  UNROLL_ALL for (int a = 0; a < TAPS; ++a) tap[a] = layer->rows[b + a].at[n];
+  UNROLL_ALL for (int j = 0; j < COARSE_STEP; ++j) column[j] = interpolate(tap, j, is_slope);
 }
 
 // The rows of a band that are in the launch, counted from the first of its first cell.

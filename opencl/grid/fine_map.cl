@@ -34,13 +34,13 @@ HOT float8 row_of(__global const float *from, long along, long deep, int midway_
   float8 sum = 0;
   if (midway_y != midway_z) {
     const long step = midway_y ? along : deep;
-    UNROLL_TAPS for (int a = 0; a < TAPS; ++a)
+    UNROLL_ALL for (int a = 0; a < TAPS; ++a)
       sum = fma((float8)(weight[a]), vload8(0, from + a * step), sum);
     return sum;
   }
   for (int c = 0; c < TAPS; ++c) {
     float8 layer = 0;
-    UNROLL_TAPS for (int b = 0; b < TAPS; ++b)
+    UNROLL_ALL for (int b = 0; b < TAPS; ++b)
       layer = fma((float8)(weight[b]), vload8(0, from + b * along + c * deep), layer);
     sum = fma((float8)(weight[c]), layer, sum);
   }

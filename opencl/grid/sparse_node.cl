@@ -65,7 +65,7 @@ __kernel EXPLICIT_VECTORS void sparse_node(
       for (int p = 0; p < PLANES; ++p) {
         __global float *plane = node_planes + p * node_count(&coarse);
         real even[TAPS], odd[TAPS];
-        UNROLL_TAPS for (int a = 0; a < TAPS; ++a) {
+        UNROLL_ALL for (int a = 0; a < TAPS; ++a) {
           even[a] = rows.at[b + a][p].even;
           odd[a] = rows.at[b + a][p].odd;
         }

@@ -1,13 +1,86 @@
 // Images of distances, masks and faces: values at the points of a grid, linear between them. Images of
 // faces have the normal after each distance.
 
-// The cell of an index in a grid of `size` points, which contains it, and the place in the cell.
+// Quads: four values of each lane, as they are in memory; vector l has those of the lanes l, l + 4, ...
+// They are interpolated before values of all lanes are put together, which takes fewer shuffles.
+#if LANES < 4
+#define QUADS LANES
+typedef float4 quad_t;
+#define BLOCKS(of, l) of(l)
+#else
+#if LANES == 4
+#define BLOCKS(of, l) of(l)
+#elif LANES == 8
+#define BLOCKS(of, l) of(l), of((l) + 4)
+#else
+#define BLOCKS(of, l) of(l), of((l) + 4), of((l) + 8), of((l) + 12)
+#endif
+#define QUADS 4
+typedef real quad_t;
+#define SAME_LANE(n) ((n) % LANES / 4 * 4 + (n) / LANES)
+#define ZIP(n, from) ((n) / 4 * 4 + (n) % 4 / 2 + (from) + (n) % 2 * LANES)
+#define ZIP_LOW(n) ZIP(n, 0)
+#define ZIP_HIGH(n) ZIP(n, 2)
+#endif
+
+// The four values at `from` + `first`.
+HOT void load_quads(__global const float *from, integer first, quad_t quads[QUADS]) {
+#define QUAD_AT(l) vload4(0, from + LANE_INT(first, l))
+  UNROLL_ALL for (int l = 0; l < QUADS; ++l) quads[l] = (quad_t)(BLOCKS(QUAD_AT, l));
+#undef QUAD_AT
+}
+
+// Two values at `from` + `first`, and two `row` values farther.
+HOT void load_pairs(__global const float *from, int row, integer first, quad_t quads[QUADS]) {
+#define PAIRS_AT(l) \
+  vload2(0, from + LANE_INT(first, l)), vload2(0, from + row + LANE_INT(first, l))
+  UNROLL_ALL for (int l = 0; l < QUADS; ++l) quads[l] = (quad_t)(BLOCKS(PAIRS_AT, l));
+#undef PAIRS_AT
+}
+
+#if LANES < 4
+// A value of each lane, four times.
+HOT void to_quads(real a, quad_t quads[QUADS]) {
+  UNROLL_ALL for (int l = 0; l < LANES; ++l) quads[l] = LANE(a, l);
+}
+
+// The four values as vectors of lanes.
+HOT void from_quads(const quad_t quads[QUADS], real values[4]) {
+  UNROLL_ALL for (int l = 0; l < LANES; ++l) {
+    LANE(values[0], l) = quads[l].x;
+    LANE(values[1], l) = quads[l].y;
+    LANE(values[2], l) = quads[l].z;
+    LANE(values[3], l) = quads[l].w;
+  }
+}
+#else
+HOT void to_quads(real a, quad_t quads[QUADS]) {
+  quads[0] = __builtin_shufflevector(a, a, EACH_LANE(SAME_LANE, 0));
+  quads[1] = __builtin_shufflevector(a, a, EACH_LANE(SAME_LANE, LANES));
+  quads[2] = __builtin_shufflevector(a, a, EACH_LANE(SAME_LANE, 2 * LANES));
+  quads[3] = __builtin_shufflevector(a, a, EACH_LANE(SAME_LANE, 3 * LANES));
+}
+
+HOT real zip_low(real a, real b) { return __builtin_shufflevector(a, b, EACH_LANE(ZIP_LOW, 0)); }
+HOT real zip_high(real a, real b) { return __builtin_shufflevector(a, b, EACH_LANE(ZIP_HIGH, 0)); }
+
+HOT void from_quads(const quad_t quads[QUADS], real values[4]) {
+  const real a = zip_low(quads[0], quads[2]), b = zip_low(quads[1], quads[3]),
+             c = zip_high(quads[0], quads[2]), d = zip_high(quads[1], quads[3]);
+  values[0] = zip_low(a, b);
+  values[1] = zip_high(a, b);
+  values[2] = zip_low(c, d);
+  values[3] = zip_high(c, d);
+}
+#endif
+
+// The cell of an index in a grid of `size` points, limited to it, and the place in the cell.
 typedef struct { integer first; vec share; } image_cell_t;
 
 inline image_cell_t image_cell(__global const int *size, vec index) {
-  const integer i = clamp(TO_INTEGER(index.x), (integer)(0), (integer)(size[0] - 2)),
-                j = clamp(TO_INTEGER(index.y), (integer)(0), (integer)(size[1] - 2)),
-                k = clamp(TO_INTEGER(index.z), (integer)(0), (integer)(size[2] - 2));
+  const integer i = min(TO_INTEGER(index.x), (integer)(size[0] - 2)),
+                j = min(TO_INTEGER(index.y), (integer)(size[1] - 2)),
+                k = min(TO_INTEGER(index.z), (integer)(size[2] - 2));
   return (image_cell_t){i + size[0] * (j + size[1] * k),
                         {index.x - TO_REAL(i), index.y - TO_REAL(j), index.z - TO_REAL(k)}};
 }
@@ -16,31 +89,24 @@ inline image_cell_t image_cell(__global const int *size, vec index) {
 HOT real image_value(__global const float *values, __global const int *size, image_cell_t cell,
                      vec *slope) {
   const int row = size[0], layer = size[0] * size[1];
-  real corner[8];
-  for (int l = 0; l < LANES; ++l) {
-    __global const float *low = values + LANE_INT(cell.first, l), *high = low + layer;
-    LANE(corner[0], l) = low[0];
-    LANE(corner[1], l) = low[1];
-    LANE(corner[2], l) = low[row];
-    LANE(corner[3], l) = low[row + 1];
-    LANE(corner[4], l) = high[0];
-    LANE(corner[5], l) = high[1];
-    LANE(corner[6], l) = high[row];
-    LANE(corner[7], l) = high[row + 1];
+  quad_t low[QUADS], high[QUADS], share_z[QUADS];
+  load_pairs(values, row, cell.first, low);
+  load_pairs(values + layer, row, cell.first, high);
+  to_quads(cell.share.z, share_z);
+  UNROLL_ALL for (int l = 0; l < QUADS; ++l) {
+    high[l] -= low[l];
+    low[l] = fma(share_z[l], high[l], low[l]);
   }
+  real at[4], z[4];
+  from_quads(low, at);
+  from_quads(high, z);
   const vec share = cell.share;
-  real x[4], at[4];
-  for (int i = 0; i < 4; ++i) {
-    x[i] = corner[2 * i + 1] - corner[2 * i];
-    at[i] = fma(share.x, x[i], corner[2 * i]);
-  }
-  const real y0 = at[1] - at[0], y1 = at[3] - at[2];
-  const real low = fma(share.y, y0, at[0]), high = fma(share.y, y1, at[2]);
-  const real x0 = fma(share.y, x[1] - x[0], x[0]), x1 = fma(share.y, x[3] - x[2], x[2]);
-  slope->x = fma(share.z, x1 - x0, x0);
-  slope->y = fma(share.z, y1 - y0, y0);
-  slope->z = high - low;
-  return fma(share.z, high - low, low);
+  const real x0 = at[1] - at[0], x1 = at[3] - at[2], z0 = fma(share.x, z[1] - z[0], z[0]),
+             z1 = fma(share.x, z[3] - z[2], z[2]), first = fma(share.x, x0, at[0]);
+  slope->x = fma(share.y, x1 - x0, x0);
+  slope->y = fma(share.x, x1, at[2]) - first;
+  slope->z = fma(share.y, z1 - z0, z0);
+  return fma(share.y, slope->y, first);
 }
 
 // A distance and a normal, and their changes per step.
@@ -83,17 +149,21 @@ inline distance_t distance_at(__global const float *values, __global const int *
 // The continuous index of a local v.
 inline vec index_in_image(__global const float *to_index, vec v) {
   float transform[12];
-  for (int i = 0; i < 12; ++i) transform[i] = to_index[i];
+  UNROLL_ALL for (int i = 0; i < 12; ++i) transform[i] = to_index[i];
   return transformed(transform, v);
 }
 
-// The index limited to the grid; `beyond` is what was taken off.
-inline vec limited_index(__global const int *size, vec index, vec *beyond) {
-  vec inside = {fast_min(fast_max(index.x, (real)(0)), (real)(size[0] - 1)),
-                fast_min(fast_max(index.y, (real)(0)), (real)(size[1] - 1)),
-                fast_min(fast_max(index.z, (real)(0)), (real)(size[2] - 1))};
+// The index limited to the grid, whose last point has the index `last`; `beyond` is what was taken off.
+inline vec limited_index(vec last, vec index, vec *beyond) {
+  const vec inside = {fast_min(fast_max(index.x, (real)(0)), last.x),
+                      fast_min(fast_max(index.y, (real)(0)), last.y),
+                      fast_min(fast_max(index.z, (real)(0)), last.z)};
   *beyond = vec_sub(index, inside);
   return inside;
+}
+
+inline vec last_index(__global const int *size) {
+  return (vec){size[0] - 1, size[1] - 1, size[2] - 1};
 }
 
 // Slopes per index as slopes per local unit.

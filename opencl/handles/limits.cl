@@ -34,7 +34,8 @@ inline limit_at_t mask_of_box(__global const limit_t *limit, vec v) {
 
 inline limit_at_t mask_of_image(__global const limit_t *limit, __global const float *images, vec v) {
   vec beyond, steps;
-  const vec index = limited_index(limit->size, index_in_image(limit->to_index, v), &beyond);
+  const vec index =
+      limited_index(last_index(limit->size), index_in_image(limit->to_index, v), &beyond);
   const image_cell_t cell = image_cell(limit->size, index);
   const integer outside = (fabs(beyond.x) > MASK_EDGE) | (fabs(beyond.y) > MASK_EDGE) |
                           (fabs(beyond.z) > MASK_EDGE);
@@ -59,7 +60,8 @@ inline limit_at_t face_of_plane(__global const limit_t *limit, vec v) {
 
 inline limit_at_t face_of_image(__global const limit_t *limit, __global const float *images, vec v) {
   vec beyond;
-  const vec index = limited_index(limit->size, index_in_image(limit->to_index, v), &beyond);
+  const vec index =
+      limited_index(last_index(limit->size), index_in_image(limit->to_index, v), &beyond);
   const integer outside = (beyond.x != 0) | (beyond.y != 0) | (beyond.z != 0);
   const image_cell_t cell = image_cell(limit->size, index);
   const distance_t distance = distance_at(images + limit->first, limit->size, cell);

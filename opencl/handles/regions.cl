@@ -25,45 +25,51 @@ typedef struct {
   vec turned;
 } border_t;
 
+// a >= 0 without its fraction.
+inline real whole(real a) { return TO_REAL(TO_INTEGER(a)); }
+
 // The place is on a face of the image: across x if the index is limited along x, else across y or z.
-// The faces follow the distances: of x, y and z, the lower one first. Their rows are along x, or y.
-HOT border_t on_border(__global const float *faces, __global const int *size, vec index, vec beyond,
-                       const int with_slopes) {
-  const integer across_x = beyond.x != 0, across_y = !across_x & (beyond.y != 0),
-                across_z = !across_x & !across_y;
-  const real a = select(index.x, index.y, across_x), b = select(index.z, index.y, across_z);
+// The border has the faces across x, y and z, the lower one first, all with as many rows of one length;
+// the rows are along x, or along y across x.
+HOT border_t on_border(__global const region_t *region, __global const float *border, vec last,
+                       vec index, vec beyond, const int with_slopes) {
+  const integer across_x = beyond.x != 0, across_y = beyond.y != 0,
+                has_z = across_x | across_y;  // whether z is along the face
+  const real a = select(index.x, index.y, across_x), b = select(index.y, index.z, has_z);
   const real outward = select(select(beyond.z, beyond.y, across_y), beyond.x, across_x);
-  const integer columns = select((integer)(size[0]), (integer)(size[1]), across_x);
-  const integer rows = select((integer)(size[2]), (integer)(size[1]), across_z);
-  const integer i = clamp(TO_INTEGER(a), (integer)(0), columns - 2),
-                j = clamp(TO_INTEGER(b), (integer)(0), rows - 2);
-  const int face_x = size[1] * size[2], face_y = size[0] * size[2];
-  integer first = select((integer)(2 * face_x), (integer)(0), across_x);
-  first = select(first, (integer)(2 * (face_x + face_y)), across_z);
-  first += select((integer)(0), columns * rows, outward > 0) + i + columns * j;
-  const real share_a = a - TO_REAL(i), share_b = b - TO_REAL(j);
-  real by_a[4], by_b[4];
-  border_t at;
-  for (int l = 0; l < LANES; ++l) {
-    const int row = LANE_INT(columns, l);
-    __global const float *corner = faces + 4 * LANE_INT(first, l);
-    const float4 c0 = vload4(0, corner), c1 = vload4(row, corner);
-    const float4 x0 = vload4(1, corner) - c0, x1 = vload4(row + 1, corner) - c1;
-    const float4 low = c0 + LANE(share_a, l) * x0, high = c1 + LANE(share_a, l) * x1;
-    const float4 value = low + LANE(share_b, l) * (high - low);
-    LANE(at.value, l) = value.x;
-    LANE(at.normal.x, l) = value.y;
-    LANE(at.normal.y, l) = value.z;
-    LANE(at.normal.z, l) = value.w;
-    if (!with_slopes) continue;
-    const float4 along = x0 + LANE(share_b, l) * (x1 - x0), up = high - low;
-    const float of_a[4] = {along.x, along.y, along.z, along.w}, of_b[4] = {up.x, up.y, up.z, up.w};
-    for (int n = 0; n < 4; ++n) {
-      LANE(by_a[n], l) = of_a[n];
-      LANE(by_b[n], l) = of_b[n];
-    }
+  const real column = fast_min(whole(a), select(last.x, last.y, across_x) - 1),
+             row = fast_min(whole(b), select(last.y, last.z, has_z) - 1);
+  const real face = region->face;
+  real first = select(select(4 * face, 2 * face, across_y), (real)(0), across_x);
+  first += select((real)(0), face, outward > 0);
+  first = fma(row, (real)(region->row), fma(column, (real)(4), first));
+  quad_t c0[QUADS], c1[QUADS], x0[QUADS], x1[QUADS], share_a[QUADS], share_b[QUADS];
+  const integer corner = TO_INTEGER(first);
+  __global const float *next = border + (int)(region->row);
+  load_quads(border, corner, c0);
+  load_quads(border + 4, corner, x0);
+  load_quads(next, corner, c1);
+  load_quads(next + 4, corner, x1);
+  to_quads(a - column, share_a);
+  to_quads(b - row, share_b);
+  quad_t value[QUADS], along[QUADS], up[QUADS];
+  UNROLL_ALL for (int l = 0; l < QUADS; ++l) {
+    x0[l] -= c0[l];
+    x1[l] -= c1[l];
+    const quad_t low = fma(share_a[l], x0[l], c0[l]), high = fma(share_a[l], x1[l], c1[l]);
+    up[l] = high - low;
+    value[l] = fma(share_b[l], up[l], low);
+    along[l] = fma(share_b[l], x1[l] - x0[l], x0[l]);
   }
+  border_t at;
+  real values[4];
+  from_quads(value, values);
+  at.value = values[0];
+  at.normal = (vec){values[1], values[2], values[3]};
   if (with_slopes) {
+    real by_a[4], by_b[4];
+    from_quads(along, by_a);
+    from_quads(up, by_b);
     const real turned_a = dot3((vec){by_a[1], by_a[2], by_a[3]}, beyond),
                turned_b = dot3((vec){by_b[1], by_b[2], by_b[3]}, beyond);
     // the values across the face are not used
@@ -78,20 +84,21 @@ HOT border_t on_border(__global const float *faces, __global const int *size, ve
 HOT region_distance_t distance_in_image(__global const region_t *region,
                                         __global const float *images, vec v, const int with_away) {
   vec beyond;
-  const vec index = limited_index(region->size, index_in_image(region->to_index, v), &beyond);
+  const vec last = {region->last[0], region->last[1], region->last[2]};
+  const vec index = limited_index(last, index_in_image(region->to_index, v), &beyond);
   const integer is_beyond = (beyond.x != 0) | (beyond.y != 0) | (beyond.z != 0);
-  __global const float *values = images + region->first;
   region_distance_t distance = {0, {0, 0, 0}};
   if (!ALL(is_beyond)) {
     vec slope;
     const image_cell_t cell = image_cell(region->size, index);
-    const real value = fast_max(image_value(values, region->size, cell, &slope), (real)(0));
+    real value = image_value(images + region->first, region->size, cell, &slope);
+    value = fast_max(value, (real)(0));
     distance.square = value * value;
     distance.away = vec_scale(value, slope);
   }
   if (ANY(is_beyond)) {
-    __global const float *faces = values + region->size[0] * region->size[1] * region->size[2];
-    const border_t at = on_border(faces, region->size, index, beyond, with_away);
+    const border_t at =
+        on_border(region, images + region->border, last, index, beyond, with_away);
     const real value = fast_max(at.value, (real)(0)), along = dot3(beyond, at.normal);
     const real square = fma(2 * value, along, fma(value, value, dot3(beyond, beyond)));
     distance.square = select(distance.square, square, is_beyond);

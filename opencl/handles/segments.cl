@@ -34,7 +34,6 @@
 // a^2 and squared distances from a line are at least this, so that all powers are finite.
 #define MIN_WIDTH2(n) ((n) == 1 ? 1e-16f : (n) == 2 ? 1e-14f : (n) == 3 ? 1e-12f : 1e-9f)
 #define INTEGER_ALPHA (TWICE_ALPHA / 2)
-#define UNROLL_MOMENTS _Pragma("unroll")
 
 // v relative to a segment: its projection f, the share t of the nearest point, and the squared distances
 // of the line, and of that point.
@@ -78,7 +77,7 @@ HOT real end_series(real y, int n) {
   const float c4[7] = {1.55386942f,  -2.48969745f, 2.20769056f, -1.52783631f,
                        0.90864884f, -0.44443736f, 0.14285712f};
   real sum = 0;
-  UNROLL_MOMENTS for (int i = 0; i < 7; ++i)
+  UNROLL_ALL for (int i = 0; i < 7; ++i)
     sum = fma(sum, y, (real)(n == 3 ? c3[i] : c4[i]));
   return sum;
 }
@@ -139,18 +138,18 @@ HOT void near_integrals(real projection, real a2, int n, int top, real f[MOMENTS
   const real low = -projection, high = 1 - projection;
   real k[5], odd[5], g[5][MOMENTS];
   power_integrals(projection, a2, n, n == 1 || top > 2, k, odd);
-  UNROLL_MOMENTS for (int j = 0; j <= n; ++j) {
+  UNROLL_ALL for (int j = 0; j <= n; ++j) {
     g[j][0] = k[j];
     g[j][1] = odd[j];
   }
   real low_power = low * low, high_power = high * high;
-  UNROLL_MOMENTS for (int i = 2; i <= top; ++i) {
+  UNROLL_ALL for (int i = 2; i <= top; ++i) {
     low_power *= low;
     high_power *= high;
     g[0][i] = (high_power - low_power) / (i + 1);
-    UNROLL_MOMENTS for (int j = 1; j <= n; ++j) g[j][i] = fma(-a2, g[j][i - 2], g[j - 1][i - 2]);
+    UNROLL_ALL for (int j = 1; j <= n; ++j) g[j][i] = fma(-a2, g[j][i - 2], g[j - 1][i - 2]);
   }
-  UNROLL_MOMENTS for (int i = 0; i <= top; ++i) f[i] = g[n][i];
+  UNROLL_ALL for (int i = 0; i <= top; ++i) f[i] = g[n][i];
 }
 
 // The Gauss-Legendre rules of 2 to 5 pairs of nodes: offsets from the middle, and weights of a node.
@@ -170,8 +169,8 @@ __constant float LEGENDRE_WEIGHTS[4][5] = {
 // moments of even and of odd order.
 HOT void legendre_moments(real middle, real d2, real ratio, float density, int pairs, int slopes,
                           int top, real c, real m[MOMENTS]) {
-  UNROLL_MOMENTS for (int i = 0; i <= top; ++i) m[i] = 0;
-  UNROLL_MOMENTS for (int i = 0; i < pairs; ++i) {
+  UNROLL_ALL for (int i = 0; i <= top; ++i) m[i] = 0;
+  UNROLL_ALL for (int i = 0; i < pairs; ++i) {
     const float offset = LEGENDRE_OFFSETS[pairs - 2][i], weight = LEGENDRE_WEIGHTS[pairs - 2][i];
     const real mean = d2 + offset * offset, change = 2 * offset * middle;
     const real low = 1 / (mean + change), high = 1 / (mean - change);
@@ -183,12 +182,12 @@ HOT void legendre_moments(real middle, real d2, real ratio, float density, int p
     }
     const real even = w_high + w_low, odd = w_high - w_low;
     float factor = weight;
-    UNROLL_MOMENTS for (int j = 0; j <= top; ++j) {
+    UNROLL_ALL for (int j = 0; j <= top; ++j) {
       m[j] = fma((real)(factor), j % 2 ? odd : even, m[j]);
       factor *= offset;
     }
   }
-  UNROLL_MOMENTS for (int i = 0; i <= top; ++i) m[i] *= c;
+  UNROLL_ALL for (int i = 0; i <= top; ++i) m[i] *= c;
 }
 
 // The moments of `moments_of` about the nearest point, or from FAR_SEGMENT on about the middle.
@@ -197,22 +196,22 @@ HOT void close_moments(__global const segment_t *at, const nearest_t *nearest, r
   const int n = INTEGER_ALPHA + slopes;
   const real d2 = fma(middle, middle, width2), start = nearest->t - nearest->projection;
   const integer is_far = d2 > FAR_SEGMENT(n) * FAR_SEGMENT(n);
-  UNROLL_MOMENTS for (int i = 0; i <= top; ++i) m[i] = 0;
+  UNROLL_ALL for (int i = 0; i <= top; ++i) m[i] = 0;
   if (ANY(!is_far)) {
     const real min_width2 = MIN_WIDTH2(n) * max(at->density, 1.0f);
     near_integrals(nearest->projection, fast_max(width2, min_width2), n, top, m);
     // about the nearest point instead of f
-    UNROLL_MOMENTS for (int i = 1; i <= top; ++i)
-      UNROLL_MOMENTS for (int j = top; j >= i; --j) m[j] = fma(-start, m[j - 1], m[j]);
+    UNROLL_ALL for (int i = 1; i <= top; ++i)
+      UNROLL_ALL for (int j = top; j >= i; --j) m[j] = fma(-start, m[j - 1], m[j]);
     real scale = c * whole_power(ratio, INTEGER_ALPHA);
     if (slopes) scale *= at->density;
-    UNROLL_MOMENTS for (int i = 0; i <= top; ++i) m[i] *= scale;
+    UNROLL_ALL for (int i = 0; i <= top; ++i) m[i] *= scale;
   }
 #if SEGMENTS > 2
   if (ANY(is_far)) {
     real sums[MOMENTS];
     legendre_moments(middle, d2, ratio, at->density, FAR_PAIRS(n), slopes, top, c, sums);
-    UNROLL_MOMENTS for (int i = 0; i <= top; ++i) m[i] = select(m[i], sums[i], is_far);
+    UNROLL_ALL for (int i = 0; i <= top; ++i) m[i] = select(m[i], sums[i], is_far);
   }
 #endif
 }
@@ -227,12 +226,12 @@ HOT real moments_of(__global const segment_t *at, const nearest_t *nearest, floa
   const real width2 = density * (nearest->off2 + smoothing2), ratio = e2 * density;
   const real middle = nearest->projection - 0.5f, d2 = fma(middle, middle, width2);
   const integer is_distant = d2 > DISTANT(n) * DISTANT(n);
-  UNROLL_MOMENTS for (int i = 0; i <= top; ++i) m[i] = 0;
+  UNROLL_ALL for (int i = 0; i <= top; ++i) m[i] = 0;
   if (ANY(is_distant)) legendre_moments(middle, d2, ratio, density, 2, slopes, top, c, m);
   if (!ALL(is_distant)) {
     real close[MOMENTS];
     close_moments(at, nearest, middle, width2, ratio, slopes, top, c, close);
-    UNROLL_MOMENTS for (int i = 0; i <= top; ++i) m[i] = select(close[i], m[i], is_distant);
+    UNROLL_ALL for (int i = 0; i <= top; ++i) m[i] = select(close[i], m[i], is_distant);
   }
   return select((real)(0), 0.5f - nearest->t, d2 > FAR_SEGMENT(n) * FAR_SEGMENT(n));
 }
@@ -332,22 +331,22 @@ typedef struct {
 HOT recurrence_t recurrence_of(const real m[MOMENTS], real mean, real sigma) {
   real c[2 * SEGMENTS];
   const real per_total = 1 / fast_max(m[0], (real)(1e-30f));
-  UNROLL_MOMENTS for (int i = 0; i < 2 * SEGMENTS; ++i) c[i] = m[i] * per_total;
-  UNROLL_MOMENTS for (int i = 1; i < 2 * SEGMENTS; ++i)
-    UNROLL_MOMENTS for (int j = 2 * SEGMENTS - 1; j >= i; --j) c[j] = fma(-mean, c[j - 1], c[j]);
+  UNROLL_ALL for (int i = 0; i < 2 * SEGMENTS; ++i) c[i] = m[i] * per_total;
+  UNROLL_ALL for (int i = 1; i < 2 * SEGMENTS; ++i)
+    UNROLL_ALL for (int j = 2 * SEGMENTS - 1; j >= i; --j) c[j] = fma(-mean, c[j - 1], c[j]);
   const real per_sigma = 1 / sigma;
   c[1] = 0;
   c[2] = 1;
-  UNROLL_MOMENTS for (int i = 3; i < 2 * SEGMENTS; ++i)  // step by step: the powers may overflow
-    UNROLL_MOMENTS for (int j = 0; j < i; ++j) c[i] *= per_sigma;
+  UNROLL_ALL for (int i = 3; i < 2 * SEGMENTS; ++i)  // step by step: the powers may overflow
+    UNROLL_ALL for (int j = 0; j < i; ++j) c[i] *= per_sigma;
   recurrence_t result;
   real before[2 * SEGMENTS];
-  UNROLL_MOMENTS for (int i = 0; i < 2 * SEGMENTS; ++i) before[i] = 0;
+  UNROLL_ALL for (int i = 0; i < 2 * SEGMENTS; ++i) before[i] = 0;
   result.a[0] = result.b[0] = 0;
   result.norm[0] = 1;
-  UNROLL_MOMENTS for (int k = 1; k < SEGMENTS; ++k) {
+  UNROLL_ALL for (int k = 1; k < SEGMENTS; ++k) {
     real last = c[k] / c[k - 1];
-    UNROLL_MOMENTS for (int i = k; i < 2 * SEGMENTS - k; ++i) {
+    UNROLL_ALL for (int i = k; i < 2 * SEGMENTS - k; ++i) {
       const real next = c[i + 1] - result.a[k - 1] * c[i] - result.b[k - 1] * before[i];
       before[i] = c[i];
       c[i] = next;
@@ -365,7 +364,7 @@ HOT recurrence_t recurrence_of(const real m[MOMENTS], real mean, real sigma) {
 HOT real polynomial_at(const recurrence_t *r, int degree, real x, real *slope, real *squares) {
   real before = 0, value = 1, slope_before = 0;
   *slope = *squares = 0;
-  UNROLL_MOMENTS for (int k = 0; k < degree; ++k) {
+  UNROLL_ALL for (int k = 0; k < degree; ++k) {
     *squares = fma(value, value / r->norm[k], *squares);
     const real next = (x - r->a[k]) * value - r->b[k] * before;
     const real next_slope = value + (x - r->a[k]) * *slope - r->b[k] * slope_before;
@@ -427,18 +426,18 @@ HOT rule_t rule_of(const real m[MOMENTS], int skewed) {
   const real mean = mean_of(m, &sigma);
   const recurrence_t r = recurrence_of(m, mean, sigma);
   real reach = 0;  // all zeros are within
-  UNROLL_MOMENTS for (int k = 0; k < SEGMENTS; ++k)
+  UNROLL_ALL for (int k = 0; k < SEGMENTS; ++k)
     reach = fast_max(reach, fabs(r.a[k]) + sqrt(r.b[k]) + (k + 1 < SEGMENTS ? sqrt(r.b[k + 1]) : 0));
   zeros[0] = 0;
-  UNROLL_MOMENTS for (int degree = 2; degree <= SEGMENTS; ++degree) {
+  UNROLL_ALL for (int degree = 2; degree <= SEGMENTS; ++degree) {
     real roots[SEGMENTS];
-    UNROLL_MOMENTS for (int i = 0; i < degree; ++i)
+    UNROLL_ALL for (int i = 0; i < degree; ++i)
       roots[i] = zero_between(&r, degree, i > 0 ? zeros[i - 1] : -reach,
                               i + 1 < degree ? zeros[i] : reach);
-    UNROLL_MOMENTS for (int i = 0; i < degree; ++i) zeros[i] = roots[i];
+    UNROLL_ALL for (int i = 0; i < degree; ++i) zeros[i] = roots[i];
   }
   rule_t rule;
-  UNROLL_MOMENTS for (int i = 0; i < SEGMENTS; ++i) {
+  UNROLL_ALL for (int i = 0; i < SEGMENTS; ++i) {
     real slope, squares;
     polynomial_at(&r, SEGMENTS, zeros[i], &slope, &squares);
     rule.t[i] = fma(sigma, zeros[i], mean);
@@ -462,16 +461,16 @@ HOT factors_t factors_of(const real *m) {
   result.norm[0] = m[0];
   result.norm[1] = m[2];
 #else
-  UNROLL_MOMENTS for (int k = 0; k < SEGMENTS; ++k) {
+  UNROLL_ALL for (int k = 0; k < SEGMENTS; ++k) {
     real column[SEGMENTS];
-    UNROLL_MOMENTS for (int j = k; j < SEGMENTS; ++j) {
+    UNROLL_ALL for (int j = k; j < SEGMENTS; ++j) {
       column[j] = m[j + k];
-      UNROLL_MOMENTS for (int i = 0; i < k; ++i)
+      UNROLL_ALL for (int i = 0; i < k; ++i)
         column[j] = fma(-result.l[j][i], result.norm[i] * result.l[k][i], column[j]);
     }
     result.norm[k] = fast_max(column[k], (real)(0));
     const real per_norm = 1 / fast_max(column[k], (real)(1e-30f));
-    UNROLL_MOMENTS for (int j = k + 1; j < SEGMENTS; ++j) result.l[j][k] = per_norm * column[j];
+    UNROLL_ALL for (int j = k + 1; j < SEGMENTS; ++j) result.l[j][k] = per_norm * column[j];
     result.l[k][k] = 1;
   }
 #endif

@@ -28,9 +28,9 @@ HOT sum_t interpolated(const box_t *box, const offsets_t *at, const int is_whole
   sum_t result;
   for (int l = 0; l < LANES; ++l) {
     row_t sum = 0;
-    UNROLL_TAPS for (int k = 0; k < SAMPLE_TAPS; ++k) {
+    UNROLL_ALL for (int k = 0; k < SAMPLE_TAPS; ++k) {
       row_t layer = 0;
-      UNROLL_TAPS for (int j = 0; j < SAMPLE_TAPS; ++j) {
+      UNROLL_ALL for (int j = 0; j < SAMPLE_TAPS; ++j) {
         const tap_row_t row = row_of(box, at, is_whole, values, l, j, k);
         const row_t terms =
             TERM(convert_double4, convert_long4, row, (tap_row_t)(LANE_TAP(pivot, l)));

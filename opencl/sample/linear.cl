@@ -51,8 +51,8 @@ HOT void load_pair(pair_t *pair, const box_t *box, const offsets_t *at, const in
 HOT sum_t interpolated(const box_t *box, const offsets_t *at, const int is_whole,
                        __global const VALUE *values, const tap_t pivot) {
   sum_t sum = 0;
-  UNROLL_TAPS for (int k = 0; k < SAMPLE_TAPS; ++k)
-    UNROLL_TAPS for (int j = 0; j < SAMPLE_TAPS; ++j) {
+  UNROLL_ALL for (int k = 0; k < SAMPLE_TAPS; ++k)
+    UNROLL_ALL for (int j = 0; j < SAMPLE_TAPS; ++j) {
       pair_t pair;
       load_pair(&pair, box, at, is_whole, values, j, k);
       const sum_t first = box->x.weight[0] * TERM(TO_SUM, TO_LONG, pair.first, pivot);

@@ -83,7 +83,7 @@ HOT void set_component(const output_t *output, int c, VALUES sampled) {
 // by the background.
 HOT VALUES with_exact(VALUES sampled, __global const VALUE *values, offset_t nearest,
                       integer on_point, integer inside, VALUE background) {
-  UNROLL_TAPS for (int l = 0; l < LANES; ++l) {
+  UNROLL_ALL for (int l = 0; l < LANES; ++l) {
     if (LANE_INT(on_point, l)) LANE_VALUE(sampled, l) = values[LANE_OFFSET(nearest, l)];
     if (!LANE_INT(inside, l)) LANE_VALUE(sampled, l) = background;
   }

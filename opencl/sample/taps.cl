@@ -14,8 +14,6 @@ typedef GLUE(OFFSET, LANES) offset_t;
 #endif
 #define LANE_OFFSET(offset, l) (((OFFSET *)&(offset))[l])
 
-#define UNROLL_TAPS _Pragma("unroll")
-
 // An axis with `size` points. In memory are `stored` of them, from point `first` on; `step` is the offset
 // from one to the next.
 typedef struct { int size, first, stored; OFFSET step; } axis_t;
@@ -90,7 +88,7 @@ HOT integer find_taps(taps_t *taps, const axis_t *axis, real x) {
   taps->first = before - (axis->first + (SAMPLE_TAPS - 1) / 2);
   weigh(taps);
   integer whole = (taps->first >= 0) & (taps->first <= axis->stored - SAMPLE_TAPS);
-  UNROLL_TAPS for (int tap = 0; tap < SAMPLE_TAPS; ++tap) whole &= HAS_WEIGHT(taps->weight[tap]);
+  UNROLL_ALL for (int tap = 0; tap < SAMPLE_TAPS; ++tap) whole &= HAS_WEIGHT(taps->weight[tap]);
   return whole;
 }
 

@@ -55,7 +55,7 @@ typedef sum_t tap_t;
 
 inline tap_t gathered(__global const VALUE *values, offset_t from) {
   tap_t taps;
-  UNROLL_TAPS for (int l = 0; l < LANES; ++l) LANE_TAP(taps, l) = (TAP)values[LANE_OFFSET(from, l)];
+  UNROLL_ALL for (int l = 0; l < LANES; ++l) LANE_TAP(taps, l) = (TAP)values[LANE_OFFSET(from, l)];
   return taps;
 }
 

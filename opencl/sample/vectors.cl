@@ -25,11 +25,11 @@ inline vec vectors_at(const array_t *array, __global const float *values, vec at
 // The vector of lane l in a box that is whole. Each tap is a vector of four; the last is not used.
 HOT float4 whole_vector(const box_t *box, __global const float *corner, int l) {
   float4 sum = 0;
-  UNROLL_TAPS for (int k = 0; k < SAMPLE_TAPS; ++k)
-    UNROLL_TAPS for (int j = 0; j < SAMPLE_TAPS; ++j) {
+  UNROLL_ALL for (int k = 0; k < SAMPLE_TAPS; ++k)
+    UNROLL_ALL for (int j = 0; j < SAMPLE_TAPS; ++j) {
       __global const float *row = corner + k * box->step_z + j * box->step_y;
       float4 along_x = TAP_WEIGHT(&box->x, 0, l) * vload4(0, row);
-      UNROLL_TAPS for (int i = 1; i < SAMPLE_TAPS; ++i)
+      UNROLL_ALL for (int i = 1; i < SAMPLE_TAPS; ++i)
         along_x = fma((float4)(TAP_WEIGHT(&box->x, i, l)), vload4(0, row + 3 * i), along_x);
       const float weight = TAP_WEIGHT(&box->y, j, l) * TAP_WEIGHT(&box->z, k, l);
       sum = fma((float4)(weight), along_x, sum);
@@ -72,7 +72,7 @@ inline vec vectors_at(const array_t *array, __global const float *values, vec at
   // not in the last slice: nothing can be read behind the last vector of the array
   if (ALL(is_whole & (box.z.first < axes.z.stored - SAMPLE_TAPS))) {
     const offset_t corner = offset_of(&axes, box.x.first, box.y.first, box.z.first);
-    UNROLL_TAPS for (int l = 0; l < LANES; ++l)
+    UNROLL_ALL for (int l = 0; l < LANES; ++l)
       set_lane(&result, whole_vector(&box, values + LANE_OFFSET(corner, l), l), l);
     return result;
   }

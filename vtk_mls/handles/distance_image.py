@@ -45,13 +45,17 @@ class DistanceImage:
 
     @functools.cached_property
     def border(self) -> np.ndarray:
-        """Distances in steps and normals (m, 4) on the faces of the grid.
+        """Distances in steps and normals (6, rows, columns, 4) on the faces of the grid.
 
-        Of the axes x, y and z, the lower face and then the upper one.
+        Of the axes x, y and z, the lower face and then the upper one. Smaller faces are padded.
         """
         nodes = np.stack([self.values / self.step, *self.normals], axis=-1)
-        faces = [nodes.take(i, axis).reshape(-1, 4) for axis in (2, 1, 0) for i in (0, -1)]
-        return np.concatenate(faces).astype(np.float32)
+        faces = [nodes.take(i, axis) for axis in (2, 1, 0) for i in (0, -1)]
+        rows, columns = np.max([face.shape[:2] for face in faces], axis=0)
+        border = np.zeros((6, rows, columns, 4), np.float32)
+        for padded, face in zip(border, faces):
+            padded[: face.shape[0], : face.shape[1]] = face
+        return border
 
     def at(self, points):
         """Distances (m,) at `points` (m, 3), 0 inside, and half the gradients of their squares.

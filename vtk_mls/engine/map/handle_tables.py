@@ -16,10 +16,9 @@ class Images:
         self._values, self._count, self._first = [], 0, {}
 
     def add_once(self, image):
-        """Add the distances of a DistanceImage and its border; the position of the first."""
+        """Add the distances of a DistanceImage and its border; the positions of their first."""
         if image not in self._first:
-            self._first[image] = self.add(image.values / image.step)
-            self.add(image.border)
+            self._first[image] = self.add(image.values / image.step), self.add(image.border)
         return self._first[image]
 
     def add(self, values):
@@ -61,7 +60,9 @@ def region_table(control_points, in_rest_frame, images):
             moved = image.grid.index_of((turn @ control_points.center + offset)[None])[0]
             row["to_index"] = transform(scale * to_index, moved)
             row["size"] = image.grid.dimensions
-            row["first"] = images.add_once(image)
+            row["last"] = row["size"] - 1
+            row["first"], row["border"] = images.add_once(image)
+            row["face"], row["row"] = image.border[0].size, image.border[0, 0].size
     return table
 
 
