@@ -21,7 +21,6 @@ _BESIDE, _ALL, _FILLED = "Python and VTK", "all", "its array filled"
 # Columns by the names of kernels; others have a column of their own.
 _STAGES = {
     "node_displacement": "nodes",
-    "sparse_node": "nodes",
     "node_origin": "nodes",
     "node_cell": "nodes",
     "sparse_node": "nodes",
