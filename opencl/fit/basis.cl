@@ -72,10 +72,10 @@ inline void monomial_slopes(vec v, int axis, real m[MONOMIALS]) {
 #endif
 }
 
-// The basis functions of given monomials (or of their differences or slopes): a row of coefficients
-// for each of the `functions`.
+// The basis functions f of given monomials (or of their differences or slopes): a row of coefficients
+// for each of the `functions`. A pointer as in digit_loss.cl.
 inline void combine(__global const float *coefficients, int functions, const real m[MONOMIALS],
-                    real f[FUNCTIONS]) {
+                    real *f) {
   for (int j = 0; j < functions; ++j) {
     __global const float *row = coefficients + j * MONOMIALS;
     real sum = row[0] * m[0];
