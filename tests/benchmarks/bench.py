@@ -125,7 +125,7 @@ def questions(is_large):
     yield "displacement map by the size of the grid", "64^3", contestants.maps_by_grid(sizes)
     alphas = contestants.maps_by_alpha(64)
     yield "displacement map by alpha, 64^3", "rigid, 1", alphas
-    for n in (64, 128, 256) if is_large else (64, 128):
+    for n in (64, 128):
         yield f"drag of a volume, {n}^3", "rigid", contestants.drags(n), 0, DRAGS, DRAGS
     yield "live map of a drag, 64^3", "rigid", contestants.live_maps(), 0, DRAGS, DRAGS
 

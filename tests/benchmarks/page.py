@@ -18,6 +18,11 @@ HEAD = """# Benchmarks
 `make bench` measured these times, in milliseconds. [Speed](speed.md) says what they mean. Rows
 of one table were measured in turns and can be compared. Rows of different machines cannot.
 
+- Rows have 15 control points and alpha 2 (version 0.1: alpha 1) unless their name says otherwise.
+- **Within 0.02**: a `MapTolerance` of 0.02 voxel. **Paper's frame**: `CutFrame` is `"deformed"`.
+  **All turned**: all control points turn as one body, so no cut opens. **TPS^-1**: the inverse of
+  a thin-plate spline. **As fine as the mouse allows**: fewer nodes, so that a live map follows the
+  mouse.
 - Columns: the smallest of several times, the median, and for drags the 99th percentile. Then the
   smallest time and the **processor** time of all threads, as multiples of the row in bold.
 - The paper's times are those of its Table 1, on a GeForce 8800 Ultra and a CPU of 2 GHz.
@@ -32,8 +37,8 @@ of one table were measured in turns and can be compared. Rows of different machi
   memory.
 - **Where the time of an update goes**, with a tolerance: nodes, their check, the interpolation
   between them, and points that are computed **exactly**. The rest is Python and, in a filter, VTK.
-  Kernels are waited for one by one. **Its array filled** is the time in which the device fills an
-  array of the size of the output.
+  The program waits for each kernel here, which takes a little longer. **Its array filled** is the
+  time in which the device fills an array of the size of the output.
 - The data that an update moves for each voxel are counted where buffers are made. The memory
   **beside** input and output is the largest that the system reports.
 - An **exponent** e means that a value grows as size^e, fitted to all sizes of a table. It is 1
