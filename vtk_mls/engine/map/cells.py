@@ -49,6 +49,12 @@ class Box:
         return filled("coarse_t", first_cell=self.first, cells=self.cells, **members)
 
 
+def box_of(grid, step):
+    """The cells of `step` points of the whole grid that a grid's points are in."""
+    first = np.array(grid.first)
+    return Box(first // step, (first + grid.dimensions - 1) // step + 1)
+
+
 class ListedCells:
     """Cells of a box in the order of memory, for kernels that compute these only.
 

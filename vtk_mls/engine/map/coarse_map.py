@@ -7,7 +7,7 @@ import numpy as np
 from vtk_mls.engine.launch import kernel_arguments
 from vtk_mls.engine.launch.structs import CONSTANTS, filled
 from vtk_mls.engine.map import fine_map, nodes
-from vtk_mls.engine.map.cells import Box, ListedCells, dilated, near_handles
+from vtk_mls.engine.map.cells import ListedCells, box_of, dilated, near_handles
 from vtk_mls.engine.map.fine_map import Checked, FineMap
 from vtk_mls.engine.map.sparse_map import SparseMap
 
@@ -50,16 +50,16 @@ class CoarseMap:
         return self._pays_off[whole]
 
     def _has_few_nodes(self, whole):
-        cells = cells_of(whole)[1]
+        cells = box_of(whole, STEP).cells
         return (np.prod(cells + 5.0) + np.prod(cells)) / whole.size < MAX_NODE_FRACTION
 
     def _has_few_near_cells(self, whole):
         handles = self.map.control_points.handles
         count = len(handles) if len(handles.segments) == 0 else np.inf
-        bound = 27 * count / np.prod(cells_of(whole)[1])
+        bound = 27 * count / np.prod(box_of(whole, STEP).cells)
         if bound < MAX_NEAR_FRACTION:
             return True
-        return near_handles(self.map, whole, _box_of(whole), STEP).mean() < MAX_NEAR_FRACTION
+        return near_handles(self.map, whole, box_of(whole, STEP), STEP).mean() < MAX_NEAR_FRACTION
 
     def launch(self, name, grid, part, *arguments, constants=()):
         """Launch a kernel for the points `part` of a grid.
@@ -71,7 +71,8 @@ class CoarseMap:
             self._find(grid)
             self._grid = grid
         points = kernel_arguments.grid_points(grid, part, self.map.control_points)
-        first, cells = cells_of(grid)
+        own = box_of(grid, STEP)
+        first, cells = own.first, own.cells
         nx, ny, _ = grid.dimensions
         low, high = ((grid.first[2] + n // (nx * ny)) // STEP for n in (part.start, part.stop - 1))
         grid_and_pass = (grid.whole, False)
@@ -99,7 +100,7 @@ class CoarseMap:
 
     def _find(self, grid):
         """Find the nodes around a grid, and its inaccurate cells."""
-        own, every, memory = _box_of(grid), _box_of(grid.whole), self.map.memory
+        own, every, memory = box_of(grid, STEP), box_of(grid.whole, STEP), self.map.memory
         margin = FineMap.MARGIN if self._fine_map else 1  # cells around it are checked, too
         box = own.widened(margin, margin).within(every)
         self._around = nodes.around(box)
@@ -135,15 +136,3 @@ class CoarseMap:
         around = box.widened(nodes.BEFORE, nodes.AFTER)
         grids = nodes.node_grid(whole, STEP, around), nodes.node_grid(whole, STEP, box, STEP / 2)
         return *(nodes.evaluated(self.map, grid) for grid in grids), None
-
-
-def _box_of(grid):
-    first, cells = cells_of(grid)
-    return Box(first, first + cells)
-
-
-def cells_of(grid):
-    """The first cell that a grid's points are in, and how many, along each axis: (3,) ints."""
-    first = np.array(grid.first) // STEP
-    last = (np.array(grid.first) + grid.dimensions - 1) // STEP
-    return first, last - first + 1

@@ -6,7 +6,7 @@ import numpy as np
 
 from vtk_mls.engine.launch.structs import CONSTANTS
 from vtk_mls.engine.map import nodes
-from vtk_mls.engine.map.cells import Box, dilated, doubled, near_handles
+from vtk_mls.engine.map.cells import Box, box_of, dilated, doubled, near_handles
 
 _RATIO = 2
 _COARSE_STEP = CONSTANTS["COARSE_STEP"]
@@ -33,7 +33,7 @@ class SparseMap:
 
     def pays_off(self, whole):
         """Whether few cells are near control points."""
-        near = near_handles(self.map, whole, _box_of(whole), STEP)
+        near = near_handles(self.map, whole, box_of(whole, STEP), STEP)
         return near.mean() < _MAX_NEAR_FRACTION
 
     def find(self, whole, box):
@@ -64,7 +64,7 @@ class SparseMap:
     def _check(self, whole, cells):
         """Which sparse cells of a box are inaccurate, after a larger box and the map around it."""
         map_ = self.map
-        checked = cells.widened(1, 1).within(_box_of(whole))  # others are next to these
+        checked = cells.widened(1, 1).within(box_of(whole, STEP))  # others are next to these
         box = Box(np.minimum(cells.first, checked.first), np.maximum(cells.stop, checked.stop))
         node_box = box.widened(nodes.BEFORE, nodes.AFTER)
         planes = nodes.evaluated(map_, nodes.node_grid(whole, STEP, node_box))
@@ -75,8 +75,3 @@ class SparseMap:
         inaccurate[box.rows(checked)] = flags & CONSTANTS["INACCURATE"]
         near = near_handles(map_, whole, cells, STEP)
         return box, planes, dilated(inaccurate)[box.rows(cells)] | near
-
-
-def _box_of(whole):
-    """The cells that points of a grid are in."""
-    return Box(np.zeros(3, int), -(-np.array(whole.dimensions) // STEP))
