@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pyopencl as cl
 
 from vtk_mls.base.grid import Grid
 from vtk_mls.engine.launch import kernel_arguments
@@ -51,8 +52,8 @@ class OriginNodes:
 
     def _table(self, nodes):
         """A buffer with the origins at the `nodes`, a grid."""
-        launcher, deformation = self.map.launcher, self.map.deformation
-        table = self.map.memory.pooled(NODE_SIZE * nodes.size)
+        launcher, deformation, memory = self.map.launcher, self.map.deformation, self.map.memory
+        table = cl.Buffer(memory.context, cl.mem_flags.READ_WRITE, NODE_SIZE * nodes.size)
         for name, extra in (("node_origin", []), ("node_cell", [np.int32(nodes.size)])):
             for part in launcher.slabs(nodes.size, deformation, NODE_SIZE):
                 points = kernel_arguments.grid_points(nodes, part, self.map.control_points)
