@@ -8,8 +8,8 @@
 #define ROUNDING 6e-8f  // half a unit in the last place of float
 // Tolerated errors by that estimate, local units: of a displacement, relative to the size of v and to
 // that of the displacement of k; of a Jacobian.
-#define TOLERANCE (FUNCTIONS == 3 ? 1.5e-7f : 4.5e-6f)
-#define DISPLACEMENT_TOLERANCE 6e-7f
+#define TOLERANCE (FUNCTIONS == 3 ? 1e-7f : 4.5e-6f)
+#define DISPLACEMENT_TOLERANCE (FUNCTIONS == 3 ? 2e-7f : 6e-7f)
 #define SLOPE_TOLERANCE 2.5e-5f
 
 // With a larger alpha most points need double, and float only adds to the time. The searches for an
