@@ -82,28 +82,40 @@ inline void add_sums(sums_t *total, const sums_t *part) {
 #endif
 }
 
+// Adds a control point to the sums of weights, q and u.
+HOT void add_means(sums_t *sums, real w, vec q, vec u) {
+  sums->weight += w;
+  sums->q = vec_madd(w, q, sums->q);
+  sums->u = vec_madd(w, u, sums->u);
+}
+
 // Adds the products p q^T of a control point, of a region those of its proxies.
-HOT void add_products(mat *c, const map_t *map, int i, real w, vec q, vec u) {
-  add_outer(c, vec_add(q, u), vec_scale(w, q));
+HOT void add_products(sums_t *sums, const map_t *map, int i, real w, vec q, vec u) {
+  add_outer(&sums->c, vec_add(q, u), vec_scale(w, q));
 #if REGIONS
   if (!is_region(map, i)) return;
   UNROLL_ALL for (int j = 0; j < 9; ++j)
-    c->a[j] = fma((real)(map->regions[i].moments[j]), w, c->a[j]);
+    sums->c.a[j] = fma((real)(map->regions[i].moments[j]), w, sums->c.a[j]);
 #endif
 }
 
 // The same of the squares of q.
-HOT void add_squares(real *spread, const map_t *map, int i, real w, vec q) {
-  *spread = fma(w, dot3(q, q), *spread);
+HOT void add_squares(sums_t *sums, const map_t *map, int i, real w, vec q) {
+#if SIMILARITY
+  sums->spread = fma(w, dot3(q, q), sums->spread);
 #if REGIONS
-  if (is_region(map, i)) *spread = fma((real)(map->regions[i].spread), w, *spread);
+  if (is_region(map, i)) sums->spread = fma((real)(map->regions[i].spread), w, sums->spread);
+#endif
 #endif
 }
 
 // Control points are summed in groups, and these in groups, which rounds less.
 #define TERM_GROUP 32
 
-#if LANES > 1
+// Whether control points are subtracted as scalars where all lanes share k. Vectors of 16 lanes gain
+// nothing by that.
+#define MAY_SHARE (LANES > 1 && LANES < 16)
+
 // A control point relative to a k that all lanes share: q, and u after the difference of the factors c.
 typedef struct { float4 q, u; } shared_pair_t;
 
@@ -127,62 +139,39 @@ HOT pair_t shared_or_own_pair(const shared_pair_t *shared, __global const contro
   return pair;
 }
 
-// Adds the sums of a group; `is_shared` is a constant: whether all lanes share k. Weights are computed in
-// one loop and added in others: the sums of a single loop do not fit into 16 registers, and would be
-// stored and loaded at each control point.
+// Adds the sums of a group; `is_shared` is a constant: whether all lanes share k. Vectors have their
+// weights computed in one loop and added in others. 16 registers do not hold all sums, which would be
+// stored and loaded at each control point; a processor with vectors of 16 lanes has 32 registers.
 HOT void add_group(sums_t *sums, const map_t *map, int first, int count, const pivot_t *pivot,
                    const evaluation_point_t *point, const int is_shared) {
   __global const control_point_t *at = control_point_of(map, first);
-  real w[TERM_GROUP];
   shared_pair_t shared[TERM_GROUP];
   if (is_shared)
     set_shared_pairs(shared, at, count, control_point_of(map, LANE_INT(pivot->k, 0)));
-  for (int j = 0; j < count; ++j) w[j] = control_point_weight(map, first + j, pivot, point);
-  real weight = 0;
-  vec q = {0, 0, 0}, u = {0, 0, 0};
-  for (int j = 0; j < count; ++j) {
-    const pair_t pair = shared_or_own_pair(shared + j, at + j, pivot, is_shared);
-    weight += w[j];
-    q = vec_madd(w[j], pair.q, q);
-    u = vec_madd(w[j], pair.u, u);
-  }
-  sums->weight += weight;
-  sums->q = vec_add(sums->q, q);
-  sums->u = vec_add(sums->u, u);
-  mat c = {{0}};
-  for (int j = 0; j < count; ++j) {
-    const pair_t pair = shared_or_own_pair(shared + j, at + j, pivot, is_shared);
-    add_products(&c, map, first + j, w[j], pair.q, pair.u);
-  }
-  UNROLL_ALL for (int i = 0; i < 9; ++i) sums->c.a[i] += c.a[i];
-#if SIMILARITY
-  real spread = 0;
-  for (int j = 0; j < count; ++j) {
-    const pair_t pair = shared_or_own_pair(shared + j, at + j, pivot, is_shared);
-    add_squares(&spread, map, first + j, w[j], pair.q);
-  }
-  sums->spread += spread;
-#endif
-}
+#if LANES > 1
+  real weights[TERM_GROUP];
+  for (int j = 0; j < count; ++j)
+    weights[j] = control_point_weight(map, first + j, pivot, point);
+#define WEIGHT(j) weights[j]
 #else
-HOT void add_group(sums_t *sums, const map_t *map, int first, int count, const pivot_t *pivot,
-                   const evaluation_point_t *point, const int is_shared) {
-  sums_t part = {0};
-  for (int i = first; i < first + count; ++i) {
-    pair_t pair;
-    set_pair(&pair, control_point_of(map, i), pivot);
-    const real w = control_point_weight(map, i, pivot, point);
-    part.weight += w;
-    part.q = vec_madd(w, pair.q, part.q);
-    part.u = vec_madd(w, pair.u, part.u);
-    add_products(&part.c, map, i, w, pair.q, pair.u);
-#if SIMILARITY
-    add_squares(&part.spread, map, i, w, pair.q);
+#define WEIGHT(j) control_point_weight(map, first + (j), pivot, point)
 #endif
+  sums_t part = {0};
+  for (int j = 0; j < count; ++j) {
+    const pair_t pair = shared_or_own_pair(shared + j, at + j, pivot, is_shared);
+    const real w = WEIGHT(j);
+    add_means(&part, w, pair.q, pair.u);
+#if LANES > 1 && LANES < 16
+  }
+  for (int j = 0; j < count; ++j) {
+    const pair_t pair = shared_or_own_pair(shared + j, at + j, pivot, is_shared);
+    const real w = WEIGHT(j);
+#endif
+    add_products(&part, map, first + j, w, pair.q, pair.u);
+    add_squares(&part, map, first + j, w, pair.q);
   }
   add_sums(sums, &part);
 }
-#endif
 
 // A vector in the reflected frame of p or q, or out of it.
 inline vec reflected(const fit_t *fit, vec normal, vec a) {
@@ -259,7 +248,7 @@ inline void fit_step(const map_t *map, fit_t *fit) {
   const pivot_t *pivot = &fit->pivot;
   const integer k = pivot->k;
   const int is_shared =
-      LANES > 1 && LANE_INT(k, 0) < map->params.count && !ANY(k != LANE_INT(k, 0));
+      MAY_SHARE && LANE_INT(k, 0) < map->params.count && !ANY(k != LANE_INT(k, 0));
   sums_t sums = {0}, of_many = {0};
   const int block = block_of(map);
   for (int first = 0; first < map->params.count; first += TERM_GROUP) {
