@@ -12,6 +12,7 @@
 #define AT(i, j) ((i) * ((i) + 1) / 2 + (j))  // j <= i
 #define VANISHING (sizeof(SUM) == sizeof(float) ? 1e-6f : 1e-13f)
 #define GROUP 4  // control points summed at once, with one pass of the sums through memory
+#define TERM_GROUP 32  // the same in loops, with three functions
 
 // Three functions fit the registers; unrolling more only lengthens the build.
 #if FUNCTIONS == 3
@@ -99,6 +100,9 @@ inline void functions_on_segments(const map_t *map, const pivot_t *pivot, real *
 #define region_influence TYPED(region_influence)
 #define add_sums TYPED(add_sums)
 #define add_control_points TYPED(add_control_points)
+#define add_in_loops TYPED(add_in_loops)
+#define values_of TYPED(values_of)
+#define values_t TYPED(values_t)
 #define sum_up TYPED(sum_up)
 #define orthogonalize TYPED(orthogonalize)
 #define fit_polynomials TYPED(fit_polynomials)

@@ -56,7 +56,7 @@ inline void clear_sums(const map_t *map, sums_t *sums) {
     sums->f[j] = 0;
     sums->uf[j] = (sum_vec){0, 0, 0};
   }
-  for (int i = 0; i < AT(functions, 0); ++i) sums->gram[i] = 0;
+  UNROLL for (int i = 0; i < AT(functions, 0); ++i) sums->gram[i] = 0;
 }
 
 // p - q of control point i less that of k.
@@ -208,11 +208,66 @@ inline void add_sums(const map_t *map, sums_t *total, const sums_t *part) {
     total->f[j] += part->f[j];
     total->uf[j] = sum_add(total->uf[j], part->uf[j]);
   }
-  for (int i = 0; i < AT(functions, 0); ++i) total->gram[i] += part->gram[i];
+  UNROLL for (int i = 0; i < AT(functions, 0); ++i) total->gram[i] += part->gram[i];
 }
+
+#if FUNCTIONS == 3
+// A control point: its displacement and functions, relative to k.
+typedef struct {
+  sum_vec u;
+  sum_t f[FUNCTIONS];
+} values_t;
+
+HOT values_t values_of(const map_t *map, int i, const weighted_fit_t *fit) {
+  __global const float *f = values_at(map, i);
+  values_t values;
+  values.u = displacement_at(map, i, &fit->pivot);
+  UNROLL for (int j = 0; j < FUNCTIONS; ++j) values.f[j] = TO_SUM(f[j] - fit->f_k[j]);
+  return values;
+}
+
+// Adds up to TERM_GROUP control points, as fit_rotation.cl does: vectors in loops of as many sums as
+// the registers hold.
+HOT void add_in_loops(const map_t *map, sums_t *sums, int first, int count, const weighted_fit_t *fit) {
+  sum_t w[TERM_GROUP];
+  for (int b = 0; b < count; ++b)
+    w[b] = TO_SUM(control_point_weight(map, first + b, &fit->pivot, &fit->point));
+  sums_t part;
+  clear_sums(map, &part);
+  for (int b = 0; b < count; ++b) {
+    const values_t values = values_of(map, first + b, fit);
+    part.weight += w[b];
+    part.u = sum_madd(w[b], values.u, part.u);
+    UNROLL for (int j = 0; j < FUNCTIONS; ++j) part.f[j] = sum_fma(w[b], values.f[j], part.f[j]);
+#if LANES < 16
+  }
+  for (int b = 0; b < count; ++b) {
+    const values_t values = values_of(map, first + b, fit);
+#endif
+    UNROLL for (int j = 0; j < FUNCTIONS; ++j)
+      UNROLL for (int l = 0; l <= j; ++l)
+        part.gram[AT(j, l)] = sum_fma(w[b] * values.f[j], values.f[l], part.gram[AT(j, l)]);
+#if LANES < 16
+  }
+  for (int b = 0; b < count; ++b) {
+    const values_t values = values_of(map, first + b, fit);
+#endif
+    UNROLL for (int j = 0; j < FUNCTIONS; ++j)
+      part.uf[j] = sum_madd(w[b] * values.f[j], values.u, part.uf[j]);
+  }
+  add_sums(map, sums, &part);
+}
+#endif
 
 inline void add_control_points(const map_t *map, sums_t *sums, int first, int stop,
                                const weighted_fit_t *fit) {
+#if FUNCTIONS == 3 && LANES > 1
+  if (sizeof(SUM) == sizeof(float)) {
+    for (; first < stop; first += TERM_GROUP)
+      add_in_loops(map, sums, first, min(stop - first, TERM_GROUP), fit);
+    return;
+  }
+#endif
   for (; first < stop; first += GROUP) add_group(map, sums, first, stop, fit);
 }
 
