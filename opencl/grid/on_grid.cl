@@ -46,28 +46,33 @@ inline void set_cell_points(item_t *item, const grid_t *grid, const coarse_t *co
   const long first = (long)get_global_id(0) * LANES, first_entry = first / CELL_POINTS;
   item->lanes = first_entry < coarse->listed ? LANES : 0;
   if (item->lanes == 0) return;
-  integer i, j, k;
+  integer i = 0, j = 0, k = 0;
+  item->mask = item->positions = 0;
   for (int lane = 0; lane < LANES; lane += CELL_LANES) {
     const long entry = min(first_entry + lane / CELL_LANES, coarse->listed - 1);
     const int is_listed = first_entry + lane / CELL_LANES < coarse->listed;
     const int cell = cells[coarse->first_listed + entry], nx = coarse->cells[0];
+    // the cell in the grid, and its first point in the launch
     const int x = (coarse->first_cell[0] + cell % nx) * CELL_STEP - grid->start[0],
-              y = (coarse->first_cell[1] + cell / nx % coarse->cells[1]) * CELL_STEP,
-              z = (coarse->first_cell[2] + cell / nx / coarse->cells[1]) * CELL_STEP;
-    for (int l = lane; l < lane + CELL_LANES; ++l) {
-      const int point = (int)(first % CELL_POINTS) + l - lane;
-      const int a = x + point % CELL_STEP,
-                b = y - grid->start[1] + point / CELL_STEP % CELL_STEP,
-                c = z - grid->start[2] + point / CELL_STEP / CELL_STEP;
-      const long position = a + grid->nx * (b + (long)grid->ny * c) - grid->first;
-      const int is_in_launch = is_listed && a >= 0 && a < grid->nx && b >= 0 && b < grid->ny &&
-                               c >= 0 && position >= 0 && position < item->count;
-      LANE_INT(item->mask, l) = is_in_launch ? -1 : 0;
-      LANE_INT(item->positions, l) = (int)position;
-      LANE_INT(i, l) = a + grid->start[0];
-      LANE_INT(j, l) = b + grid->start[1];
-      LANE_INT(k, l) = c + grid->start[2];
-    }
+              y = (coarse->first_cell[1] + cell / nx % coarse->cells[1]) * CELL_STEP - grid->start[1],
+              z = (coarse->first_cell[2] + cell / nx / coarse->cells[1]) * CELL_STEP - grid->start[2];
+    const long corner = x + grid->nx * (y + (long)grid->ny * z) - grid->first;
+    const long limit = 1 << 30;  // beyond all points of a cell
+    const int least = (int)clamp(-corner, -limit, limit),
+              end = (int)clamp(item->count - corner, -limit, limit);
+    const integer own = lane_indices() - lane, point = own + (int)(first % CELL_POINTS);
+    const integer a = point & (CELL_STEP - 1), b = point / CELL_STEP & (CELL_STEP - 1),
+                  c = point / (CELL_STEP * CELL_STEP);
+    const integer from_corner = a + grid->nx * (b + grid->ny * c);
+    const integer is_own = own >= 0;  // else of a cell before
+    integer mask = (a + x >= 0) & (a + x < grid->nx) & (b + y >= 0) & (b + y < grid->ny) &
+                   (c + z >= 0) & (from_corner >= least) & (from_corner < end);
+    if (!is_listed) mask = 0;
+    item->mask = select(item->mask, mask, is_own);
+    item->positions = select(item->positions, from_corner + (int)corner, is_own);
+    i = select(i, a + (x + grid->start[0]), is_own);
+    j = select(j, b + (y + grid->start[1]), is_own);
+    k = select(k, c + (z + grid->start[2]), is_own);
   }
   item->index = (vec){TO_REAL(i), TO_REAL(j), TO_REAL(k)};
   if (!ANY(item->mask)) item->lanes = 0;
@@ -108,6 +113,13 @@ inline long position_of(const item_t *item, int l) {
   return item->is_of_cells ? LANE_INT(item->positions, l) : item->first + l;
 }
 
+#if LANES % 4 == 0
+// Whether the points are rows of cells, four consecutive points each.
+inline int has_rows(const item_t *item) {
+  return POINTS == CELLS && CELL_STEP == 4 && ALL(item->mask);
+}
+#endif
+
 // Stores the masked lanes of a plane.
 inline void store_masked(__global float *plane, real value, const item_t *item) {
   if (!item->is_scattered) {
@@ -115,11 +127,9 @@ inline void store_masked(__global float *plane, real value, const item_t *item) 
     return;
   }
 #if LANES % 4 == 0
-  const integer at = item->positions;
-  if (item->is_of_cells && ALL(item->mask) && LANE_INT(at, 3) - LANE_INT(at, 0) == 3) {
-    // rows of a cell are four consecutive points
+  if (has_rows(item)) {
     for (int l = 0; l < LANES; l += 4)
-      vstore4(((float4 *)&value)[l / 4], 0, plane + LANE_INT(at, l));
+      vstore4(((float4 *)&value)[l / 4], 0, plane + LANE_INT(item->positions, l));
     return;
   }
 #endif
@@ -133,6 +143,16 @@ inline void store_masked_points(__global float *points, vec value, const item_t 
     store_interleaved(points + 3 * item->first, value, item->lanes);
     return;
   }
+#if LANES % 4 == 0
+  if (has_rows(item)) {
+    real interleaved[3];
+    set_interleaved(interleaved, value);
+    for (int l = 0; l < LANES; l += 4)
+      for (int n = 0; n < 3; ++n)
+        vstore4(((float4 *)interleaved)[3 * (l / 4) + n], n, points + 3 * LANE_INT(item->positions, l));
+    return;
+  }
+#endif
   for (int l = 0; l < item->lanes; ++l)
     if (LANE_INT(item->mask, l)) store_point(points + 3 * position_of(item, l), value, l);
 }
