@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pyopencl as cl
 
-from vtk_mls.base.grid import Grid
 from vtk_mls.engine.launch import kernel_arguments
 from vtk_mls.engine.launch.structs import CONSTANTS, STRUCTS, filled
+from vtk_mls.engine.map.cells import Box
+from vtk_mls.engine.map.nodes import node_grid
 
 NODE_STEP, NODE_SIZE = CONSTANTS["NODE_STEP"], STRUCTS["node_t"].itemsize
 # Nodes computed at once, in whole layers; the next launch computes the last layer again.
@@ -48,7 +49,7 @@ class OriginNodes:
         last[2] = min(end, max(high // NODE_STEP + 1, first[2] - 1 + at_once // (nx * ny)))
         self._grid, self._layers = grid, (first[2] * NODE_STEP, last[2] * NODE_STEP)
         record = filled("nodes_t", first=first, nx=nx, ny=ny)
-        self._arguments = [record, self._table(_every(grid.whole, first, last))]
+        self._arguments = [record, self._table(node_grid(grid.whole, NODE_STEP, Box(first, last + 1)))]
 
     def _table(self, nodes):
         """A buffer with the origins at the `nodes`, a grid."""
@@ -61,8 +62,3 @@ class OriginNodes:
                 self.map.launch(name, (None, False), count, points, *extra, table)
         return table
 
-
-def _every(whole, first, last):
-    """The nodes `first` to `last` (3,) of a grid, as part of a grid of all nodes."""
-    nodes = Grid(last + 1, whole.origin, NODE_STEP * whole.spacing, whole.direction)
-    return nodes.part(first, last - first + 1)
