@@ -18,7 +18,7 @@ MIN_BYTES = 1 << 18  # smaller arrays are not pooled
 # Bytes of two cache lines. Kernels write a line as a whole, and Intel's OpenCL copies arrays of
 # buffers that begin elsewhere.
 ALIGNMENT = 128
-MAX_IDLE_BYTES = 1 << 28  # of all idle buffers together
+MAX_IDLE_BYTES = 1 << 29  # of all idle buffers together
 MAX_IDLE_CALLS = 32  # calls of `empty` after which an idle buffer is freed
 
 # Idle buffers, the oldest first, each with the number of calls when it became idle.

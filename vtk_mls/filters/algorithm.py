@@ -232,7 +232,8 @@ class Algorithm(VTKPythonAlgorithmBase):
 
     def _empty(self, out_info):
         for info in _items(out_info):
-            info.Get(vtkDataObject.DATA_OBJECT()).Initialize()
+            output = info.Get(vtkDataObject.DATA_OBJECT())
+            output.ShallowCopy(output.NewInstance())  # of an image, with its origin and spacing
             pipeline.reset_invalid_request(info)
 
     def _report(self, sentence):

@@ -49,7 +49,8 @@ class OriginNodes:
         last[2] = min(end, max(high // NODE_STEP + 1, first[2] - 1 + at_once // (nx * ny)))
         self._grid, self._layers = grid, (first[2] * NODE_STEP, last[2] * NODE_STEP)
         record = filled("nodes_t", first=first, nx=nx, ny=ny)
-        self._arguments = [record, self._table(node_grid(grid.whole, NODE_STEP, Box(first, last + 1)))]
+        nodes = node_grid(grid.whole, NODE_STEP, Box(first, last + 1))
+        self._arguments = [record, self._table(nodes)]
 
     def _table(self, nodes):
         """A buffer with the origins at the `nodes`, a grid."""
@@ -61,4 +62,3 @@ class OriginNodes:
                 count = part.stop - part.start
                 self.map.launch(name, (None, False), count, points, *extra, table)
         return table
-
