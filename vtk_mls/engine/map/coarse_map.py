@@ -12,8 +12,8 @@ from vtk_mls.engine.map.fine_map import Checked, FineMap
 from vtk_mls.engine.map.sparse_map import SparseMap
 
 STEP = CONSTANTS["COARSE_STEP"]
-# Largest ratio of an error in a cell to those in its middle and in the middles of its neighbors: below
-# 4 in 99 % of 6,000 random sets, many of them mirrored or near a line, and 9 in the worst.
+# Largest ratio of an error in a cell to those in its middle and in the middles of its neighbors:
+# below 4 in 99 % of 6,000 random sets, many of them mirrored or near a line, and 9 in the worst.
 _SAFETY = 8
 MAX_NODE_FRACTION = 0.25  # nodes and cell centers per point of the grid
 MAX_NEAR_FRACTION = 0.5  # of the cells, with control points in or beside them
