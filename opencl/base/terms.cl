@@ -94,6 +94,30 @@ HOT void segment_pairs(const map_t *map, int i, const pivot_t *pivot, const eval
 }
 #endif
 
+// Control points that are summed at once. Vectors have their weights computed in one loop and added in
+// others: 16 registers do not hold all sums, which would be stored and loaded at each control point. A
+// processor with vectors of 16 lanes has 32 registers.
+#define TERM_GROUP 32
+#define HAS_FEW_REGISTERS (LANES > 1 && LANES < 16)
+
+HOT void set_weights(real weights[TERM_GROUP], const map_t *map, int first, int count,
+                     const pivot_t *pivot, const evaluation_point_t *point) {
+#if LANES > 1
+  for (int j = 0; j < count; ++j)
+    weights[j] = control_point_weight(map, first + j, pivot, point);
+#endif
+}
+
+// The weight j of a group, in one lane computed now.
+HOT real weight_in_group(const real weights[TERM_GROUP], const map_t *map, int first, int j,
+                         const pivot_t *pivot, const evaluation_point_t *point) {
+#if LANES > 1
+  return weights[j];
+#else
+  return control_point_weight(map, first + j, pivot, point);
+#endif
+}
+
 // Sets the place of a control point relative to k.
 HOT void set_pair(pair_t *pair, __global const control_point_t *at, const pivot_t *pivot) {
   pair->q = (vec){at->q[0] - pivot->q.x, at->q[1] - pivot->q.y, at->q[2] - pivot->q.z};

@@ -6,6 +6,9 @@
 // The true error is mostly 0.3 to 3 times that, and at most 40 times.
 
 #define ROUNDING 6e-8f  // half a unit in the last place of float
+// The same in the bound of a refined displacement. Affine maps, whose tolerance is smaller, do not
+// reach it, for errors have both signs.
+#define REFINED_ROUNDING (FUNCTIONS == 3 ? 2.4e-8f : ROUNDING)
 // Tolerated errors by that estimate, local units: of a displacement, relative to the size of v and to
 // that of the displacement of k; of a Jacobian.
 #define TOLERANCE (FUNCTIONS == 3 ? 1e-7f : 4.5e-6f)

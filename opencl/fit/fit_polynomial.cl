@@ -12,7 +12,6 @@
 #define AT(i, j) ((i) * ((i) + 1) / 2 + (j))  // j <= i
 #define VANISHING (sizeof(SUM) == sizeof(float) ? 1e-6f : 1e-13f)
 #define GROUP 4  // control points summed at once, with one pass of the sums through memory
-#define TERM_GROUP 32  // the same in loops, with three functions
 
 // Three functions fit the registers; unrolling more only lengthens the build.
 #if FUNCTIONS == 3

@@ -109,13 +109,6 @@ HOT void add_squares(sums_t *sums, const map_t *map, int i, real w, vec q) {
 #endif
 }
 
-// Control points are summed in groups, and these in groups, which rounds less.
-#define TERM_GROUP 32
-
-// Whether control points are subtracted as scalars where all lanes share k. Vectors of 16 lanes gain
-// nothing by that.
-#define MAY_SHARE (LANES > 1 && LANES < 16)
-
 // A control point relative to a k that all lanes share: q, and u after the difference of the factors c.
 typedef struct { float4 q, u; } shared_pair_t;
 
@@ -139,33 +132,25 @@ HOT pair_t shared_or_own_pair(const shared_pair_t *shared, __global const contro
   return pair;
 }
 
-// Adds the sums of a group; `is_shared` is a constant: whether all lanes share k. Vectors have their
-// weights computed in one loop and added in others. 16 registers do not hold all sums, which would be
-// stored and loaded at each control point; a processor with vectors of 16 lanes has 32 registers.
+// Adds the sums of a group; `is_shared` is a constant: whether all lanes share k.
 HOT void add_group(sums_t *sums, const map_t *map, int first, int count, const pivot_t *pivot,
                    const evaluation_point_t *point, const int is_shared) {
   __global const control_point_t *at = control_point_of(map, first);
   shared_pair_t shared[TERM_GROUP];
   if (is_shared)
     set_shared_pairs(shared, at, count, control_point_of(map, LANE_INT(pivot->k, 0)));
-#if LANES > 1
   real weights[TERM_GROUP];
-  for (int j = 0; j < count; ++j)
-    weights[j] = control_point_weight(map, first + j, pivot, point);
-#define WEIGHT(j) weights[j]
-#else
-#define WEIGHT(j) control_point_weight(map, first + (j), pivot, point)
-#endif
+  set_weights(weights, map, first, count, pivot, point);
   sums_t part = {0};
   for (int j = 0; j < count; ++j) {
     const pair_t pair = shared_or_own_pair(shared + j, at + j, pivot, is_shared);
-    const real w = WEIGHT(j);
+    const real w = weight_in_group(weights, map, first, j, pivot, point);
     add_means(&part, w, pair.q, pair.u);
-#if LANES > 1 && LANES < 16
+#if HAS_FEW_REGISTERS
   }
   for (int j = 0; j < count; ++j) {
     const pair_t pair = shared_or_own_pair(shared + j, at + j, pivot, is_shared);
-    const real w = WEIGHT(j);
+    const real w = weights[j];
 #endif
     add_products(&part, map, first + j, w, pair.q, pair.u);
     add_squares(&part, map, first + j, w, pair.q);
@@ -247,9 +232,10 @@ inline void fit_step(const map_t *map, fit_t *fit) {
   fit->pivot = find_pivot(map, &fit->point);
   const pivot_t *pivot = &fit->pivot;
   const integer k = pivot->k;
+  // with 32 registers scalar differences gain nothing
   const int is_shared =
-      MAY_SHARE && LANE_INT(k, 0) < map->params.count && !ANY(k != LANE_INT(k, 0));
-  sums_t sums = {0}, of_many = {0};
+      HAS_FEW_REGISTERS && LANE_INT(k, 0) < map->params.count && !ANY(k != LANE_INT(k, 0));
+  sums_t sums = {0}, of_many = {0};  // groups, and groups of groups, which rounds less
   const int block = block_of(map);
   for (int first = 0; first < map->params.count; first += TERM_GROUP) {
     const int count = min(map->params.count - first, TERM_GROUP);

@@ -226,34 +226,36 @@ HOT values_t values_of(const map_t *map, int i, const weighted_fit_t *fit) {
   return values;
 }
 
-// Adds up to TERM_GROUP control points, as fit_rotation.cl does: vectors in loops of as many sums as
-// the registers hold.
+// Adds up to TERM_GROUP control points.
 HOT void add_in_loops(const map_t *map, sums_t *sums, int first, int count, const weighted_fit_t *fit) {
-  sum_t w[TERM_GROUP];
-  for (int b = 0; b < count; ++b)
-    w[b] = TO_SUM(control_point_weight(map, first + b, &fit->pivot, &fit->point));
+  real weights[TERM_GROUP];
+  set_weights(weights, map, first, count, &fit->pivot, &fit->point);
   sums_t part;
   clear_sums(map, &part);
   for (int b = 0; b < count; ++b) {
     const values_t values = values_of(map, first + b, fit);
-    part.weight += w[b];
-    part.u = sum_madd(w[b], values.u, part.u);
-    UNROLL for (int j = 0; j < FUNCTIONS; ++j) part.f[j] = sum_fma(w[b], values.f[j], part.f[j]);
-#if LANES < 16
+    const sum_t w =
+        TO_SUM(weight_in_group(weights, map, first, b, &fit->pivot, &fit->point));
+    part.weight += w;
+    part.u = sum_madd(w, values.u, part.u);
+    UNROLL for (int j = 0; j < FUNCTIONS; ++j) part.f[j] = sum_fma(w, values.f[j], part.f[j]);
+#if HAS_FEW_REGISTERS
   }
   for (int b = 0; b < count; ++b) {
     const values_t values = values_of(map, first + b, fit);
+    const sum_t w = TO_SUM(weights[b]);
 #endif
     UNROLL for (int j = 0; j < FUNCTIONS; ++j)
       UNROLL for (int l = 0; l <= j; ++l)
-        part.gram[AT(j, l)] = sum_fma(w[b] * values.f[j], values.f[l], part.gram[AT(j, l)]);
-#if LANES < 16
+        part.gram[AT(j, l)] = sum_fma(w * values.f[j], values.f[l], part.gram[AT(j, l)]);
+#if HAS_FEW_REGISTERS
   }
   for (int b = 0; b < count; ++b) {
     const values_t values = values_of(map, first + b, fit);
+    const sum_t w = TO_SUM(weights[b]);
 #endif
     UNROLL for (int j = 0; j < FUNCTIONS; ++j)
-      part.uf[j] = sum_madd(w[b] * values.f[j], values.u, part.uf[j]);
+      part.uf[j] = sum_madd(w * values.f[j], values.u, part.uf[j]);
   }
   add_sums(map, sums, &part);
 }
@@ -261,7 +263,7 @@ HOT void add_in_loops(const map_t *map, sums_t *sums, int first, int count, cons
 
 inline void add_control_points(const map_t *map, sums_t *sums, int first, int stop,
                                const weighted_fit_t *fit) {
-#if FUNCTIONS == 3 && LANES > 1
+#if FUNCTIONS == 3
   if (sizeof(SUM) == sizeof(float)) {
     for (; first < stop; first += TERM_GROUP)
       add_in_loops(map, sums, first, min(stop - first, TERM_GROUP), fit);

@@ -62,8 +62,7 @@ inline vec refined_displacement(const map_t *map, const fit_t *fit, integer *is_
     size += absolute_sum(rounded(x[j]));
   }
   eliminate(map, fit, sums.f);
-  // a bound, which errors of both signs do not reach
-  const real rounding = 0.4f * ROUNDING * sums.size * size;
+  const real rounding = REFINED_ROUNDING * sums.size * size;
   *is_inexact &= is_inexact_at(map, fit, sums.f) | !(rounding <= displacement_tolerance(fit));
   return value;
 }

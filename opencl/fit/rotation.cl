@@ -102,7 +102,7 @@ inline real largest_root(const mat *c, real *slope) {
     real divisor = fast_max(fma(-value, bend, square), 0.5f * square);
     real change = select((real)(0), value * *slope / divisor, moving & (*slope >= 1e-12f));
     root -= change;
-    moving &= fabs(change) > 1e-2f * root;
+    moving &= fabs(change) > 1e-2f * root;  // else the next one is below 1e-6 of the root
   }
   return root;
 }

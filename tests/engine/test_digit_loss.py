@@ -131,6 +131,14 @@ def test_most_points_beside_a_curve_need_float_only(key, kind_and_degree, rng, m
     assert (in_float == origins).all(axis=1).mean() >= 0.9
 
 
+@pytest.mark.parametrize("kind_and_degree", KINDS)
+def test_sums_are_the_same_in_one_lane_and_in_vectors(key, kind_and_degree, rng):
+    d = deformation(*random_handles(rng, 50), kind_and_degree, key)
+    v = rng.uniform(0, EXTENT, (900, 3))
+    engine = Engine(replace(dispatch.choose(key), width=1))
+    np.testing.assert_array_equal(engine.backward(d, v), d.backward(v))
+
+
 @paired(width=[2, 4, 8, 16], kind_and_degree=KINDS, cut_frame=[None, "rest", "deformed"])
 def test_points_do_not_depend_on_neighbors_in_double(key, width, kind_and_degree, cut_frame, rng):
     """In any order and in vectors of any width, though about every fourth point needs double."""

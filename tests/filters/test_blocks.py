@@ -305,6 +305,7 @@ def test_amr_is_refused(make, make_filter, messages):
     assert not filter_.GetExecutive().Update()
     messages.assert_one(f"`Input` must be an image or a mesh, got AMR data .{data.GetClassName()}.")
     assert filter_.GetOutput().GetNumberOfPoints() == 0
+    assert filter_.GetOutput().GetOrigin() == (0, 0, 0)  # not that of the last image
     for change in (lambda: None, lambda: None, filter_.Modified):  # an error until it is mended
         change()
         assert not filter_.GetExecutive().Update()

@@ -233,7 +233,8 @@ class Algorithm(VTKPythonAlgorithmBase):
     def _empty(self, out_info):
         for info in _items(out_info):
             output = info.Get(vtkDataObject.DATA_OBJECT())
-            output.ShallowCopy(output.NewInstance())  # of an image, with its origin and spacing
+            # Initialize() would keep the origin and spacing of an image
+            output.ShallowCopy(output.NewInstance())
             pipeline.reset_invalid_request(info)
 
     def _report(self, sentence):
