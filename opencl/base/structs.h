@@ -23,11 +23,13 @@ enum {
   PLANE_FACE = 2,
   IMAGE_FACE = 3,
   // bits of the result of coarse_check.cl: interpolation is inaccurate; no point is in the region; a cut
-  // may be in the cell, which is inaccurate then
+  // may be in the cell, which is inaccurate then; interpolation is far off; cells beside it count as
+  // inaccurate, too
   INACCURATE = 1,
   OTHER_REGION = 2,
   SEPARATED = 4,
-  ROUGH = 8
+  ROUGH = 8,
+  SPREADS = 16
 };
 
 // A control point, local units: q, the factor c of its weight, u = p - q less its mean. The first

@@ -12,7 +12,7 @@
 // error estimated from the first residual if the slope of the map is given.
 #define CONVERGED 3e-7f
 #define CONVERGED_BY_RATE 3e-8f
-#define ACCURATE_START 1e-7f
+#define ACCURATE_START 4e-7f
 #define MAX_DEPTH_RATIO2 (4 * 4)  // squared depth behind a cut, in residuals, at which a search fails
 
 // Whether a cut hides any of the control points from point->origin.

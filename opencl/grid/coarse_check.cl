@@ -92,7 +92,7 @@ __kernel EXPLICIT_VECTORS void coarse_check(
     const vec index = first_corners(&band, b), d = {exact[0], exact[1], exact[2]};
     const integer separated = is_separated(&map, &grid, &coarse, node_planes,
                                            node_of(&coarse, &band, b), index, d, exact[3]);
-    bits = select(bits, (integer)(INACCURATE | SEPARATED | ROUGH), separated);
+    bits = select(bits, (integer)(INACCURATE | SEPARATED | ROUGH | SPREADS), separated);
     bits |= select((integer)(OTHER_REGION), (integer)(0), may_be_in_region(&map.cuts, index));
 #endif
     for (int l = 0; l < LANES; ++l)

@@ -2,7 +2,7 @@
 #include "grid.cl"
 #include "origin_nodes.cl"
 
-#define MAX_GUESS_ERROR 0.01f  // local units
+#define MAX_GUESS_ERROR 0.1f  // local units
 
 // Member `at` of nodes: at 0 x, at 1 to 3 its changes; the fourth component goes to `w`.
 inline vec load_nodes(__global const node_t *nodes, integer n, int at, real *w) {

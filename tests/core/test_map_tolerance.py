@@ -141,7 +141,9 @@ def test_gradients_keep_to_the_tolerance_from_point_to_point(device, name, kind_
         jacobians(deformation(rest, deformed, kind_and_degree, device, map_tolerance=t), grid)
         for t in (TOLERANCE, 0)
     )
-    outside = ~(found.any(axis=(-1, -2)) & expected.any(axis=(-1, -2)))
+    # points whose source is outside have 0, as have maps to one place
+    vanishes, should_vanish = (np.abs(j).max(axis=(-1, -2)) < 1e-5 for j in (found, expected))
+    outside = vanishes != should_vanish
     assert outside.mean() < 0.5
     assert np.abs(found - expected)[~outside].max() <= TOLERANCE
 

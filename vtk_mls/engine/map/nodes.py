@@ -7,6 +7,7 @@ import numpy as np
 from vtk_mls.base.grid import Grid
 from vtk_mls.engine.launch import kernel_arguments
 from vtk_mls.engine.launch.structs import CONSTANTS, filled
+from vtk_mls.engine.map.cells import dilated
 
 BEFORE, AFTER = 2, 3  # nodes around a cell, by which its points are interpolated
 _SPARE = 64  # floats after the last node that kernels may read, but do not use
@@ -83,6 +84,12 @@ def check_of(map_, grid, safety):
         to_index=kernel_arguments.transform(to_index, np.zeros(3)),
         limit2=(map_.deformation.map_tolerance / safety) ** 2,
     )
+
+
+def inaccurate(flags):
+    """Which cells are inaccurate by their flags of coarse_check.cl or those of neighbors."""
+    own, spreads = (flags & CONSTANTS[name] for name in ("INACCURATE", "SPREADS"))
+    return (own | dilated(spreads)) != 0
 
 
 def check_flags(map_, grid, box, check, members, table, middles, sure=None):

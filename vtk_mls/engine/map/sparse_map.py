@@ -44,7 +44,7 @@ class SparseMap:
         map_ = self.map
         node_box = box.widened(nodes.BEFORE, nodes.AFTER)
         cells = Box(node_box.first // _RATIO, -(-node_box.stop // _RATIO))
-        sparse_box, sparse_planes, inaccurate = self._check(whole, cells)
+        sparse_box, sparse_planes, *unsure = self._check(whole, cells)
         node_planes, middles = (
             nodes.node_buffer(map_, np.prod(inner.cells)) for inner in (node_box, box)
         )
@@ -53,16 +53,21 @@ class SparseMap:
             *(cells.record(**nodes.around(sparse_box)), sparse_planes),
             *(box.record(**nodes.around(box)), node_planes),
         )
-        every, inaccurate = cells.scaled(_RATIO), doubled(inaccurate)
-        tables = (0, node_box, node_planes), (_COARSE_STEP / 2, box, middles)
-        for offset, inner, table in tables:
+        every = cells.scaled(_RATIO)
+        inaccurate, rough = (
+            doubled(mask)[every.rows(inner)] for mask, inner in zip(unsure, (node_box, box))
+        )
+        tables = (0, node_box, node_planes, inaccurate), (_COARSE_STEP / 2, box, middles, rough)
+        for offset, inner, table, evaluated in tables:
             grid = nodes.node_grid(whole, _COARSE_STEP, inner, offset)
-            nodes.evaluate(map_, grid, np.flatnonzero(inaccurate[every.rows(inner)]), table)
-        sure = ~inaccurate[every.rows(box)]
-        return node_planes, middles, map_.memory.constant(sure.view(np.uint8))
+            nodes.evaluate(map_, grid, np.flatnonzero(evaluated), table)
+        return node_planes, middles, map_.memory.constant((~rough).view(np.uint8))
 
     def _check(self, whole, cells):
-        """Which sparse cells of a box are inaccurate, after a larger box and the map around it."""
+        """A larger box and the map around it, and which sparse cells are inaccurate and rough.
+
+        Nodes in inaccurate cells are evaluated, and coarse cells in rough ones checked.
+        """
         map_ = self.map
         checked = cells.widened(1, 1).within(box_of(whole, STEP))  # others are next to these
         box = Box(np.minimum(cells.first, checked.first), np.maximum(cells.stop, checked.stop))
@@ -71,7 +76,9 @@ class SparseMap:
         middles = nodes.evaluated(map_, nodes.node_grid(whole, STEP, checked, STEP / 2))
         check = nodes.check_of(map_, whole, _SAFETY)
         flags = nodes.check_flags(map_, whole, checked, check, nodes.around(box), planes, middles)
-        inaccurate = np.zeros(box.shape, bool)
-        inaccurate[box.rows(checked)] = flags & CONSTANTS["INACCURATE"]
+        in_box = np.zeros(box.shape, np.uint8)
+        in_box[box.rows(checked)] = flags
         near = near_handles(map_, whole, cells, STEP)
-        return box, planes, dilated(inaccurate)[box.rows(cells)] | near
+        rough = dilated(in_box & CONSTANTS["ROUGH"] != 0)
+        inner = box.rows(cells)
+        return box, planes, nodes.inaccurate(in_box)[inner] | near, rough[inner] | near
