@@ -58,11 +58,11 @@ typedef struct {
 } region_t;
 
 // A segment of a curve, local units: q and u = p - q less its mean, at its start and their change to
-// its end; the factor c of its weight; 1 / squared length.
+// its end; the factor c of its weight; 1 / squared length, and squared length.
 typedef struct {
   float q[3], along_q[3];
   float u[3], along_u[3];
-  float c, density;
+  float c, density, length2;
 } segment_t;
 
 // A mask or a face, local units. A mask is the points within `radius` of the box from `low` to `high`,

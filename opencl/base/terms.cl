@@ -23,7 +23,7 @@ typedef struct {
 HOT segment_weight_t segment_weight(const map_t *map, int i, const pivot_t *pivot,
                                     const evaluation_point_t *point, int slopes, const int top) {
   __global const segment_t *at = segment_of(map, i);
-  const nearest_t nearest = nearest_on_segment(at, point->v);
+  const nearest_t nearest = found_on_segment(map, i, point);
   const float smoothing2 = map->params.smoothing2;
   segment_weight_t weight;
   weight.t = nearest.t;
@@ -67,11 +67,16 @@ HOT placed_segment_t placed_segment(const map_t *map, int i, const pivot_t *pivo
   result.along_u = (vec){at->along_u[0], at->along_u[1], at->along_u[2]};
   const integer is_pivot = pivot->k == i;
   const vec none = {0, 0, 0};
-  const vec q = {at->q[0] - pivot->q.x, at->q[1] - pivot->q.y, at->q[2] - pivot->q.z};
-  const vec u = {at->u[0] - pivot->u.x, at->u[1] - pivot->u.y, at->u[2] - pivot->u.z};
-  const real t = select(result.t, weight->from_nearest, is_pivot);  // k is the nearest point then
-  result.q = vec_madd(t, result.along_q, vec_select(q, none, is_pivot));
-  result.u = vec_madd(t, result.along_u, vec_select(u, none, is_pivot));
+  vec q = {at->q[0] - pivot->q.x, at->q[1] - pivot->q.y, at->q[2] - pivot->q.z};
+  vec u = {at->u[0] - pivot->u.x, at->u[1] - pivot->u.y, at->u[2] - pivot->u.z};
+  real t = result.t;
+  if (ANY(is_pivot)) {  // k is the nearest point then
+    q = vec_select(q, none, is_pivot);
+    u = vec_select(u, none, is_pivot);
+    t = select(t, weight->from_nearest, is_pivot);
+  }
+  result.q = vec_madd(t, result.along_q, q);
+  result.u = vec_madd(t, result.along_u, u);
   return result;
 }
 

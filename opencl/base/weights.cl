@@ -103,6 +103,9 @@ typedef struct {
 #if CACHED
   real distance2[CACHED];
 #endif
+#if CACHED_SEGMENTS
+  cached_segments_t segments;
+#endif
 } evaluation_point_t;
 #endif
 
@@ -227,6 +230,17 @@ HOT real control_point_distance2(const map_t *map, int i, const evaluation_point
 }
 
 #if SEGMENTS
+// v relative to segment i, after `find_pivot`.
+HOT nearest_t found_on_segment(const map_t *map, int i, const evaluation_point_t *point) {
+  __global const segment_t *at = segment_of(map, i);
+#if CACHED_SEGMENTS
+  const int s = i - map->params.count;
+  if (s < CACHED_SEGMENTS)
+    return nearest_by_projection(at, point->segments.projection[s], point->segments.off2[s]);
+#endif
+  return nearest_on_segment(at, point->v);
+}
+
 // The factor of the squared distance of segment i by cuts; `UNREACHABLE` and more behind closed ones.
 HOT real segment_damping(const map_t *map, int i, const evaluation_point_t *point,
                          integer *hides_any) {
@@ -295,6 +309,13 @@ inline pivot_t find_pivot(const map_t *map, evaluation_point_t *point) {
   real t = 0;
   for (int i = map->params.count; i < term_count(map); ++i) {
     const nearest_t nearest = nearest_on_segment(segment_of(map, i), point->v);
+#if CACHED_SEGMENTS
+    const int s = i - map->params.count;
+    if (s < CACHED_SEGMENTS) {
+      point->segments.projection[s] = nearest.projection;
+      point->segments.off2[s] = nearest.off2;
+    }
+#endif
     const real damping = segment_damping(map, i, point, &hides_any);
     real damped = (nearest.d2 + map->params.smoothing2) * damping;
 #if CUTS

@@ -138,6 +138,9 @@ typedef struct {
 #if CACHED
   real distance2[CACHED];  // damped squared distances of the first control points
 #endif
+#if CACHED_SEGMENTS
+  cached_segments_t segments;
+#endif
 #if AT_REST
   vec origin;            // of the material, in the undeformed space: cuts see from there
   integer crossed_cuts;  // bit i: the material is behind cut i, but as if in front (rest_frame.cl)

@@ -19,6 +19,12 @@
 #else
 #define UNROLL
 #endif
+// The sums of a segment, a point at a time, gain a tenth by it.
+#if FUNCTIONS <= 9
+#define UNROLL_SEGMENT UNROLL_ALL
+#else
+#define UNROLL_SEGMENT
+#endif
 
 // Number of functions that the control points determine; as a constant for three.
 inline int functions_of(const map_t *map) { return FUNCTIONS == 3 ? 3 : map->params.rank; }
@@ -61,6 +67,22 @@ inline __global const float *powers_along(const map_t *map, int i) {
   const long regions = REGIONS ? (long)map->params.region_count * 2 * REGION_SIZE : 0;
   return values_at(map, map->params.count + 1) + regions +
          (long)(i - map->params.count) * SEGMENTS * FUNCTIONS;
+}
+
+// Function j along a segment, less that at k, by powers of t about the share along->t of its length, from
+// those about its start. In lanes where it `is_pivot`, k is `from_nearest` before along->t, and nothing
+// cancels; `has_pivot` is a constant: whether there are such lanes.
+HOT void set_powers(real c[SEGMENTS], __global const float *powers, int j, real f_k,
+                    const placed_segment_t *along, integer is_pivot, real from_nearest, const int has_pivot) {
+  c[0] = powers[j] - f_k;
+  UNROLL_ALL for (int k = 1; k < SEGMENTS; ++k) c[k] = powers[k * FUNCTIONS + j];
+  UNROLL_ALL for (int k = 0; k + 1 < SEGMENTS; ++k)
+    UNROLL_ALL for (int l = SEGMENTS - 2; l >= k; --l) c[l] = fma(along->t, c[l + 1], c[l]);
+  if (has_pivot) {
+    real change = c[SEGMENTS - 1];
+    UNROLL_ALL for (int k = SEGMENTS - 2; k > 0; --k) change = fma(-from_nearest, change, c[k]);
+    c[0] = select(c[0], from_nearest * change, is_pivot);
+  }
 }
 
 // The basis functions at k where it is on a segment; a pointer as in digit_loss.cl.

@@ -42,16 +42,17 @@ typedef struct {
   real off2, d2;
 } nearest_t;
 
+HOT nearest_t nearest_by_projection(__global const segment_t *at, real projection, real off2) {
+  const real t = fast_min(fast_max(projection, (real)(0)), (real)(1)), beyond = projection - t;
+  return (nearest_t){projection, t, off2, fma(at->length2 * beyond, beyond, off2)};
+}
+
 HOT nearest_t nearest_on_segment(__global const segment_t *at, vec v) {
   const vec along = {at->along_q[0], at->along_q[1], at->along_q[2]};
   const vec to = {v.x - at->q[0], v.y - at->q[1], v.z - at->q[2]};
-  nearest_t nearest;
-  nearest.projection = at->density * dot3(to, along);
-  nearest.t = fast_min(fast_max(nearest.projection, (real)(0)), (real)(1));
-  const vec off = vec_madd(-nearest.projection, along, to), away = vec_madd(-nearest.t, along, to);
-  nearest.off2 = dot3(off, off);
-  nearest.d2 = dot3(away, away);
-  return nearest;
+  const real projection = at->density * dot3(to, along);
+  const vec off = vec_madd(-projection, along, to);
+  return nearest_by_projection(at, projection, dot3(off, off));
 }
 
 // x^n.

@@ -75,7 +75,8 @@ def segment_table(control_points):
     for name, ends in (("q", deformed), ("u", u)):
         table[name], table[f"along_{name}"] = ends[:, 0], ends[:, 1] - ends[:, 0]
     table["c"] = segments.weights / kernel_arguments.mean_weight(control_points)
-    table["density"] = 1 / (table["along_q"].astype(float) ** 2).sum(axis=1)
+    length2 = (table["along_q"].astype(float) ** 2).sum(axis=1)
+    table["length2"], table["density"] = length2, 1 / length2
     return table
 
 
