@@ -213,12 +213,12 @@ inline vec cut_target(const map_t *map, int i) {
 }
 #endif
 
-HOT real control_point_distance2(const map_t *map, int i, const evaluation_point_t *point,
-                                 integer *hides_any) {
+HOT real control_point_distance2(const map_t *map, int i, const int of_region,
+                                 const evaluation_point_t *point, integer *hides_any) {
   __global const control_point_t *at = control_point_of(map, i);
   real d2;
 #if REGIONS
-  if (is_region(map, i))
+  if (of_region)
     d2 = distance_from_region(map->regions + i, map->images, point->v, 0).square;
   else
 #endif
@@ -292,22 +292,45 @@ HOT void set_nearest(pivot_t *pivot, const map_t *map, integer k) {
   }
 }
 
-inline pivot_t find_pivot(const map_t *map, evaluation_point_t *point) {
-  real first = FLT_MAX, second = FLT_MAX;
-  integer k = 0, hides_any = 0;
-  for (int i = 0; i < map->params.count; ++i) {
-    const real d2 = control_point_distance2(map, i, point, &hides_any);
-    integer nearer = d2 < first;
-    second = fast_min(second, is_region(map, i) ? d2 : fast_max(first, d2));
-    first = fast_min(first, d2);
-    k = select(k, (integer)(i), nearer);
+// The nearest term k, and the squared distances of it and of the second nearest.
+typedef struct {
+  integer k;
+  real first, second;
+} nearest_two_t;
+
+// Whether term i is the nearest so far.
+HOT integer compare(nearest_two_t *two, int i, real d2) {
+  const integer nearer = d2 < two->first;
+  two->k = select(two->k, (integer)(i), nearer);
+  two->second = fast_min(two->second, fast_max(two->first, d2));
+  two->first = fast_min(two->first, d2);
+  return nearer;
+}
+
+// A region is also its own second nearest: each of its proxies is as near.
+HOT void compare_control_point(nearest_two_t *two, const map_t *map, int i, const int of_region,
+                               evaluation_point_t *point, integer *hides_any) {
+  const real d2 = control_point_distance2(map, i, of_region, point, hides_any);
+  compare(two, i, d2);
+  if (of_region) two->second = fast_min(two->second, d2);
 #if CACHED
-    if (i < CACHED) point->distance2[i] = d2;
+  if (i < CACHED) point->distance2[i] = d2;
 #endif
-  }
+}
+
+inline pivot_t find_pivot(const map_t *map, evaluation_point_t *point) {
+  nearest_two_t two = {0, FLT_MAX, FLT_MAX};
+  integer hides_any = 0;
+  int i = 0;
+#if REGIONS
+  for (; i < map->params.region_count; ++i)
+    compare_control_point(&two, map, i, 1, point, &hides_any);
+#endif
+  for (; i < map->params.count; ++i)
+    compare_control_point(&two, map, i, 0, point, &hides_any);
 #if SEGMENTS
   real t = 0;
-  for (int i = map->params.count; i < term_count(map); ++i) {
+  for (; i < term_count(map); ++i) {
     const nearest_t nearest = nearest_on_segment(segment_of(map, i), point->v);
 #if CACHED_SEGMENTS
     const int s = i - map->params.count;
@@ -321,35 +344,30 @@ inline pivot_t find_pivot(const map_t *map, evaluation_point_t *point) {
 #if CUTS
     damped = select(damped, (real)(2 * UNREACHABLE), damping >= UNREACHABLE);
 #endif
-    const integer nearer = damped < first;
-    second = fast_min(second, fast_max(first, damped));
-    first = fast_min(first, damped);
-    k = select(k, (integer)(i), nearer);
-    t = select(t, nearest.t, nearer);
+    t = select(t, nearest.t, compare(&two, i, damped));
 #if CUTS && CACHED
     if (i < CACHED) point->distance2[i] = damping;
 #endif
   }
-  const integer on_segment = k >= map->params.count;
+  const integer on_segment = two.k >= map->params.count;
 #endif
 #if AT_REST
   point->hides_any = hides_any;
 #endif
   pivot_t pivot;
-  pivot.k = k;
+  pivot.k = two.k;
 #if SEGMENTS
-  k = select(k, (integer)(0), on_segment);
-#endif
-  set_nearest(&pivot, map, k);
-#if SEGMENTS
+  set_nearest(&pivot, map, select(two.k, (integer)(0), on_segment));
   if (ANY(on_segment)) pivot_on_segments(map, t, on_segment, &pivot);
+#else
+  set_nearest(&pivot, map, two.k);
 #endif
   pivot.x = vec_sub(point->v, pivot.q);
-  pivot.d2 = first;
-  pivot.e2 = fast_max(second, 1e-30f);
-  pivot.r = power(first / pivot.e2, map->params.alpha);
+  pivot.d2 = two.first;
+  pivot.e2 = fast_max(two.second, 1e-30f);
+  pivot.r = power(two.first / pivot.e2, map->params.alpha);
 #if SEGMENTS
-  second = fast_max(fast_min(second, (real)(1e6f)), (real)(MIN_SECOND));
+  const real second = fast_max(fast_min(two.second, (real)(1e6f)), (real)(MIN_SECOND));
   pivot.e2 = select(pivot.e2, second, on_segment);
   pivot.r = select(pivot.r, (real)(1), on_segment);
 #endif
@@ -361,9 +379,10 @@ HOT real control_point_weight(const map_t *map, int i, const pivot_t *pivot,
                                  const evaluation_point_t *point) {
   integer hides_any = 0;
 #if CACHED
-  real d2 = i < CACHED ? point->distance2[i] : control_point_distance2(map, i, point, &hides_any);
+  real d2 = i < CACHED ? point->distance2[i]
+                       : control_point_distance2(map, i, is_region(map, i), point, &hides_any);
 #else
-  real d2 = control_point_distance2(map, i, point, &hides_any);
+  real d2 = control_point_distance2(map, i, is_region(map, i), point, &hides_any);
 #endif
   real w = control_point_of(map, i)->c *
            power(pivot->e2 / fast_max(d2, pivot->e2), map->params.alpha);

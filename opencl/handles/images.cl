@@ -21,6 +21,9 @@ typedef real quad_t;
 #define ZIP(n, from) ((n) / 4 * 4 + (n) % 4 / 2 + (from) + (n) % 2 * LANES)
 #define ZIP_LOW(n) ZIP(n, 0)
 #define ZIP_HIGH(n) ZIP(n, 2)
+#define HALF_OF_OCT(n, from) ((n) / 4 % 2 * LANES + (n) / 8 * 8 + (n) % 4 + (from))
+#define LOW_HALF(n) HALF_OF_OCT(n, 0)
+#define HIGH_HALF(n) HALF_OF_OCT(n, 4)
 #endif
 
 // The four values at `from` + `first`.
@@ -28,6 +31,29 @@ HOT void load_quads(__global const float *from, integer first, quad_t quads[QUAD
 #define QUAD_AT(l) vload4(0, from + LANE_INT(first, l))
   UNROLL_ALL for (int l = 0; l < QUADS; ++l) quads[l] = (quad_t)(BLOCKS(QUAD_AT, l));
 #undef QUAD_AT
+}
+
+// The four values at `from` + `first`, and the next four.
+HOT void load_two_quads(__global const float *from, integer first, quad_t low[QUADS],
+                        quad_t high[QUADS]) {
+#if LANES < 8
+  load_quads(from, first, low);
+  load_quads(from + 4, first, high);
+#else
+  // fewer and longer loads than with load_quads()
+  real octs[8];
+#define OCT_AT(l) vload8(0, from + LANE_INT(first, l))
+#if LANES == 8
+  UNROLL_ALL for (int l = 0; l < 8; ++l) octs[l] = OCT_AT(l);
+#else
+  UNROLL_ALL for (int l = 0; l < 8; ++l) octs[l] = (real)(OCT_AT(l), OCT_AT(l + 8));
+#endif
+#undef OCT_AT
+  UNROLL_ALL for (int l = 0; l < 4; ++l) {
+    low[l] = __builtin_shufflevector(octs[l], octs[l + 4], EACH_LANE(LOW_HALF, 0));
+    high[l] = __builtin_shufflevector(octs[l], octs[l + 4], EACH_LANE(HIGH_HALF, 0));
+  }
+#endif
 }
 
 // Two values at `from` + `first`, and two `row` values farther.

@@ -45,11 +45,8 @@ HOT border_t on_border(__global const region_t *region, __global const float *bo
   first = fma(row, (real)(region->row), fma(column, (real)(4), first));
   quad_t c0[QUADS], c1[QUADS], x0[QUADS], x1[QUADS], share_a[QUADS], share_b[QUADS];
   const integer corner = TO_INTEGER(first);
-  __global const float *next = border + (int)(region->row);
-  load_quads(border, corner, c0);
-  load_quads(border + 4, corner, x0);
-  load_quads(next, corner, c1);
-  load_quads(next + 4, corner, x1);
+  load_two_quads(border, corner, c0, x0);
+  load_two_quads(border + (int)(region->row), corner, c1, x1);
   to_quads(a - column, share_a);
   to_quads(b - row, share_b);
   quad_t value[QUADS], along[QUADS], up[QUADS];
