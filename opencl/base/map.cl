@@ -99,6 +99,10 @@ inline mat map_jacobian(const map_t *map, const fit_t *fit) {
 
 // J^T n for J = dG/dv at a fixed origin.
 inline vec transposed_jacobian_vec(const map_t *map, const fit_t *fit, vec n) {
+#if HAS_TRANSPOSED_JACOBIAN
+  if (is_transposed_jacobian_exact(map, fit))
+    return vec_add(n, transposed_displacement_jacobian(map, fit, n));
+#endif
   const mat j = map_jacobian(map, fit);
   return vec_add(n, transposed_mat_vec(&j, n));
 }

@@ -225,3 +225,32 @@ inline void add_influence(weight_jacobian_t *jacobian, const change_t *change, v
   add_outer(&jacobian->by_x, influence, change->by_x);
 #endif
 }
+
+#if !(CUTS || REGIONS || SEGMENTS || STEPS || LIMITS)
+// Maps of control points alone: a product with the transposed Jacobian takes half of the operations of
+// the Jacobian. Each control point adds its influence on one number, its gain, times the change of its weight.
+#define HAS_TRANSPOSED_JACOBIAN 1
+
+// Sums of gains times weights w, and of these times (q - v) / |q - v|^2.
+typedef struct {
+  real total;
+  vec along;
+} gains_t;
+
+// Adds that of control point i, which is at q relative to k.
+HOT void add_gain(gains_t *gains, const map_t *map, int i, const pivot_t *pivot, vec q, real gain) {
+  const vec to = vec_sub(q, pivot->x);
+  const real inverse = 1 / fast_max(dot3(to, to) + map->params.smoothing2, 1e-30f);
+  const real w = power(fast_min(pivot->e2 * inverse, (real)(1)), map->params.alpha);
+  gain *= control_point_of(map, i)->c * w;
+  gains->total += gain;
+  gains->along = vec_madd(gain * inverse, to, gains->along);
+}
+
+// The derivative by v of the sum of gains times weights.
+inline vec slope_of_gains(const gains_t *gains, const map_t *map, const pivot_t *pivot,
+                          const evaluation_point_t *point) {
+  return vec_madd(-gains->total, pivot_slope(map, pivot, point),
+                  vec_scale(2 * map->params.alpha, gains->along));
+}
+#endif

@@ -110,6 +110,7 @@ inline void functions_on_segments(const map_t *map, const pivot_t *pivot, real *
 #define sum_madd TYPED(sum_madd)
 #define sum_scale TYPED(sum_scale)
 #define sum_add TYPED(sum_add)
+#define sum_dot TYPED(sum_dot)
 #define rounded TYPED(rounded)
 #define clear_sums TYPED(clear_sums)
 #define displacement_at TYPED(displacement_at)
@@ -218,6 +219,45 @@ inline weight_jacobian_t jacobian_select(weight_jacobian_t a, weight_jacobian_t 
 #endif
   }
   return a;
+}
+#endif
+
+#if HAS_TRANSPOSED_JACOBIAN
+// Whether transposed_displacement_jacobian() is as exact as displacement_jacobian().
+inline int is_transposed_jacobian_exact(const map_t *map, const fit_t *fit) {
+#if MIXED
+  return !ANY(fit->is_inexact) && !ANY(is_jacobian_inexact(map, fit));
+#else
+  return 1;
+#endif
+}
+
+// d(n . (G - v))/dv, as displacement_jacobian() has it.
+inline vec transposed_displacement_jacobian(const map_t *map, const fit_t *fit, vec n) {
+  const int functions = functions_of(map);
+  const sum_vec by = {TO_SUM(n.x), TO_SUM(n.y), TO_SUM(n.z)};
+  sum_t t[FUNCTIONS], along[FUNCTIONS];
+  sum_vec c[FUNCTIONS];
+  influence_of(map, fit, t);
+  coefficients_of(map, fit, c);
+  UNROLL for (int j = 0; j < functions; ++j) along[j] = sum_dot(by, c[j]);
+  const sum_t mean = sum_dot(by, fit->mean);
+  gains_t gains = {0, {0, 0, 0}};
+  for (int i = 0; i < map->params.count; ++i) {
+    pair_t pair;
+    set_pair(&pair, control_point_of(map, i), &fit->pivot);
+    sum_t influence = fit->share, residual = TO_SUM(dot3(n, pair.u)) - mean;
+    UNROLL for (int j = 0; j < functions; ++j) {
+      const sum_t f = TO_SUM(values_at(map, i)[j] - fit->f_k[j]) - fit->center[j];
+      influence = sum_fma(t[j], f, influence);
+      residual = sum_fma(-f, along[j], residual);
+    }
+    add_gain(&gains, map, i, &fit->pivot, pair.q, SUM_TO_REAL(influence * residual));
+  }
+  mat slopes;
+  set_slopes(map, fit->point.v, c, &slopes);
+  return vec_add(transposed_mat_vec(&slopes, n),
+                 slope_of_gains(&gains, map, &fit->pivot, &fit->point));
 }
 #endif
 

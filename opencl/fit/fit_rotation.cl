@@ -384,3 +384,76 @@ inline weight_jacobian_t displacement_jacobian(const map_t *map, const fit_t *fi
     jacobian.by_v.a[i] += change.a[i] + fit->factor * (change.a[i] + (i % 4 == 0 ? 1.0f : 0.0f));
   return jacobian;
 }
+
+#if HAS_TRANSPOSED_JACOBIAN
+// The influence of a control point on n . G(v), as a function of p and q relative to k:
+// p . (form q + offset) - linear . q + rest, of a similarity less squares |q - q*|^2.
+typedef struct {
+  mat form;
+  vec offset, linear;
+  real rest;
+#if SIMILARITY
+  real squares;
+#endif
+} influence_t;
+
+inline influence_t influence_of(const fit_t *fit, vec n) {
+  mat change = rotation_change(fit->rotation), rotation = change;
+  UNROLL_ALL for (int i = 0; i < 9; i += 4) rotation.a[i] += 1;
+  const mat s = rotated_back(&change, &fit->c);
+  real stiffness[6], flexibility[6];
+  stiffness_of(&s, stiffness);
+  invert_symmetric(stiffness, flexibility);
+  const real mu = 1 + fit->factor;
+  const vec back = vec_scale(mu, transposed_mat_vec(&rotation, n));
+  const vec turn = symmetric_vec(flexibility, cross3(fit->s, back));
+  influence_t influence;
+#if SIMILARITY
+  const integer flat = fit->spread <= 1e-30f;
+  const real stretch = select(dot3(fit->s, back) / (mu * fit->spread), (real)(0), flat);
+  influence.squares = mu * stretch;
+#endif
+  // R ([turn]x + stretch I)
+  UNROLL_ALL for (int i = 0; i < 9; i += 3) {
+    const vec row = {rotation.a[i], rotation.a[i + 1], rotation.a[i + 2]};
+    vec turned = cross3(row, turn);
+#if SIMILARITY
+    turned = vec_madd(stretch, row, turned);
+#endif
+    influence.form.a[i] = turned.x;
+    influence.form.a[i + 1] = turned.y;
+    influence.form.a[i + 2] = turned.z;
+  }
+  const vec shared = vec_scale(fit->share, back);
+  influence.offset = vec_sub(vec_scale(fit->share, n), mat_vec(&influence.form, fit->q));
+  influence.linear = vec_add(shared, transposed_mat_vec(&influence.form, fit->p));
+  influence.rest = dot3(shared, fit->q) - dot3(fit->p, influence.offset);
+  return influence;
+}
+
+// Whether transposed_displacement_jacobian() is as exact as displacement_jacobian().
+inline int is_transposed_jacobian_exact(const map_t *map, const fit_t *fit) {
+  return map->params.rank == 2 && !ANY(fit->ill_conditioned);
+}
+
+// d(n . (G - v))/dv, as displacement_jacobian() has it.
+inline vec transposed_displacement_jacobian(const map_t *map, const fit_t *fit, vec n) {
+  const influence_t influence = influence_of(fit, n);
+  gains_t gains = {0, {0, 0, 0}};
+  for (int i = 0; i < map->params.count; ++i) {
+    pair_t pair;
+    set_pair(&pair, control_point_of(map, i), &fit->pivot);
+    const vec q = pair.q, by_p = vec_add(influence.offset, mat_vec(&influence.form, q));
+    real gain = dot3(vec_add(q, pair.u), by_p) - dot3(influence.linear, q) + influence.rest;
+#if SIMILARITY
+    const vec off = vec_sub(q, fit->q);
+    gain = fma(-influence.squares, dot3(off, off), gain);
+#endif
+    add_gain(&gains, map, i, &fit->pivot, q, gain);
+  }
+  const mat change = rotation_change(fit->rotation);
+  const vec turned = transposed_mat_vec(&change, n);
+  const vec fixed = vec_madd(fit->factor, vec_add(turned, n), turned);  // at fixed weights
+  return vec_add(fixed, slope_of_gains(&gains, map, &fit->pivot, &fit->point));
+}
+#endif

@@ -44,6 +44,9 @@ inline sum_vec sum_madd(sum_t s, sum_vec a, sum_vec b) {
 }
 inline sum_vec sum_scale(sum_t s, sum_vec a) { return (sum_vec){s * a.x, s * a.y, s * a.z}; }
 inline sum_vec sum_add(sum_vec a, sum_vec b) { return (sum_vec){a.x + b.x, a.y + b.y, a.z + b.z}; }
+inline sum_t sum_dot(sum_vec a, sum_vec b) {
+  return sum_fma(a.x, b.x, sum_fma(a.y, b.y, a.z * b.z));
+}
 inline vec rounded(sum_vec a) {
   return (vec){SUM_TO_REAL(a.x), SUM_TO_REAL(a.y), SUM_TO_REAL(a.z)};
 }
