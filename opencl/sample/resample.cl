@@ -119,11 +119,7 @@ HOT void sample_whole(output_t *output, const axes_t *axes, const box_t *box, ve
 // Values at a border, on grid points and outside.
 HOT void sample_parts(output_t *output, const axes_t *axes, const box_t *box, vec at,
                       __global const VALUE *values, VALUE background) {
-  offsets_t taps;
-  taps.nearest = nearest_offset(axes, at);
-  tap_offsets(taps.x, &box->x, &axes->x, nearest_to(&axes->x, at.x));
-  tap_offsets(taps.y, &box->y, &axes->y, nearest_to(&axes->y, at.y));
-  tap_offsets(taps.z, &box->z, &axes->z, nearest_to(&axes->z, at.z));
+  const offsets_t taps = offsets_in(box, axes, at);
   const integer on_point = (box->x.behind == 0) & (box->y.behind == 0) & (box->z.behind == 0);
   const integer inside = are_inside(axes, at);
   for (int c = 0; c < output->components; ++c) {

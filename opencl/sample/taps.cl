@@ -108,6 +108,16 @@ typedef struct { taps_t x, y, z; OFFSET step_x, step_y, step_z; } box_t;
 // point of the grid.
 typedef struct { offset_t corner, nearest, x[SAMPLE_TAPS], y[SAMPLE_TAPS], z[SAMPLE_TAPS]; } offsets_t;
 
+// Where the taps of boxes are that are not whole.
+inline offsets_t offsets_in(const box_t *box, const axes_t *axes, vec at) {
+  offsets_t taps;
+  taps.nearest = nearest_offset(axes, at);
+  tap_offsets(taps.x, &box->x, &axes->x, nearest_to(&axes->x, at.x));
+  tap_offsets(taps.y, &box->y, &axes->y, nearest_to(&axes->y, at.y));
+  tap_offsets(taps.z, &box->z, &axes->z, nearest_to(&axes->z, at.z));
+  return taps;
+}
+
 // Finds the box of taps around each point; returns which are whole.
 HOT integer find_box(box_t *box, const axes_t *axes, vec at) {
   box->step_x = axes->x.step, box->step_y = axes->y.step, box->step_z = axes->z.step;

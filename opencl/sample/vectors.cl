@@ -22,44 +22,29 @@ inline vec vectors_at(const array_t *array, __global const float *values, vec at
 #else
 #define TAP_WEIGHT(axis, tap, l) ((float)LANE_SUM((axis)->weight[tap], l))
 
-// The vector of lane l in a box that is whole. Each tap is a vector of four; the last is not used.
-HOT float4 whole_vector(const box_t *box, __global const float *corner, int l) {
+// sum + weight x; without weight the sum also for infinite x.
+HOT float4 weighted_sum(float weight, float4 x, float4 sum, const int is_whole) {
+  const float4 next = fma((float4)(weight), x, sum);
+  return !is_whole && weight == 0 ? sum : next;
+}
+
+// The vector of lane l in its box of taps. A vector of a whole box is read as four values; the last is not used.
+HOT float4 vector_in(const box_t *box, const offsets_t *at, const int is_whole,
+                     __global const float *values, int l) {
   float4 sum = 0;
   UNROLL_ALL for (int k = 0; k < SAMPLE_TAPS; ++k)
     UNROLL_ALL for (int j = 0; j < SAMPLE_TAPS; ++j) {
-      __global const float *row = corner + k * box->step_z + j * box->step_y;
-      float4 along_x = TAP_WEIGHT(&box->x, 0, l) * vload4(0, row);
-      UNROLL_ALL for (int i = 1; i < SAMPLE_TAPS; ++i)
-        along_x = fma((float4)(TAP_WEIGHT(&box->x, i, l)), vload4(0, row + 3 * i), along_x);
-      const float weight = TAP_WEIGHT(&box->y, j, l) * TAP_WEIGHT(&box->z, k, l);
-      sum = fma((float4)(weight), along_x, sum);
-    }
-  return sum;
-}
-
-// The offset of a tap of lane l along an axis.
-inline OFFSET tap_offset(const axis_t *axis, const taps_t *taps, int tap, int l) {
-  return clamp(LANE_INT(taps->first, l) + tap, 0, axis->stored - 1) * axis->step;
-}
-
-// The same at a border and on grid points: taps without weight are not read.
-inline float4 border_vector(const axes_t *axes, const box_t *box, __global const float *values,
-                            int l) {
-  float4 sum = 0;
-  for (int k = 0; k < SAMPLE_TAPS; ++k)
-    for (int j = 0; j < SAMPLE_TAPS; ++j) {
-      const float weight = TAP_WEIGHT(&box->y, j, l) * TAP_WEIGHT(&box->z, k, l);
-      if (weight == 0) continue;
       __global const float *row =
-          values + tap_offset(&axes->z, &box->z, k, l) + tap_offset(&axes->y, &box->y, j, l);
+          values + (is_whole ? LANE_OFFSET(at->corner, l) + k * box->step_z + j * box->step_y
+                             : LANE_OFFSET(at->z[k], l) + LANE_OFFSET(at->y[j], l));
       float4 along_x = 0;
-      for (int i = 0; i < SAMPLE_TAPS; ++i) {
-        const float share = TAP_WEIGHT(&box->x, i, l);
-        if (share == 0) continue;
-        const float3 tap = vload3(0, row + tap_offset(&axes->x, &box->x, i, l));
-        along_x = fma((float4)(share), (float4)(tap, 0), along_x);
+      UNROLL_ALL for (int i = 0; i < SAMPLE_TAPS; ++i) {
+        const float4 tap = is_whole ? vload4(0, row + i * box->step_x)
+                                    : (float4)(vload3(0, row + LANE_OFFSET(at->x[i], l)), 0);
+        along_x = weighted_sum(TAP_WEIGHT(&box->x, i, l), tap, along_x, is_whole);
       }
-      sum = fma((float4)(weight), along_x, sum);
+      const float weight = TAP_WEIGHT(&box->y, j, l) * TAP_WEIGHT(&box->z, k, l);
+      sum = weighted_sum(weight, along_x, sum, is_whole);
     }
   return sum;
 }
@@ -67,16 +52,18 @@ inline float4 border_vector(const axes_t *axes, const box_t *box, __global const
 inline vec vectors_at(const array_t *array, __global const float *values, vec at) {
   const axes_t axes = axes_of(array, 3);
   box_t box;
-  const integer is_whole = find_box(&box, &axes, at);
+  offsets_t taps;
   vec result;
+  const integer is_whole = find_box(&box, &axes, at);
   // not in the last slice: nothing can be read behind the last vector of the array
   if (ALL(is_whole & (box.z.first < axes.z.stored - SAMPLE_TAPS))) {
-    const offset_t corner = offset_of(&axes, box.x.first, box.y.first, box.z.first);
+    taps.corner = offset_of(&axes, box.x.first, box.y.first, box.z.first);
     UNROLL_ALL for (int l = 0; l < LANES; ++l)
-      set_lane(&result, whole_vector(&box, values + LANE_OFFSET(corner, l), l), l);
+      set_lane(&result, vector_in(&box, &taps, 1, values, l), l);
     return result;
   }
-  for (int l = 0; l < LANES; ++l) set_lane(&result, border_vector(&axes, &box, values, l), l);
+  taps = offsets_in(&box, &axes, at);
+  for (int l = 0; l < LANES; ++l) set_lane(&result, vector_in(&box, &taps, 0, values, l), l);
   return vec_select((vec){0, 0, 0}, result, are_inside(&axes, at));
 }
 #endif
