@@ -229,7 +229,7 @@ inline void add_influence(weight_jacobian_t *jacobian, const change_t *change, v
 #if !(CUTS || REGIONS || SEGMENTS || STEPS || LIMITS)
 // Maps of control points alone: a product with the transposed Jacobian takes half of the operations of
 // the Jacobian. Each control point adds its influence on one number, its gain, times the change of its weight.
-#define HAS_TRANSPOSED_JACOBIAN 1
+#define ONLY_CONTROL_POINTS 1
 
 // Sums of gains times weights w, and of these times (q - v) / |q - v|^2.
 typedef struct {

@@ -222,7 +222,8 @@ inline weight_jacobian_t jacobian_select(weight_jacobian_t a, weight_jacobian_t 
 }
 #endif
 
-#if HAS_TRANSPOSED_JACOBIAN
+#if ONLY_CONTROL_POINTS
+#define HAS_TRANSPOSED_JACOBIAN 1
 // Whether transposed_displacement_jacobian() is as exact as displacement_jacobian().
 inline int is_transposed_jacobian_exact(const map_t *map, const fit_t *fit) {
 #if MIXED

@@ -385,7 +385,8 @@ inline weight_jacobian_t displacement_jacobian(const map_t *map, const fit_t *fi
   return jacobian;
 }
 
-#if HAS_TRANSPOSED_JACOBIAN
+#if ONLY_CONTROL_POINTS
+#define HAS_TRANSPOSED_JACOBIAN 1
 // The influence of a control point on n . G(v), as a function of p and q relative to k:
 // p . (form q + offset) - linear . q + rest, of a similarity less squares |q - q*|^2.
 typedef struct {
