@@ -42,7 +42,7 @@ inline face_t face_at(const nodes_t *nodes, __global const node_t *corner, const
   for (int n = 0; n < 4; ++n) {
     __global const node_t *node = corner + n % 2 * nodes->nx + n / 2 * nodes->nx * nodes->ny;
     const float16 members = vload16(0, (__global const float *)node);
-    sum = fma(place->weights[n], members, sum);
+    sum += place->weights[n] * members;  // fma() of 512 bits does not build with PoCL before version 5
     linear = fma(place->share[n], members.s0123, linear);
   }
   return (face_t){sum.s0123 + sum.s89ab + sum.scdef, sum.s4567, linear};

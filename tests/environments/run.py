@@ -25,8 +25,9 @@ CACHE = Path(os.environ.get("VTK_MLS_PARAVIEW_CACHE", PROJECT / ".cache/paraview
 IN_ROOT = PROJECT / "tests/paraview/in_root.sh"
 PIP = "-m", "pip", "install", "--quiet", "--no-compile"  # Python compiles what is imported
 PLATFORMS = "manylinux_2_28_x86_64", "manylinux2014_x86_64"
-ENDS = [("3.10", ("numpy==1.24.4", "vtk==9.2.6")), ("3.14", ())]
-BETWEEN = [("3.10", ()), ("3.12", ("numpy==1.26.4", "vtk==9.3.1"))]
+# Python, extra with an OpenCL driver, pinned packages
+ENDS = [("3.10", "pocl", ("numpy==1.24.4", "vtk==9.2.6")), ("3.14", "cpu", ())]
+BETWEEN = [("3.10", "cpu", ()), ("3.12", "cpu", ("numpy==1.26.4", "vtk==9.3.1"))]
 
 
 def main(*arguments):
@@ -41,13 +42,13 @@ def main(*arguments):
     return any("FAILS" in outcome for outcome in outcomes)
 
 
-def outcome(wheel, version, pinned):
+def outcome(wheel, version, driver, pinned):
     """A line on one environment, which is removed afterwards."""
-    name = f"Python {version}, {', '.join(pinned) or 'what pip takes'}"
+    name = f"Python {version}, {driver}, {', '.join(pinned) or 'what pip takes'}"
     folder = WORK / f"{version}-{len(pinned)}"
     print(f"{name} ...", flush=True)
     try:
-        said = tried(version, [f"{wheel}[vtk,cpu]", *pinned], folder)
+        said = tried(version, [f"{wheel}[vtk,{driver}]", *pinned], folder)
     except subprocess.CalledProcessError as error:
         said = f"FAILS: {(error.stdout or str(error)).strip()[-2000:]}"
     shutil.rmtree(folder, ignore_errors=True)
