@@ -227,8 +227,8 @@ inline void add_influence(weight_jacobian_t *jacobian, const change_t *change, v
 }
 
 #if !(CUTS || REGIONS || SEGMENTS || STEPS || LIMITS)
-// Maps of control points alone: a product with the transposed Jacobian takes half of the operations of
-// the Jacobian. Each control point adds its influence on one number, its gain, times the change of its weight.
+// Products with the transposed Jacobian, for maps of control points alone. Each control point adds its
+// influence on one number, its gain, times the change of its weight.
 #define ONLY_CONTROL_POINTS 1
 
 // Sums of gains times weights w, and of these times (q - v) / |q - v|^2.

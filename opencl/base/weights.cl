@@ -298,8 +298,8 @@ typedef struct {
   real first, second;
 } nearest_two_t;
 
-// Whether term i is the nearest so far.
-HOT integer compare(nearest_two_t *two, int i, real d2) {
+// Updates the nearest terms by term i; returns whether it is the nearest so far.
+HOT integer update_nearest(nearest_two_t *two, int i, real d2) {
   const integer nearer = d2 < two->first;
   two->k = select(two->k, (integer)(i), nearer);
   two->second = fast_min(two->second, fast_max(two->first, d2));
@@ -308,10 +308,10 @@ HOT integer compare(nearest_two_t *two, int i, real d2) {
 }
 
 // A region is also its own second nearest: each of its proxies is as near.
-HOT void compare_control_point(nearest_two_t *two, const map_t *map, int i, const int of_region,
+HOT void update_by_control_point(nearest_two_t *two, const map_t *map, int i, const int of_region,
                                evaluation_point_t *point, integer *hides_any) {
   const real d2 = control_point_distance2(map, i, of_region, point, hides_any);
-  compare(two, i, d2);
+  update_nearest(two, i, d2);
   if (of_region) two->second = fast_min(two->second, d2);
 #if CACHED
   if (i < CACHED) point->distance2[i] = d2;
@@ -324,10 +324,10 @@ inline pivot_t find_pivot(const map_t *map, evaluation_point_t *point) {
   int i = 0;
 #if REGIONS
   for (; i < map->params.region_count; ++i)
-    compare_control_point(&two, map, i, 1, point, &hides_any);
+    update_by_control_point(&two, map, i, 1, point, &hides_any);
 #endif
   for (; i < map->params.count; ++i)
-    compare_control_point(&two, map, i, 0, point, &hides_any);
+    update_by_control_point(&two, map, i, 0, point, &hides_any);
 #if SEGMENTS
   real t = 0;
   for (; i < term_count(map); ++i) {
@@ -344,7 +344,7 @@ inline pivot_t find_pivot(const map_t *map, evaluation_point_t *point) {
 #if CUTS
     damped = select(damped, (real)(2 * UNREACHABLE), damping >= UNREACHABLE);
 #endif
-    t = select(t, nearest.t, compare(&two, i, damped));
+    t = select(t, nearest.t, update_nearest(&two, i, damped));
 #if CUTS && CACHED
     if (i < CACHED) point->distance2[i] = damping;
 #endif

@@ -325,26 +325,40 @@ inline void turn_columns(const fit_t *fit, const mat *rotation, mat *j) {
   }
 }
 
+// The rotation R from the frame of q to that of p, S = R^T C, and the inverse of the stiffness of S.
+typedef struct {
+  mat rotation, s;
+  real flexibility[6];
+} flexible_t;
+
+inline flexible_t flexible_rotation(const fit_t *fit) {
+  flexible_t at;
+  const mat change = rotation_change(fit->between);
+  at.rotation = change;
+  UNROLL_ALL for (int i = 0; i < 9; i += 4) at.rotation.a[i] += 1;
+  at.s = rotated_back(&change, &fit->c);
+  real stiffness[6];
+  stiffness_of(&at.s, stiffness);
+  invert_symmetric(stiffness, at.flexibility);
+  return at;
+}
+
 // d(G - v)/dv, rows by the component of G. The weights change the optimum only through each
 // control point's residual; its influence on G(v) is derived in vtk_mls/reference/engine.py. It is
 // summed in the frame of q.
 inline weight_jacobian_t displacement_jacobian(const map_t *map, const fit_t *fit) {
   const pivot_t *pivot = &fit->pivot;
-  mat change = rotation_change(fit->between), rotation = change, c = fit->c;
-  for (int i = 0; i < 9; i += 4) rotation.a[i] += 1;
-  mat s = rotated_back(&change, &c);
+  const flexible_t flexible = flexible_rotation(fit);
+  const mat rotation = flexible.rotation, c = fit->c;
   const real mu = 1 + fit->factor;
   const vec at = reflected(fit, fit->q_mirror, fit->s), moved = vec_scale(mu, at);
-  real stiffness[6], flexibility[6];
-  stiffness_of(&s, stiffness);
-  invert_symmetric(stiffness, flexibility);
-  const mat lever = lever_of(flexibility, moved);
+  const mat lever = lever_of(flexible.flexibility, moved);
   vec a = {0, 0, 0}, b = a, both = a;
   real strength = 0, gain = 0;
   if (map->params.rank == 1) {  // a tenth of the time of a Jacobian by 15 points
     line_of(&c, &a, &b);
     both = vec_add(a, b);
-    strength = 1 / fast_max(s.a[0] + s.a[4] + s.a[8], 1e-30f);
+    strength = 1 / fast_max(flexible.s.a[0] + flexible.s.a[4] + flexible.s.a[8], 1e-30f);
     gain = 1 / fast_max(1 + dot3(a, b), 1e-10f);
   }
 
@@ -379,7 +393,7 @@ inline weight_jacobian_t displacement_jacobian(const map_t *map, const fit_t *fi
 #if AT_REST
   turn_columns(fit, &rotation, &jacobian.by_x);
 #endif
-  change = rotation_change(fit->rotation);
+  const mat change = rotation_change(fit->rotation);
   for (int i = 0; i < 9; ++i)
     jacobian.by_v.a[i] += change.a[i] + fit->factor * (change.a[i] + (i % 4 == 0 ? 1.0f : 0.0f));
   return jacobian;
@@ -399,15 +413,10 @@ typedef struct {
 } influence_t;
 
 inline influence_t influence_of(const fit_t *fit, vec n) {
-  mat change = rotation_change(fit->rotation), rotation = change;
-  UNROLL_ALL for (int i = 0; i < 9; i += 4) rotation.a[i] += 1;
-  const mat s = rotated_back(&change, &fit->c);
-  real stiffness[6], flexibility[6];
-  stiffness_of(&s, stiffness);
-  invert_symmetric(stiffness, flexibility);
+  const flexible_t flexible = flexible_rotation(fit);
   const real mu = 1 + fit->factor;
-  const vec back = vec_scale(mu, transposed_mat_vec(&rotation, n));
-  const vec turn = symmetric_vec(flexibility, cross3(fit->s, back));
+  const vec back = vec_scale(mu, transposed_mat_vec(&flexible.rotation, n));
+  const vec turn = symmetric_vec(flexible.flexibility, cross3(fit->s, back));
   influence_t influence;
 #if SIMILARITY
   const integer flat = fit->spread <= 1e-30f;
@@ -416,7 +425,8 @@ inline influence_t influence_of(const fit_t *fit, vec n) {
 #endif
   // R ([turn]x + stretch I)
   UNROLL_ALL for (int i = 0; i < 9; i += 3) {
-    const vec row = {rotation.a[i], rotation.a[i + 1], rotation.a[i + 2]};
+    const real *r = flexible.rotation.a + i;
+    const vec row = {r[0], r[1], r[2]};
     vec turned = cross3(row, turn);
 #if SIMILARITY
     turned = vec_madd(stretch, row, turned);

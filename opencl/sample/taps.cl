@@ -108,7 +108,7 @@ typedef struct { taps_t x, y, z; OFFSET step_x, step_y, step_z; } box_t;
 // point of the grid.
 typedef struct { offset_t corner, nearest, x[SAMPLE_TAPS], y[SAMPLE_TAPS], z[SAMPLE_TAPS]; } offsets_t;
 
-// Where the taps of boxes are that are not whole.
+// The offsets of the taps of boxes that are not whole.
 inline offsets_t offsets_in(const box_t *box, const axes_t *axes, vec at) {
   offsets_t taps;
   taps.nearest = nearest_offset(axes, at);

@@ -22,12 +22,6 @@ inline vec vectors_at(const array_t *array, __global const float *values, vec at
 #else
 #define TAP_WEIGHT(axis, tap, l) ((float)LANE_SUM((axis)->weight[tap], l))
 
-// sum + weight x; without weight the sum also for infinite x.
-HOT float4 weighted_sum(float weight, float4 x, float4 sum, const int is_whole) {
-  const float4 next = fma((float4)(weight), x, sum);
-  return !is_whole && weight == 0 ? sum : next;
-}
-
 // The vector of lane l in its box of taps. A vector of a whole box is read as four values; the last is not used.
 HOT float4 vector_in(const box_t *box, const offsets_t *at, const int is_whole,
                      __global const float *values, int l) {
@@ -41,10 +35,10 @@ HOT float4 vector_in(const box_t *box, const offsets_t *at, const int is_whole,
       UNROLL_ALL for (int i = 0; i < SAMPLE_TAPS; ++i) {
         const float4 tap = is_whole ? vload4(0, row + i * box->step_x)
                                     : (float4)(vload3(0, row + LANE_OFFSET(at->x[i], l)), 0);
-        along_x = weighted_sum(TAP_WEIGHT(&box->x, i, l), tap, along_x, is_whole);
+        along_x = fma((float4)(TAP_WEIGHT(&box->x, i, l)), tap, along_x);
       }
       const float weight = TAP_WEIGHT(&box->y, j, l) * TAP_WEIGHT(&box->z, k, l);
-      sum = weighted_sum(weight, along_x, sum, is_whole);
+      sum = fma((float4)(weight), along_x, sum);
     }
   return sum;
 }

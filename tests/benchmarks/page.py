@@ -30,7 +30,8 @@ of one table were measured in turns and can be compared. Rows of different machi
   each point in the compiled code. Additions, multiplications, divisions and roots count as one,
   and fused multiply-adds as two. Comparisons, selections and integers do not count. With a
   half-plane the count is too high for a fine grid, because searches start farther away on the
-  grid of the simulator.
+  grid of the simulator. Between nodes it is too high for vectors: cells share rows of nodes there,
+  but not in the one lane of the simulator.
 - The **bytes** of a point are those of each array that is read or written, once. In a cache they
   may be faster than the memory.
 - Operations and bytes stand next to the peaks of the device: fused multiply-adds, and copies in

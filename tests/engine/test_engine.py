@@ -177,6 +177,22 @@ def test_a_source_larger_than_the_memory_goes_in_slices(key, rng, monkeypatch):
     np.testing.assert_array_equal(d.resample_gradients(vectors, grid), gradients)
 
 
+@pytest.mark.parametrize("alpha", [1, 2, 3])
+@pytest.mark.parametrize("name", [name for name in HARD_SETS if name[:2] != "at"])
+def test_covariant_vectors_are_products_with_the_jacobian(key, name, alpha, kind_and_degree, rng):
+    """Kernels sum these products without a Jacobian where a map has only control points."""
+    d = deformation(*HARD_SETS[name](rng), kind_and_degree, key, alpha=alpha)
+    source = Grid((2, 2, 2), (-1e6,) * 3, (2e6,) * 3)  # everywhere
+    target = Grid((18, 11, 13), (-8.0, 265.0, 3.0), (15.7, -26.6, 21.6))
+    vector = rng.normal(size=3)
+    constant = np.tile(vector.astype(np.float32), (2, 2, 2, 1))
+    got = d.resample_gradients(constant, Sampling(source, target)).reshape(-1, 3)
+    jacobian = d.jacobian(target.points())
+    size = np.maximum(1, np.abs(jacobian).max(axis=(1, 2)))
+    error = np.abs(got - jacobian.swapaxes(1, 2) @ vector).max(axis=1)
+    assert (error / size).max() < 1e-3
+
+
 @pytest.mark.parametrize("normalise", [False, True])
 @pytest.mark.parametrize("method", ["nearest", "linear", "cubic"])
 @pytest.mark.parametrize("width", [1, 2, 4, 8, 16])
