@@ -132,7 +132,8 @@ def test_a_folder_left_by_an_uninstalled_pyopencl(monkeypatch):
     folder = types.ModuleType("pyopencl")
     folder.__path__ = ["/somewhere/pyopencl"]
     monkeypatch.setitem(__import__("sys").modules, "pyopencl", folder)
-    devices, problem = device._listed.__wrapped__()
+    monkeypatch.setattr(device, "_listed", device._listed.__wrapped__)
+    devices, problem = device.find()
     assert devices == []
     assert "/somewhere/pyopencl has no pyopencl: install it again" in problem
 

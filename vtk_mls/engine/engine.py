@@ -8,7 +8,7 @@ from contextlib import ExitStack
 
 import numpy as np
 
-from vtk_mls.base import buffer_pool, interpolation
+from vtk_mls.base import buffer_pool, interpolation, lazy
 from vtk_mls.base.progress import SILENT
 from vtk_mls.base.sampling import Sampling
 from vtk_mls.engine.device import devices
@@ -22,7 +22,7 @@ from vtk_mls.queries import vector_fields
 from vtk_mls.queries.direct_inverses import direct_inverses
 
 
-@functools.cache
+@lazy.cached
 def on(device):
     """The engine on `device`, created once."""
     return Engine(device)

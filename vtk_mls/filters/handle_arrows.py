@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import functools
-
 import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkGlyph3D
@@ -29,15 +27,8 @@ def fill_arrows(polydata, rest, deformed):
     handles, glyphs = vtkPolyData(), vtkGlyph3D()
     fill_polydata(handles, rest[moved], deformed[moved], None)
     glyphs.SetInputData(handles)
-    glyphs.SetSourceData(_arrow())
+    glyphs.SetSourceConnection(vtkArrowSource().GetOutputPort())
     glyphs.SetScaleModeToScaleByVector()
     glyphs.Update()
     polydata.ShallowCopy(glyphs.GetOutput())
     polydata.GetPointData().GetArray("GlyphVector").SetName(DISPLACEMENT)
-
-
-@functools.cache
-def _arrow():
-    arrow = vtkArrowSource()
-    arrow.Update()
-    return arrow.GetOutput()

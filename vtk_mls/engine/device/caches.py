@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import os
 import sys
 import tempfile
@@ -10,10 +9,12 @@ import time
 from contextlib import suppress
 from pathlib import Path
 
+from vtk_mls.base import lazy
+
 _OLDEST_LOCK = 5  # seconds; pyopencl holds its lock for milliseconds
 
 
-@functools.cache
+@lazy.cached
 def folder() -> Path | None:
     """The user's cache folder, else a private temporary folder; None if neither is writable.
 

@@ -9,9 +9,9 @@ and version of the kernels.
 from __future__ import annotations
 
 import contextlib
-import functools
 import hashlib
 import json
+import math
 import os
 import platform
 import re
@@ -21,10 +21,10 @@ import tempfile
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
-from vtk_mls.base import child_process
+from vtk_mls.base import child_process, lazy
 from vtk_mls.base.messages import inform, warn
 from vtk_mls.base.resources import resource
 from vtk_mls.engine.device import caches, devices
@@ -61,14 +61,24 @@ class Result:
         Points per second of a rigid map with 15 control points; 0 if it was not measured.
     is_checked : bool
         False if no child process could run; `lanes` is a width known to be safe then.
+    time : float
+        When it was found, in seconds since 1970.
     """
 
     lanes: int
     failures: tuple[str, ...] = ()
     speed: float = 0.0
     is_checked: bool = True
+    time: float = field(default_factory=time.time, compare=False)
+
+    @property
+    def is_stale(self) -> bool:
+        """Whether it may be the fault of a busy machine, and is old enough for another check."""
+        is_sure = self.is_checked and self.lanes and not any(_TIMED_OUT in f for f in self.failures)
+        return not (is_sure or 0 <= time.time() - self.time < RETRY_SECONDS)
 
 
+_NONE = Result(0, time=-math.inf)
 _results: dict[str, Result] = {}  # by file name
 _lock = threading.RLock()
 
@@ -105,7 +115,7 @@ def result_path(device: devices.Device) -> Path | None:
     return folder and folder / "vtk_mls" / "devices" / _file_name(device)
 
 
-@functools.cache
+@lazy.cached
 def identity(device: devices.Device) -> str:
     """Everything that a result depends on: drivers, processor, kernels."""
     drivers = sorted({(d.platform, d.driver) for d in devices.list_devices()})
@@ -128,7 +138,7 @@ def _processor():
     return [line for line in lines if line.startswith(("model name", "flags", "Features"))][:2]
 
 
-@functools.cache
+@lazy.cached
 def _kernels():
     """A digest of the kernels and of everything that the check runs."""
     package = Path(__file__).parents[2]
@@ -151,23 +161,20 @@ def _unchecked(found, recheck=False):
     if recheck:
         return named
     for name, device in named.items():
-        if name not in _results and (result := _read(device)) is not None:
+        if _results.get(name, _NONE).is_stale and (result := _read(device)) is not None:
             _results[name] = result
-    return {name: device for name, device in named.items() if name not in _results}
+    return {name: d for name, d in named.items() if _results.get(name, _NONE).is_stale}
 
 
 def _read(device):
     try:
         record = json.loads(result_path(device).read_text())
-        lanes, failures, speed = (record[key] for key in ("lanes", "failures", "speed"))
-        result = Result(int(lanes), tuple(map(str, failures)), float(speed))
-        is_old = not 0 <= time.time() - record["time"] < RETRY_SECONDS
+        lanes, failures, *numbers = (record[key] for key in ("lanes", "failures", "speed", "time"))
+        speed, when = map(float, numbers)
+        result = Result(int(lanes), tuple(map(str, failures)), speed, time=when)
     except (OSError, AttributeError, KeyError, TypeError, ValueError):
         return None
-    is_inconclusive = result.lanes == 0 or any(_TIMED_OUT in failure for failure in result.failures)
-    if result.lanes not in (0, 1, 4, 8, 16) or (is_inconclusive and is_old):
-        return None
-    return result
+    return result if result.lanes in (0, 1, 4, 8, 16) else None
 
 
 def _write(device, result):
@@ -178,7 +185,7 @@ def _write(device, result):
             path.parent.mkdir(parents=True, exist_ok=True)
             handle, new = tempfile.mkstemp(dir=path.parent)
             with os.fdopen(handle, "w") as file:
-                json.dump({"device": str(device), **asdict(result), "time": time.time()}, file)
+                json.dump({"device": str(device), **asdict(result)}, file)
             os.replace(new, path)
 
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import contextlib
-import functools
 import os
 import re
 import warnings
 from dataclasses import dataclass, field
 
+from vtk_mls.base import lazy
 from vtk_mls.base.messages import inform
 from vtk_mls.base.resources import resource
 from vtk_mls.engine.device import caches, drivers
@@ -152,22 +152,24 @@ def find() -> tuple[list[Device], str]:
             "here: start processes with multiprocessing.set_start_method('spawn'), or use "
             'device="reference" in them'
         )
-    return _listed()
-
-
-@functools.cache
-def _listed():
-    global _loaded_in
     try:
-        cl = _pyopencl()
+        return _listed(), "OpenCL has no device"
     except ImportError as error:
         return [], f"pyopencl cannot be imported ({error})"
-    _loaded_in = os.getpid()
+    except LookupError as error:
+        return [], str(error)
+
+
+@lazy.cached
+def _listed():
+    global _loaded_in
+    cl = _pyopencl()
     try:
         with drivers.registered():
             platforms = cl.get_platforms()
     except cl.Error as error:
-        return [], f"OpenCL has no platform ({error})"
+        raise LookupError(f"OpenCL has no platform ({error})") from error
+    _loaded_in = os.getpid()
     devices = []
     for p, platform in enumerate(platforms):
         try:
@@ -175,7 +177,7 @@ def _listed():
         except cl.Error:  # a platform without devices
             continue
         devices += [_device(f"{p}:{d}", platform, handle) for d, handle in enumerate(handles)]
-    return devices, "OpenCL has no device"
+    return devices
 
 
 def _pyopencl():
@@ -218,7 +220,7 @@ def _device(key, platform, handle):
     )
 
 
-@functools.cache
+@lazy.cached
 def context(device: Device):
     """The context of `device` alone. It is cached: a queue of Intel's runtime does not own it.
 
@@ -234,9 +236,10 @@ def context(device: Device):
             f"{device} cannot be used in a process that uses another PoCL already; use another "
             "`device` or another process"
         )
-    _in_use.append(device)
     with driver_errors(device):
-        return cl.Context([device.handle])
+        made = cl.Context([device.handle])
+    _in_use.append(device)
+    return made
 
 
 _in_use: list[Device] = []
@@ -248,7 +251,7 @@ def is_free(device: Device) -> bool:
     return device.platform != POCL or len(platforms) == 1
 
 
-@functools.cache
+@lazy.cached
 def queue(device: Device):
     """The command queue of `device`."""
     import pyopencl as cl
@@ -279,7 +282,7 @@ def driver_errors(device: Device):
         ) from error
 
 
-@functools.cache
+@lazy.cached
 def kernel(device: Device, name: str, constants: tuple[tuple[str, object], ...]):
     """The kernel `name` of the file `name`.cl, built once for `device` with macros `constants`.
 
@@ -334,7 +337,7 @@ def source(file: str, constants: tuple[tuple[str, object], ...] = ()) -> str:
     return "\n".join([*macros, _included(file, dict(constants))])
 
 
-@functools.cache
+@lazy.cached
 def _kernel_files():
     """The files of opencl/ by name."""
     return {path.name: path for path in resource("opencl").rglob("*.[ch]*")}
