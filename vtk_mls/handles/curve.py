@@ -155,13 +155,15 @@ class Segments:
 
     def split_by(self, cut, in_rest_frame) -> Segments:
         """The segments, split where they cross a cut with an edge, so that no part does."""
+        if len(self) == 0:
+            return self
         ends = self.rest if in_rest_frame else self.deformed
         start, along = ends[:, :1], ends[:, 1:] - ends[:, :1]
         t = np.linspace(0, 1, _PIECES + 1)
         nodes = start + t[:, None] * along
         rows, pieces = np.nonzero(cut.blocks(nodes[:, :-1], nodes[:, 1:]))
         low, high = t[pieces], t[pieces + 1]
-        for _ in range(_HALVINGS):
+        for _ in range(_HALVINGS if len(rows) else 0):
             middle = (low + high) / 2
             a, b = (start[rows, 0] + x[:, None] * along[rows, 0] for x in (low, middle))
             is_before = cut.blocks(a, b)
