@@ -1,7 +1,8 @@
 """A child Python process for work that may crash or hang: OpenCL drivers, VTK's readers.
 
 The child calls one function, and ends when its parent does. The parent makes and removes its
-folder, with the program (`child.py`) and the request (`request.json`).
+folder, with the program (`child.py`) and the request (`request.json`). The child adds the exception
+that ended it (`error.json`): no pickle, because the child reads files that nobody has checked.
 """
 
 from __future__ import annotations
@@ -17,10 +18,11 @@ import sys
 import tempfile
 import threading
 import time
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 PREFIX = "vtk_mls-"  # of the names of folders
+_ERROR = "error.json"
 _PARENT_INTERVAL = 1.0  # seconds between two checks of the parent
 # A file, since some programs that embed Python run nothing else (pvpython).
 _PROGRAM = """
@@ -78,24 +80,34 @@ def run(name, *arguments, timeout):
 
     Raises
     ------
-    ValueError
-        With the message of the exception that ended it.
+    Exception
+        The `error` that ended it.
     TimeoutError
         After `timeout` seconds.
     ChildProcessError
         If the process crashed.
     """
-    silent = {"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE}
-    with started(f"{__name__}:_call_without_folder", name, *arguments, **silent) as (child, _):
+    silent = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.DEVNULL)
+    with started(f"{__name__}:_call_without_folder", name, *arguments, **silent) as (child, folder):
         try:
-            _, errors = child.communicate(timeout=timeout)
+            status = child.wait(timeout)
         except subprocess.TimeoutExpired:
             raise TimeoutError(f"no result after {timeout} s") from None
-    if child.returncode:
-        message = _message(errors.decode(errors="replace"))
-        if message:
-            raise ValueError(message)
-        raise ChildProcessError(f"the process crashed ({ending(child.returncode)})")
+        if status:
+            crash = ChildProcessError(f"the process crashed ({ending(status)})")
+            raise error(folder) or crash
+
+
+def error(folder) -> Exception | None:
+    """The exception that ended the child with this folder, and its causes; None without one.
+
+    It has the class of the child's, if this is a built-in one or of this package, or else a base of
+    it, with the name of the class before the message.
+    """
+    try:
+        return _rebuilt(json.loads(Path(folder, _ERROR).read_text()))
+    except OSError:
+        return None
 
 
 def lines(child, timeout):
@@ -157,7 +169,11 @@ def interpreter() -> list[str] | None:
 def call(folder, request):
     """Call the function of a request; called by the program of a child."""
     threading.Thread(target=_end_with_parent, args=(folder, os.getppid()), daemon=True).start()
-    function(request["function"])(folder, *request["arguments"])
+    try:
+        function(request["function"])(folder, *request["arguments"])
+    except Exception as error:
+        Path(folder, _ERROR).write_text(json.dumps(_described(error)))
+        raise
 
 
 def function(name):
@@ -178,8 +194,23 @@ def _end_with_parent(folder, parent):
     os._exit(1)
 
 
-def _message(errors):
-    """The message of the exception at the end of a traceback; "" without one."""
-    text = [line for line in errors.splitlines() if line.strip()]
-    name, _, message = (text or [""])[-1].partition(": ")
-    return message if name.isidentifier() else ""
+def _described(error):
+    """An exception and its causes as values of JSON."""
+    cause = error.__cause__ or (None if error.__suppress_context__ else error.__context__)
+    classes = [(base.__module__, base.__qualname__) for base in type(error).__mro__]
+    return {"classes": classes, "message": str(error), "cause": cause and _described(cause)}
+
+
+def _rebuilt(record):
+    """The exception of a description."""
+    message, own = record["message"], record["classes"][0][1]
+    made = RuntimeError(f"{own}: {message}")
+    for module, name in record["classes"]:
+        if module == "builtins" or module.startswith("vtk_mls."):
+            with suppress(AttributeError, ImportError, TypeError):
+                kind = getattr(importlib.import_module(module), name)
+                if issubclass(kind, Exception) and kind is not Exception:
+                    made = kind(message if name == own else f"{own}: {message}")
+                    break
+    made.__cause__ = record["cause"] and _rebuilt(record["cause"])
+    return made

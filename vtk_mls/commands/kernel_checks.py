@@ -1,7 +1,8 @@
 """Compares the kernels on a device with the numpy reference; runs in a child process.
 
 The child writes JSON lines that begin with `MARK` for its parent (`device_check`): the "step" that
-begins, and at the end "uncheckable" or "failure" with a sentence, or the "speed".
+begins, and at the end "failure" with a sentence, or the "speed". An exception before the first step
+is not the fault of the device.
 """
 
 from __future__ import annotations
@@ -36,24 +37,19 @@ def main(folder, request):
         "device", the `description` of a Device; "lanes", points per work item; and "part" (2,):
         the first check of this child, and the number of children that share them.
     """
-    try:
-        device = _find(request["device"])
-    except Exception as error:
-        return _report(uncheckable=f"{type(error).__name__}: {error}")
-    try:
-        engine = Engine(dataclasses.replace(device, width=request["lanes"]))
-        first, children = request["part"]
-        steps = checks(engine)
-        own = steps[first::children]
-        for step, errors in own:
-            _report(step=step)
-            error, bound = errors()
-            if not error <= bound:  # NaN, too
-                return _report(failure=f"it computes wrong numbers ({step}: off by {error:.2g})")
-        has_kernel = steps[-1] in own  # the last check builds it, in one child
-        _report(speed=speed(engine) if has_kernel else 0.0)
-    except Exception as error:
-        _report(failure=str(error))
+    device = _find(request["device"])
+    _report(step="first use")
+    engine = Engine(dataclasses.replace(device, width=request["lanes"]))
+    first, children = request["part"]
+    steps = checks(engine)
+    own = steps[first::children]
+    for step, errors in own:
+        _report(step=step)
+        error, bound = errors()
+        if not error <= bound:  # NaN, too
+            return _report(failure=f"it computes wrong numbers ({step}: off by {error:.2g})")
+    has_kernel = steps[-1] in own  # the last check builds it, in one child
+    _report(speed=speed(engine) if has_kernel else 0.0)
 
 
 def checks(engine):

@@ -86,8 +86,11 @@ class Transfers:
             folder = Path(tempfile.mkdtemp(dir=self._folder))
             try:
                 await self._receive(request, kind, folder / name, limit)
-            except (OSError, ValueError, TypeError, RuntimeError, MemoryError) as error:
-                text = " ".join(str(error).split()) or "There is not enough memory"
+            except web.HTTPException:
+                raise
+            except Exception as error:
+                no_text = {MemoryError: "There is not enough memory"}
+                text = " ".join(str(error).split()) or no_text.get(type(error), repr(error))
                 return web.Response(status=400, text=text.replace(f"{folder}{os.sep}", ""))
             finally:
                 if folder not in self._current.values():
@@ -169,7 +172,7 @@ class Transfers:
 
 
 def _check(reader, path):
-    """Read a file in a child, and raise ValueError if that fails."""
+    """Read a file in a child, and raise its error if that fails."""
     try:
         child_process.run(reader, str(path), timeout=_READING_TIMEOUT)
     except TimeoutError:

@@ -270,13 +270,13 @@ def _run_children(device, lanes):
                     _CHECK, {**request, "part": (part, count)}, **streams, **options
                 )
                 try:
-                    children.append(stack.enter_context(started)[0])
+                    children.append(stack.enter_context(started))
                 except OSError as error:
                     raise _UncheckableError(str(error)) from error
             pool = stack.enter_context(ThreadPoolExecutor(count))
-            for child in children:  # at the first failure: readers end with them
+            for child, _ in children:  # at the first failure: readers end with them
                 stack.callback(child.kill)
-            found = as_completed([pool.submit(_speed_from, child) for child in children])
+            found = as_completed([pool.submit(_speed_from, *child) for child in children])
             speed = max(speed.result() for speed in found)  # one child measures it
         _save_kernels(Path(folder))
         return speed
@@ -312,8 +312,8 @@ def _child_environment(folder):
     }
 
 
-def _speed_from(child):
-    """Read the output of the child up to the speed.
+def _speed_from(child, folder):
+    """Read the output of the child with a folder up to the speed.
 
     Raises
     ------
@@ -328,8 +328,6 @@ def _speed_from(child):
             message = json.loads(line[len(MARK) :])
             if "failure" in message:
                 raise _FailedError(message["failure"])
-            if "uncheckable" in message:
-                raise _UncheckableError(message["uncheckable"])
             if "speed" in message:
                 return float(message["speed"])
             step = message["step"]
@@ -337,6 +335,9 @@ def _speed_from(child):
         raise _FailedError(f"{_TIMED_OUT} ({step}: {error})") from None
     status = child.wait()
     words = f": {last_line[:200]}" if last_line else ""
+    if (error := child_process.error(folder)) is not None:
+        kind = _UncheckableError if step == "start" else _FailedError
+        raise kind(f"it ends with {type(error).__name__}: {error}")
     if step == "start" and status > 0:  # Python itself, or one of its imports
         raise _UncheckableError(f"its process ends with status {status}{words}")
     raise _FailedError(f"the process ends by {child_process.ending(status)} ({step}{words})")
