@@ -149,6 +149,8 @@ class Deformation(Transform, MapParameters):
         """
         if where is not None and not isinstance(where, Grid):
             where = validation.points("where", where)
+            if len(where) == 0:
+                raise ValueError("`where` must have at least one point, got none")
         with question(progress) as part:
             steps, _ = fold_free.enough_steps(self._engine, self, where, part)
             return replace(self, steps=steps)

@@ -69,12 +69,15 @@ def forward_field(engine, deformation, points, progress) -> ForwardField:
 
 def void_distance(engine, deformation, points, progress) -> NDArray[np.float64]:
     """`Deformation.void_distance` at `points` (m, 3)."""
+    if not deformation.cuts:
+        return np.full(len(points), np.inf)
     if deformation.void_needs_map:
         return engine.void_distance(deformation, points, progress)
     mapping, measuring = progress.divided(3, 1)
     origins = engine.backward(deformation, points, mapping)
-    distances = [cut.void_distance(points, origins) for cut in measuring.over(deformation.cuts)]
-    return np.min(distances, axis=0) if distances else np.full(len(points), np.inf)
+    return np.min(
+        [cut.void_distance(points, origins) for cut in measuring.over(deformation.cuts)], axis=0
+    )
 
 
 def void_distance_slabs(engine, deformation, grid, progress):
