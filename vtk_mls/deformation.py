@@ -82,7 +82,7 @@ class Deformation(Transform, MapParameters):
     device : str, optional
         "gpu" or "cpu" for the first of its kind, "0:1" for platform 0 and device 1, "reference"
         for the float64 numpy specification. By default the environment variable VTK_MLS_DEVICE,
-        else the first GPU, else the fastest CPU driver.
+        else the first GPU, else the fastest CPU driver, else the specification with a warning.
 
     Raises
     ------

@@ -324,9 +324,14 @@ def test_without_vtk_and_opencl(files):
     assert (status, out) == (1, "")
     assert err == "vtk-mls: VTK is not installed: pip install vtk\n"
     code = WITHOUT.format(names=["pyopencl"])
-    status, _, err = run("deform", "in.vti", "handles.csv", "out.vti", code=code, VTK_MLS_DEVICE="")
+    command = "deform", "in.vti", "handles.csv", "out.vti"
+    status, _, err = run(*command, code=code, VTK_MLS_DEVICE="")
+    assert status == 0
+    assert "numpy is used, slowly: no OpenCL device that works: pyopencl cannot be imported" in err
+    assert err.count("\n") == 1
+    status, _, err = run(*command, "--device=cpu", code=code)
     assert status == 1
-    assert err.startswith("vtk-mls: no OpenCL device found: pyopencl cannot be imported")
+    assert err.startswith("vtk-mls: no OpenCL device `cpu`: pyopencl cannot be imported")
     assert err.count("\n") == 1
 
 

@@ -5,16 +5,17 @@ from __future__ import annotations
 import dataclasses
 import os
 
+from vtk_mls.base import lazy
 from vtk_mls.base.messages import warn
 from vtk_mls.engine.device import device_check, devices, drivers
-from vtk_mls.engine.device.devices import DeviceError
+from vtk_mls.engine.device.devices import NoDevice
 from vtk_mls.reference import engine as reference
 
 
 def engine_for(name=None):
     """The engine for `name`, the `device` of a `Deformation`.
 
-    Without a name it is the numpy reference if devices exist and all fail their check.
+    Without a name it is the numpy reference if no device works, with one warning.
 
     Raises
     ------
@@ -23,15 +24,22 @@ def engine_for(name=None):
     name = name or os.environ.get("VTK_MLS_DEVICE") or None
     if name == "reference":
         return reference
-    chosen = choose(name)
-    if chosen is None:
+    try:
+        chosen = choose(name)
+    except NoDevice as error:
+        if name is not None:
+            raise
+        _warn_once(f"numpy is used, slowly: {error}")
         return reference
     from vtk_mls.engine import engine  # needs OpenCL
 
     return engine.on(chosen)
 
 
-def choose(name: str | None = None) -> devices.Device | None:
+_warn_once = lazy.cached(warn)
+
+
+def choose(name: str | None = None) -> devices.Device:
     """The device for `name`, with the number of points per work item that passed the check.
 
     Parameters
@@ -40,15 +48,10 @@ def choose(name: str | None = None) -> devices.Device | None:
         The default is the first GPU, else the fastest CPU driver. MPI processes take the GPUs of
         their node in turn.
 
-    Returns
-    -------
-    Device or None
-        None without a name, if devices exist and all fail the check.
-
     Raises
     ------
-    DeviceError
-        If the device or any device is missing; it lists the devices found.
+    NoDevice
+        If the device is missing or fails the check; it lists the devices found.
     """
     found, problem = devices.find()
     for device in found:
@@ -64,17 +67,14 @@ def choose(name: str | None = None) -> devices.Device | None:
         alike = [device for device in cpus if drivers.is_fastest(device.platform) == is_fastest]
         if working := _working(alike):
             return working[0]
-    install = f"install your GPU's driver, or one for the CPU: {drivers.advice()}"
-    missing = "no OpenCL device found" if name is None else f"no OpenCL device `{name}`"
-    if not found:
-        raise DeviceError(f"{missing}: {problem}; {install}")
-    listed = "found " + "; ".join(map(_with_failure, found))
-    if name is None:
-        warn(f"No OpenCL device computes right; numpy is used, slowly; {listed}; {install}")
-        return None
-    works = " that works" if any(name in (device.key, device.kind) for device in found) else ""
-    raise DeviceError(
-        f'{missing}{works}; {listed}; use another of these, or "reference"; {install}'
+    missing = "no OpenCL device" + (f" `{name}`" if name else " that works")
+    if name and any(name in (device.key, device.kind) for device in found):
+        missing += " that works"
+    listed = "; found " + "; ".join(map(_with_failure, found)) if found else f": {problem}"
+    others = "another of these or " * bool(name and found)
+    raise NoDevice(
+        f"{missing}{listed}; install your GPU's driver, or one for the CPU: {drivers.advice()}; or "
+        f'use {others}device="reference"'
     )
 
 

@@ -39,6 +39,10 @@ class DeviceError(RuntimeError):
     """The device does not exist or its driver failed; lists what was found and what to install."""
 
 
+class NoDevice(DeviceError):
+    """There is no device, none that works, or none of a name."""
+
+
 class OutOfDeviceMemory(DeviceError):
     """The memory of the device does not suffice for one launch."""
 

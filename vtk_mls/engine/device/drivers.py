@@ -56,11 +56,10 @@ def own_loader():
 def advice() -> str:
     """What to install for OpenCL on this machine's CPU."""
     if sys.platform == "darwin":
-        return "macOS has its own OpenCL: pip install pyopencl"
+        return "macOS has its own OpenCL: pip install 'vtk-mls[cpu]'"
     if _is_x86():
-        packages = "pyopencl intel-opencl-rt intel-cmplr-lib-rt"
-        return f"pip install {packages} (Intel's runtime, also for AMD processors)"
-    return "pip install pyopencl and your system's PoCL (apt-get install pocl-opencl-icd)"
+        return "pip install 'vtk-mls[cpu]' (Intel's runtime, also for AMD processors)"
+    return "pip install 'vtk-mls[cpu]' and your system's PoCL (apt-get install pocl-opencl-icd)"
 
 
 def is_fastest(name: str) -> bool:
