@@ -53,6 +53,7 @@ def fresh(tmp_path, monkeypatch):
     caches.folder.cache_clear()
     monkeypatch.setattr(device_check, "_results", {})
     monkeypatch.setattr(device_check, "STEP_TIMEOUT", 3)
+    monkeypatch.setattr(child_process, "_processes_per_processor", lambda: 1)
     yield tmp_path
     caches.folder.cache_clear()
 
@@ -177,7 +178,8 @@ def test_children_that_cannot_be_started(fresh, monkeypatch):
         assert not device_check.result_path(FAKE).exists()
 
 
-def test_a_device_that_a_child_does_not_find(fresh):
+def test_a_device_that_a_child_does_not_find(fresh, monkeypatch):
+    monkeypatch.setattr(device_check, "STEP_TIMEOUT", 120)
     (result,), sentences = messages_of(device_check.results, [FAKE])
     assert not result.is_checked
     assert "the child process does not find the device" in sentences[-1]

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 from paraviews import PARAVIEWS
 
+from vtk_mls.base import child_process, messages
 from vtk_mls.base.resources import resource
 from vtk_mls.cli import main
 from vtk_mls.doctor import report
@@ -131,6 +132,31 @@ def test_contents(pretend, monkeypatch):
         installation.find(folder).contents()
     with pytest.raises(ValueError, match="does not run: broken"):
         installation.find(pretend("5.11.0", name="broken")).contents()
+
+
+def test_the_check_of_the_driver_is_shown_and_has_no_limit(pretend, monkeypatch, capfd):
+    """A busy machine takes long for it; only the start of ParaView's Python has a limit."""
+    folder = pretend("5.11.0", "unused")
+    lines = f"""echo paraview version 5.11.0
+[ "$1" = --version ] && exit
+echo 'FOUND{json.dumps({**VERSIONS, "plugin": True})}'
+echo 'NOTE"Testing OpenCL on Fast ..."'
+sleep 3
+echo 'FOUND{json.dumps(GOOD)}'
+"""
+    (folder / "pvpython").write_text(f"#!/bin/sh\n{lines}")
+    monkeypatch.setattr(installation, "_TIMEOUT", 1)
+    monkeypatch.setattr(child_process, "_processes_per_processor", lambda: 1)
+    notes = []
+    with messages.message_handlers(notes.append, None):
+        assert installation.find(folder).contents() == GOOD
+    assert notes == ["Testing OpenCL on Fast ..."]
+    (folder / "pvpython").write_text("#!/bin/sh\nsleep 60")
+    with pytest.raises(ValueError, match="pvpython does not run: no answer for 1 s"):
+        installation.find(folder)
+    monkeypatch.setattr(child_process, "_processes_per_processor", lambda: 40)  # a busy machine
+    (folder / "pvpython").write_text("#!/bin/sh\nsleep 3; echo paraview version 5.11.0")
+    assert installation.find(folder).version == (5, 11, 0)
 
 
 def test_the_doctor_reports_it(pretend, monkeypatch):

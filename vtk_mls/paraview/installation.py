@@ -13,9 +13,11 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
+from vtk_mls.base import child_process
+from vtk_mls.base.messages import inform
 from vtk_mls.base.resources import resource
 
-_TIMEOUT = 120  # seconds
+_TIMEOUT = 600  # seconds in which a busy machine starts ParaView's Python
 SCENE = Path(__file__).with_name("scene.py")
 # Searched after PATH; in each, the newest version comes first.
 _USUAL_FOLDERS = (
@@ -24,9 +26,10 @@ _USUAL_FOLDERS = (
     "/opt/ParaView*/bin",
     "~/ParaView*/bin",
 )
-# Run by ParaView's own Python with the plugin's path: prints its contents as a line of JSON.
+# Run by ParaView's own Python with the plugin's path: prints its contents as a line of JSON, then
+# notes about the check of the driver and the contents with the device.
 _PROBE = """
-import importlib.util, json, sys
+import importlib.util, json, os, sys
 found = {"python": "%d.%d.%d" % sys.version_info[:3]}
 from vtkmodules.vtkCommonCore import vtkVersion
 found["vtk"] = vtkVersion.GetVTKVersion()
@@ -37,20 +40,21 @@ try:
     simple.LoadPlugin(sys.argv[1], ns=globals())
     found["plugin"] = "MLSDeform" in globals()
     from vtk_mls import DeviceError
+    from vtk_mls.base.messages import message_handlers
     from vtk_mls.engine import dispatch
+    print("FOUND" + json.dumps(found), flush=True)
+    note = lambda sentence: print("NOTE" + json.dumps(sentence), flush=True)
     try:
-        device = dispatch.choose()
-        if device is None:
-            found["problem"] = "no OpenCL device computes right, numpy does it, slowly"
-        else:
-            found["device"] = str(device)
-            if importlib.util.find_spec("nibabel") is None:
-                found["problem"] = "nibabel is missing, NIfTI files cannot be read"
+        with message_handlers(note, note):
+            found["device"] = str(dispatch.choose())
+        if importlib.util.find_spec("nibabel") is None:
+            found["problem"] = "nibabel is missing, NIfTI files cannot be read"
     except DeviceError as error:
         found["problem"] = str(error)
 except Exception as error:
     found["failure"] = "%s: %s" % (type(error).__name__, error)
-print("FOUND" + json.dumps(found))
+print("FOUND" + json.dumps(found), flush=True)
+os._exit(0)  # drivers may hang at the end
 """
 
 
@@ -194,20 +198,25 @@ def _program(folder, name):
 
 
 def _output_of(command, variables):
+    """All that a program prints. Notes are shown; the check of the driver has limits of its own."""
+    streams = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
+    output = ""
     try:
-        done = subprocess.run(
-            [str(word) for word in command],
-            env=variables,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            stdin=subprocess.DEVNULL,
-            text=True,
-            timeout=_TIMEOUT,
-            check=False,
-        )
-    except (OSError, subprocess.TimeoutExpired) as error:
+        with subprocess.Popen([*map(str, command)], env=variables, text=True, **streams) as child:
+            try:
+                for line in child_process.lines(child, _TIMEOUT):
+                    output += line
+                    if line.startswith("FOUND"):
+                        break
+                for line in child.stdout:
+                    output += line
+                    if line.startswith("NOTE"):
+                        inform(json.loads(line[len("NOTE") :]))
+            finally:
+                child.kill()
+    except OSError as error:
         raise ValueError(f"{command[0]} does not run: {error}") from error
-    return done.stdout
+    return output
 
 
 def _refuse_mixing(source, folder, names=("vtkmodules", "numpy")):
