@@ -233,8 +233,10 @@ class Algorithm(VTKPythonAlgorithmBase):
     def _empty(self, out_info):
         for info in _items(out_info):
             output = info.Get(vtkDataObject.DATA_OBJECT())
-            # Initialize() would keep the origin and spacing of an image
-            output.ShallowCopy(output.NewInstance())
+            # Initialize() alone would keep the origin and spacing of an image
+            empty = output.NewInstance()
+            empty.Initialize()  # sets the extent of a vtkExplicitStructuredGrid
+            output.ShallowCopy(empty)
             pipeline.reset_invalid_request(info)
 
     def _report(self, sentence):

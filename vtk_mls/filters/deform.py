@@ -121,6 +121,7 @@ class MLSDeform(ReferenceInput, DeformingFilter):
         if output is None or output.GetClassName() != name:
             is_same = data.GetClassName() == name
             output = data.NewInstance() if is_same else vtkDataObjectTypes.NewDataObject(name)
+            output.Initialize()  # sets the extent of a vtkExplicitStructuredGrid
             outInfo.GetInformationObject(0).Set(vtkDataObject.DATA_OBJECT(), output)
         return 1
 
