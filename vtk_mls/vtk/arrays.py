@@ -340,10 +340,15 @@ def set_values(attributes, values, source):
 
 
 def set_roles(attributes, source):
-    """Make arrays the active attributes (scalars, normals, ...) that they are in `source`."""
+    """Make arrays the active attributes (scalars, normals, ...) that they are in `source`.
+
+    But for global ids: several points or cells may have the same now.
+    """
     for kind in range(vtkDataSetAttributes.NUM_ATTRIBUTES):
         active = source.GetAbstractAttribute(kind)
-        if active is not None and attributes.HasArray(active.GetName()):
+        if kind == vtkDataSetAttributes.GLOBALIDS:
+            attributes.SetActiveAttribute(-1, kind)
+        elif active is not None and attributes.HasArray(active.GetName()):
             attributes.SetActiveAttribute(active.GetName(), kind)
 
 
