@@ -19,6 +19,10 @@ import pyvista as pv
 
 import vtk_mls.pyvista  # noqa: F401  (not needed where vtk_mls is installed)
 
+picture = sys.argv[1] if len(sys.argv) > 1 else "pyvista.png"
+if not picture.endswith(".png"):
+    sys.exit(f"the picture must be a .png file, got `{picture}`")
+
 # a ball of radius 20, as the distance from its middle and as its surface
 image = pv.ImageData(dimensions=(81, 81, 61), origin=(-40, -40, -30))
 image["distance"] = np.linalg.norm(image.points, axis=1)
@@ -45,7 +49,7 @@ plotter.add_points(deformed, color="orange", point_size=12, render_points_as_sph
 plotter.add_text("deformed: surface, and contours of the image", font_size=8, position=(10, 370))
 plotter.link_views()
 plotter.view_vector((0.2, -0.6, 1))
-plotter.screenshot(sys.argv[1] if len(sys.argv) > 1 else "pyvista.png")
+plotter.screenshot(picture)
 
 # both stay registered: on the moved surface the moved image still says 20
 said = bent_mesh.sample(bent_image)["distance"]

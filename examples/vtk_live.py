@@ -18,6 +18,10 @@ import pyvista as pv
 from vtk_mls import Deformation, HalfPlane
 from vtk_mls.rendering import DeformedMesh, DeformedVolume
 
+picture = sys.argv[1] if len(sys.argv) > 1 else "live.png"
+if not picture.endswith(".png"):
+    sys.exit(f"the picture must be a .png file, got `{picture}`")
+
 block = pv.Wavelet(extent=(-32, 32) * 3, std=0.4)
 plotter = pv.Plotter(off_screen=True, window_size=(600, 600))
 plotter.background_color = "#1a1f29"
@@ -45,7 +49,7 @@ for distance in np.linspace(0, 14, 8):  # what an observer of a dragged handle w
     plotter.render_window.Render()
 
 volume.mapper.SetSampleDistance(0.4)
-plotter.screenshot(sys.argv[1] if len(sys.argv) > 1 else "live.png")
+plotter.screenshot(picture)
 print(f"{shown[0].uploads} moves, as many maps on the graphics card, the volume once")
 assert shown[0].failure is None
 assert shown[0].uploads == 8

@@ -32,7 +32,7 @@ from vtk_mls.files import (
     metadata,
     validity,
 )
-from vtk_mls.files.block_files import COMPOSITE, blocks
+from vtk_mls.files.block_files import COMPOSITE, block_writer, blocks, leaves
 from vtk_mls.files.field_files import FieldContent
 from vtk_mls.files.landmarks import Landmarks, paired
 from vtk_mls.files.paths import check_replaceable, existing_file, replacing
@@ -157,13 +157,18 @@ def write_dataset(dataset: vtkDataObject, path: _PathLike) -> None:
 
 
 def left_out(dataset: vtkDataObject, path: _PathLike) -> list[str]:
-    """Names of the point and cell arrays of a mesh that `write_dataset` leaves out of a file."""
+    """Names of the point and cell arrays of a mesh that `write_dataset` leaves out of a file.
+
+    Or the classes of blocks, such as tables.
+    """
     parts = blocks(dataset)
     polydata = parts[0] if len(parts) == 1 else dataset
     names: list[str] = []
     if isinstance(polydata, vtkPolyData):
         names = mesh_files.left_out(polydata, Path(path))
-    return names
+    has_blocks = formats.BLOCKS in _writable(Path(path), dataset).writes
+    others = (leaf for leaf in leaves(dataset) if not isinstance(leaf, vtkDataSet))
+    return names + [o.GetClassName() for o in others if not has_blocks or block_writer(o) is None]
 
 
 def check_writable(path: _PathLike, dataset: vtkDataObject) -> Path:

@@ -11,12 +11,14 @@ import meshio
 import numpy as np
 import pytest
 from command_fixtures import WITHOUT, run
+from mesh_fixtures import explicit_structured
 from vtk_fixtures import FAST, add_array, make_image
 from vtkmodules.vtkCommonDataModel import (
     vtkCompositeDataSet,
     vtkMultiBlockDataSet,
     vtkPartitionedDataSet,
     vtkPartitionedDataSetCollection,
+    vtkTable,
 )
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 from vtkmodules.vtkIOHDF import vtkHDFWriter
@@ -32,7 +34,7 @@ from vtkmodules.vtkIOXML import vtkXMLMultiBlockDataWriter
 
 from vtk_mls import Deformation, io
 from vtk_mls.cli import main
-from vtk_mls.files.block_files import blocks
+from vtk_mls.files.block_files import blocks, leaves
 from vtk_mls.vtk import arrays
 
 resource = pytest.importorskip("resource", reason="the size of files cannot be limited here")
@@ -223,6 +225,29 @@ def test_blocks_of_vtm_have_a_folder_and_what_is_in_it_stays(folder):
     assert (folder / "out" / "mine.txt").read_text() == "mine"
     names = sorted(path.name for path in folder.iterdir())
     assert names == ["handles.csv", "in", "in.vtm", "out", "out.vtm", "tetrahedra.vtu"]
+
+
+@pytest.mark.parametrize("target", [".vtm", ".vtpc", ".vtkhdf", ".vtp"])
+def test_a_table_among_blocks_passes_or_is_named(target, capsys):
+    data, table = vtkMultiBlockDataSet(), vtkTable()
+    add_array(table.GetRowData(), "history", [1.0, 2.0])
+    data.SetBlock(0, sphere())
+    data.SetBlock(1, table)
+    write(vtkXMLMultiBlockDataWriter(), data, "in.vtm")
+    deform("in.vtm", f"out{target}")
+    said, is_single = capsys.readouterr().out, target == ".vtp"
+    assert ("without `vtkTable`, which .vtp cannot hold" in said) == is_single
+    rest = leaves(io.read_dataset(f"out{target}"))[1:]
+    assert [leaf.GetClassName() for leaf in rest] == ["vtkTable"] * (not is_single)
+
+
+@pytest.mark.parametrize("target", [".vtm", ".vtpc"])
+def test_a_dataset_that_files_of_blocks_cannot_hold(target):
+    data = vtkMultiBlockDataSet()
+    data.SetBlock(0, sphere())
+    data.SetBlock(1, explicit_structured())
+    with pytest.raises(ValueError, match="cannot hold a vtkExplicitStructuredGrid; make an uns"):
+        io.write_dataset(data, f"x{target}")
 
 
 def test_a_name_that_xml_writes_otherwise():

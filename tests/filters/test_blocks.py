@@ -10,6 +10,7 @@ from vtkmodules.vtkCommonDataModel import (
     VTK_HEXAHEDRON,
     VTK_TETRA,
     vtkImageData,
+    vtkMolecule,
     vtkMultiBlockDataSet,
     vtkNonOverlappingAMR,
     vtkPartitionedDataSet,
@@ -18,15 +19,16 @@ from vtkmodules.vtkCommonDataModel import (
     vtkPolyData,
     vtkRectilinearGrid,
     vtkStructuredGrid,
+    vtkTable,
     vtkUnstructuredGrid,
 )
 from vtkmodules.vtkCommonMath import vtkMatrix3x3
-from vtkmodules.vtkFiltersSources import vtkSphereSource
+from vtkmodules.vtkFiltersSources import vtkRandomHyperTreeGridSource, vtkSphereSource
 from vtkmodules.vtkImagingCore import vtkExtractVOI
 from vtkmodules.vtkIOXML import vtkXMLMultiBlockDataWriter
 
 from vtk_mls import HalfPlane, cli
-from vtk_mls.files.block_files import blocks
+from vtk_mls.files.block_files import blocks, leaves
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
@@ -268,6 +270,63 @@ def test_pieces_of_one_image_are_no_blocks():
     for piece in range(3):
         filter_.UpdatePiece(piece, 3, 1)
     assert filter_.GetOutput().IsA("vtkImageData")
+
+
+def table():
+    data = vtkTable()
+    add_array(data.GetRowData(), "history", [1.0, 2.0])
+    return data
+
+
+def trees():
+    source = vtkRandomHyperTreeGridSource()
+    source.SetDimensions(3, 3, 3)
+    return update(source)
+
+
+def molecule():
+    data = vtkMolecule()
+    data.AppendAtom(6, 0, 0, 0)
+    return data
+
+
+OTHERS = {table: 0, trees: 1, molecule: 1}  # and how many warnings
+
+
+@pytest.mark.parametrize("make_filter", [MLSDeform, MLSDisplacementField])
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("make", OTHERS)
+def test_blocks_that_are_no_datasets_pass(make, kind, make_filter, messages):
+    others, mesh = [make(), make()], cells(VTK_TETRA, 1)
+    filter_ = connect(
+        make_filter(), composite(kind, [others[0], mesh, others[1]]), control_points()
+    )
+    alone = connect(make_filter(), mesh, control_points())
+    for each in (filter_, alone):
+        each.SetDevice("reference")
+        each.AddCut(HalfPlane((4, 4, 3), (1, 0.2, 0), (0, 0, 1)))
+        if make_filter is MLSDisplacementField:
+            each.SetSampleDimensions(3, 2, 2)
+    for alpha in (1.0, 1.5):
+        filter_.SetAlpha(alpha)
+        found = leaves(update(filter_))
+        said = [line for line in messages.take().splitlines() if line]
+        assert len(said) == OTHERS[make]
+        assert all("in a block, which is passed and stays at rest" in line for line in said)
+        first, moved, last = found
+        for other, passed in zip(others, (first, last)):
+            assert passed.GetClassName() == other.GetClassName()
+            assert passed.GetActualMemorySize() == other.GetActualMemorySize()
+        alone.SetAlpha(alpha)
+        name = update(alone).GetPointData().GetArrayName(0)
+        assert moved.GetClassName() == alone.GetOutput().GetClassName()
+        np.testing.assert_array_equal(array_of(moved, name), array_of(alone.GetOutput(), name))
+
+
+def test_data_that_are_no_dataset_are_refused_alone(messages):
+    filter_ = deforming(table())
+    assert not filter_.GetExecutive().Update()
+    assert "vtkDataSet" in messages.take()
 
 
 @pytest.fixture

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from mesh_fixtures import deforming, explicit_structured
 from vtk_fixtures import (
     DEFORMED,
     REST,
@@ -319,3 +320,16 @@ def test_this_harness_can_fail():
     window.DisplayErrorText("ERROR: one\nERROR: two\n")
     with pytest.raises(AssertionError, match="two"):
         heard.assert_one("one")
+
+
+def test_an_error_on_an_explicit_grid_leaves_no_random_extent(messages):
+    """VTK does not initialize the extent of a new vtkExplicitStructuredGrid."""
+    grid, extents = explicit_structured(), set()
+    for _ in range(20):
+        filter_ = deforming(grid, Alpha=-1.0)
+        junk = [np.full(count, 77777, np.int32) for count in range(100, 300)]
+        del junk
+        assert not filter_.GetExecutive().Update()
+        messages.assert_one("`alpha`")
+        extents.add(filter_.GetOutputDataObject(0).GetExtent())
+    assert extents == {(0, -1, 0, -1, 0, -1)}

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from vtk_mls import BallMask, Deformation, Plane, Sampling, filters
+from vtk_mls.base.validation import short_repr
 from vtk_mls.filters import properties, property_tables
 from vtk_mls.model import options
 
@@ -53,6 +54,18 @@ def test_set_then_get(cls, each):
     if not isinstance(each, properties.Items):  # cleared, then added again
         assert algorithm.GetMTime() == changed
     assert getattr(cls(), f"Get{each.name}")() == each.default  # not shared by all filters
+
+
+@pytest.mark.parametrize("cls", FILTERS)
+def test_printing_shows_all_properties(cls):
+    algorithm = cls()
+    for each in cls.PROPERTIES:
+        each.assign(algorithm, other(each))
+    lines = str(algorithm).splitlines()
+    assert lines[0].startswith(f"{cls.__name__} (0x")
+    shown = dict(line.strip().partition(": ")[::2] for line in lines)
+    for each in cls.PROPERTIES:
+        assert shown[each.name] == short_repr(getattr(algorithm, each.attribute))
 
 
 @pytest.mark.parametrize(("cls", "each"), EACH)

@@ -6,6 +6,7 @@ import sys
 
 import numpy as np
 from images import check_image_file
+from limits import check_limits
 from scenes import CONSTANT, Scene, properties_text
 from series import TIMES, Series, series
 from tables import check_table
@@ -44,6 +45,7 @@ def check(seed, device):
     """Run a case; an AssertionError describes a failure."""
     check_table(np.random.default_rng([seed, 1]))
     check_image_file(np.random.default_rng([seed, 2]))
+    check_limits(np.random.default_rng([seed, 3]), device)
     rng = np.random.default_rng(seed)
     crashes, device = [], "reference" if rng.random() < 0.15 else device
     usual, sys.excepthook = sys.excepthook, lambda *error: crashes.append(error)  # VTK calls it

@@ -14,7 +14,7 @@ from vtkmodules.vtkCommonDataModel import (
     vtkPartitionedDataSet,
     vtkPartitionedDataSetCollection,
 )
-from vtkmodules.vtkIOXML import vtkXMLDataSetWriter, vtkXMLMultiBlockDataWriter
+from vtkmodules.vtkIOXML import vtkXMLDataObjectWriter, vtkXMLMultiBlockDataWriter
 
 from vtk_mls.files import vtk_io
 
@@ -31,17 +31,29 @@ _HDF_END = slice(40, 48)  # where VTK's HDF5 files say how long they are
 
 def blocks(data):
     """The datasets of composite data that are not empty; a dataset alone."""
+    return [
+        leaf for leaf in leaves(data) if isinstance(leaf, vtkDataSet) and leaf.GetNumberOfPoints()
+    ]
+
+
+def leaves(data):
+    """All blocks of composite data, tables among them; a dataset alone."""
     if isinstance(data, vtkDataSet):
         return [data]
-    leaves, iterator = [], vtkDataObjectTreeIterator()
+    found, iterator = [], vtkDataObjectTreeIterator()
     iterator.SetDataSet(data)
     iterator.VisitOnlyLeavesOn()
     iterator.SkipEmptyNodesOn()
     iterator.InitTraversal()
     while not iterator.IsDoneWithTraversal():
-        leaves.append(iterator.GetCurrentDataObject())
+        found.append(iterator.GetCurrentDataObject())
         iterator.GoToNextItem()
-    return [leaf for leaf in leaves if isinstance(leaf, vtkDataSet) and leaf.GetNumberOfPoints()]
+    return found
+
+
+def block_writer(data):
+    """VTK's writer of a block; None if files of blocks cannot hold it, as a graph."""
+    return vtkXMLDataObjectWriter.NewWriter(data.GetDataObjectType())
 
 
 def joined(datasets):
@@ -54,8 +66,19 @@ def joined(datasets):
     return data
 
 
+def _check_datasets(data, path):
+    """Raise ValueError for a dataset that a file of blocks cannot hold: VTK would leave it out."""
+    for leaf in leaves(data):
+        if isinstance(leaf, vtkDataSet) and block_writer(leaf) is None:
+            raise ValueError(
+                f"`{path}` cannot hold a {leaf.GetClassName()}; make an unstructured grid of it "
+                "(by vtkAppendFilter)"
+            )
+
+
 def write_blocks(data, path):
     """Write a .vtm file and a folder with its blocks."""
+    _check_datasets(data, path)
     if not isinstance(data, vtkMultiBlockDataSet):
         from vtkmodules.vtkFiltersCore import vtkConvertToMultiBlockDataSet
 
@@ -68,6 +91,7 @@ def write_partitions(data, path):
 
     VTK's own writer ends the process when the disk is full.
     """
+    _check_datasets(data, path)
     if not isinstance(data, vtkPartitionedDataSetCollection):
         from vtkmodules.vtkFiltersCore import vtkConvertToPartitionedDataSetCollection
 
@@ -79,13 +103,12 @@ def write_partitions(data, path):
         name = data.GetMetaData(index).Get(_NAME) if named else ""
         lines.append(f'<Partitions index="{index}" name={quoteattr(name)}>')
         for part in range(data.GetNumberOfPartitions(index)):
-            dataset = data.GetPartition(index, part)
-            if dataset is not None:
-                suffix = PIECES.get(dataset.GetClassName())
-                if suffix is None:
-                    raise ValueError(f"`{path}` cannot hold a {dataset.GetClassName()}")
-                file = f"{path.stem}/{path.stem}_{index}_{part}{suffix}"
-                vtk_io.write(vtkXMLDataSetWriter(), dataset, path.parent / file)
+            dataset = data.GetPartitionAsDataObject(index, part)
+            writer = None if dataset is None else block_writer(dataset)
+            if writer is not None:
+                suffix = writer.GetDefaultFileExtension()
+                file = f"{path.stem}/{path.stem}_{index}_{part}.{suffix}"
+                vtk_io.write(writer, dataset, path.parent / file)
                 lines.append(f'  <DataSet index="{part}" file={quoteattr(file)}/>')
         lines.append("</Partitions>")
     if data.GetDataAssembly() is not None:

@@ -21,6 +21,7 @@ from vtkmodules.vtkCommonExecutionModel import (
 from vtk_mls import Aborted, DeviceError
 from vtk_mls.base.messages import message_handlers
 from vtk_mls.base.progress import whole
+from vtk_mls.base.validation import short_repr
 from vtk_mls.filters import pipeline
 
 # Methods of VTKPythonAlgorithmBase by request.
@@ -73,6 +74,12 @@ class Algorithm(VTKPythonAlgorithmBase):
         for row in self.PROPERTIES:
             setattr(self, row.attribute, row.initial)
         self.AddObserver("EndEvent", _finish)
+
+    def __str__(self):
+        """As VTK prints an algorithm, with the values of all properties."""
+        text = super().__str__().replace("vtkPythonAlgorithm", type(self).__name__, 1).rstrip()
+        values = ((row.name, short_repr(getattr(self, row.attribute))) for row in self.PROPERTIES)
+        return "\n".join([text, *(f"  {name}: {value}" for name, value in values), ""])
 
     def ProcessRequest(self, request, inInfo, outInfo):
         name = _METHODS.get(request.GetRequest())
@@ -233,8 +240,10 @@ class Algorithm(VTKPythonAlgorithmBase):
     def _empty(self, out_info):
         for info in _items(out_info):
             output = info.Get(vtkDataObject.DATA_OBJECT())
-            # Initialize() would keep the origin and spacing of an image
-            output.ShallowCopy(output.NewInstance())
+            # Initialize() alone would keep the origin and spacing of an image
+            empty = output.NewInstance()
+            empty.Initialize()  # sets the extent of a vtkExplicitStructuredGrid
+            output.ShallowCopy(empty)
             pipeline.reset_invalid_request(info)
 
     def _report(self, sentence):

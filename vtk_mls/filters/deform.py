@@ -53,7 +53,8 @@ class MLSDeform(ReferenceInput, DeformingFilter):
     image has its grid. Composite data are deformed block by block. Images in blocks that lie on one
     lattice, have the same arrays and fill a box are sampled as one image, which needs the memory of
     the input once more. Material that crosses a border between other images is lost; a warning says
-    so. AMR data are refused. Field data are passed. `help` of a setter explains its property.
+    so. AMR data are refused. Blocks without points, such as tables, are passed, and field data.
+    `help` of a setter explains its property.
 
     Images are resampled with the backward map G (Eq. 2 of the paper): the value at v is the input's
     at G(v). Point and cell arrays keep their types, names and attributes; integers are rounded;
@@ -121,6 +122,7 @@ class MLSDeform(ReferenceInput, DeformingFilter):
         if output is None or output.GetClassName() != name:
             is_same = data.GetClassName() == name
             output = data.NewInstance() if is_same else vtkDataObjectTypes.NewDataObject(name)
+            output.Initialize()  # sets the extent of a vtkExplicitStructuredGrid
             outInfo.GetInformationObject(0).Set(vtkDataObject.DATA_OBJECT(), output)
         return 1
 

@@ -8,6 +8,7 @@ import numpy as np
 from vtkmodules.vtkCommonDataModel import (
     vtkCompositeDataSet,
     vtkDataObject,
+    vtkDataSet,
     vtkImageData,
     vtkUniformGridAMR,
 )
@@ -40,6 +41,10 @@ from vtk_mls.vtk.control_point_polydata import DISPLACEMENT, WEIGHT, path_of
 from vtk_mls.vtk.handle_cells import cells_of
 
 _ANCHOR = np.zeros((1, 3))
+_AT_REST = (
+    "`Input` has a {} in a block, which is passed and stays at rest; make a mesh of it first if it "
+    "is to move, too"
+)
 
 
 @with_properties(property_tables.DEFORMING)
@@ -117,6 +122,18 @@ class DeformingFilter(SharedInputs, OwnControlPoints, Algorithm):
             info.Set(vtkAlgorithm.INPUT_IS_OPTIONAL(), 1)
         if port == 2:
             info.Set(vtkAlgorithm.INPUT_IS_REPEATABLE(), 1)
+        return 1
+
+    def _answer(self, name, request, inInfo, outInfo):
+        data = vtkDataObject.GetData(inInfo[0])
+        if data is None or isinstance(data, (vtkDataSet, vtkCompositeDataSet)):
+            return super()._answer(name, request, inInfo, outInfo)
+        if name in ("RequestDataObject", "RequestData"):  # a block that is no dataset
+            passed = data.NewInstance()
+            passed.ShallowCopy(data)
+            outInfo.GetInformationObject(0).Set(vtkDataObject.DATA_OBJECT(), passed)
+        if name == "RequestData" and hasattr(data, "GetBounds"):
+            self._warn(_AT_REST.format(data.GetClassName()))
         return 1
 
     def SetInputData(self, *port_and_data):

@@ -34,6 +34,17 @@ class Shape:
         """Distances (m,) of `x` (m, 3), 0 inside, and half the gradients of their squares."""
         raise NotImplementedError
 
+    def lattice(self, count: int) -> NDArray[np.float64]:
+        """Points (m, 3) over the bounds, `count` along each axis."""
+        low, high = self.bounds
+        spacing = np.maximum(high - low, 1e-30) / (count - 1)
+        return Grid([count] * 3, low, spacing).points()
+
+    def samples(self, count: int) -> NDArray[np.float64]:
+        """Points (m, 3) of the shape: the `lattice`, with those outside taken to the surface."""
+        points = self.lattice(count)
+        return points - self.distance(points)[1]
+
     def proxies(self, order: int) -> NDArray[np.float64]:
         """Points (k, 3) about the center that determine polynomials of degree `order`.
 
@@ -148,6 +159,9 @@ class Solid(Sampled):
     @functools.cached_property
     def image(self) -> DistanceImage:
         return distance_image.of_triangles(self.points, self.triangles)
+
+    def samples(self, count: int) -> NDArray[np.float64]:
+        return np.concatenate([self.points, super().samples(count)])
 
 
 @dataclass(frozen=True, eq=False, init=False)

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from vtk_mls.handles.curve import CurveHandle, Segments
+from vtk_mls.handles.region import RegionHandle
+
 _MAX_MISS = 1e-4  # largest miss of a handle that is met, as a fraction of the extent of all
+_SAMPLES = 8  # along each axis of the bounds of a region
 _MAX_PAIRS = 5  # in a sentence
 
 
@@ -34,12 +38,17 @@ def _held_handles(deformation):
 
 
 def _handle_positions(deformation):
-    """p and q (n, 3) of each handle: a point, or points of a curve or on a region."""
+    """p and q (n, 3) of each handle: a point, or points of a curve or a region."""
     points = zip(deformation.rest[:, None], deformation.deformed[:, None])
-    shapes = ((h.rest, h.deformed) for h in deformation.handles if hasattr(h, "rest"))
-    regions = [h for h in deformation.handles if hasattr(h, "shape")]
-    surfaces = ((h.shape.points, h.moved(h.shape.points)) for h in regions)
-    return [*points, *shapes, *surfaces]
+    return [*points, *map(_samples_of, deformation.handles)]
+
+
+def _samples_of(handle):
+    """p and q (n, 3) of points of a curve or a region."""
+    if isinstance(handle, CurveHandle):
+        return Segments.of([handle]).samples
+    x = handle.shape.samples(_SAMPLES)
+    return x, handle.moved(x)
 
 
 def overlap_warnings(deformation, names=None):
@@ -47,7 +56,7 @@ def overlap_warnings(deformation, names=None):
 
     `names` are those of `deformation.handles`; by default, regions have numbers.
     """
-    regions = [row for row, h in enumerate(deformation.handles) if hasattr(h, "shape")]
+    regions = [row for row, h in enumerate(deformation.handles) if isinstance(h, RegionHandle)]
     pairs = deformation.overlapping_regions if len(regions) > 1 else []
     if pairs:
         if names is None:

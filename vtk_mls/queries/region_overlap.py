@@ -4,9 +4,6 @@ from __future__ import annotations
 
 from itertools import combinations
 
-import numpy as np
-
-from vtk_mls.base.grid import Grid
 from vtk_mls.handles.region import RegionHandle
 
 _SAMPLES = 24  # along each axis of the bounds of a region
@@ -28,9 +25,7 @@ def overlapping_regions(handles):
 
 def _inside(shape):
     """Points (m, 3) inside of a shape, in the undeformed space."""
-    low, high = shape.bounds
-    grid = Grid([_SAMPLES] * 3, low, np.maximum(high - low, 1e-30) / (_SAMPLES - 1))
-    points = grid.points()
+    points = shape.lattice(_SAMPLES)
     return points[shape.distance(points)[0] == 0]
 
 

@@ -149,10 +149,9 @@ class WeightedPoints:
                 (closest.q, self.q_k, segments.deformed),
             )
         ]
-        m = len(t)
-        return _Points(
-            *(x.reshape(m, -1, 3) for x in places), (w * factors[..., None]).reshape(m, -1)
-        )
+        shape = len(t), t.shape[1] * t.shape[2]
+        weights = (w * factors[..., None]).reshape(shape)
+        return _Points(*(x.reshape(*shape, 3) for x in places), weights)
 
     def _with_points(self, p, q, added, slope, slope_by_x):
         """p and q with the `added` points of segments, whose dampings have these slopes."""

@@ -340,10 +340,14 @@ def set_values(attributes, values, source):
 
 
 def set_roles(attributes, source):
-    """Make arrays the active attributes (scalars, normals, ...) that they are in `source`."""
+    """Make arrays the active attributes (scalars, normals, ...) that they are in `source`.
+
+    Global ids are plain arrays: several points may have the same now.
+    """
     for kind in range(vtkDataSetAttributes.NUM_ATTRIBUTES):
         active = source.GetAbstractAttribute(kind)
-        if active is not None and attributes.HasArray(active.GetName()):
+        is_kept = active is not None and attributes.HasArray(active.GetName())
+        if is_kept and kind != vtkDataSetAttributes.GLOBALIDS:
             attributes.SetActiveAttribute(active.GetName(), kind)
 
 

@@ -123,7 +123,7 @@ def extract_cells(grid, mask):
     if not adds_ids:
         extract.SetPassThroughCellIds(False)
     extract.Update()
-    if adds_ids and not grid.GetCellData().HasArray(_CELL_IDS):
+    if adds_ids:
         extract.GetOutput().GetCellData().RemoveArray(_CELL_IDS)
     return extract.GetOutput()
 
@@ -179,10 +179,10 @@ def without_empty(mesh):
 
 
 def append_empty(grid, mesh):
-    """Append cells of a mesh that have no points, with their data, to a vtkUnstructuredGrid."""
+    """Append the cells of a mesh that have no points to a vtkUnstructuredGrid; their rows (n,)."""
     rows = np.flatnonzero(is_empty(mesh))
     if len(rows) == 0:
-        return
+        return rows
     count = grid.GetNumberOfCells()
     connectivity, offsets = connectivity_of(grid.GetCells())
     types = arrays.cell_types(grid) if count else np.zeros(0, np.uint8)
@@ -194,38 +194,7 @@ def append_empty(grid, mesh):
         cell_array(connectivity, np.concatenate([offsets, np.full(len(rows), offsets[-1])])),
         faces,
     )
-    data = grid.GetCellData()
-    roles = [data.IsArrayAnAttribute(i) for i in range(data.GetNumberOfArrays())]
-    arrays_and_roles = [*zip(arrays.all_arrays(data), roles)]
-    data.Initialize()
-    for array, role in arrays_and_roles:
-        longer = _append_tuples(array, _of_same_kind(mesh.GetCellData(), array, role), rows)
-        position = data.AddArray(longer)
-        if role >= 0:
-            data.SetActiveAttribute(position, role)
-
-
-def _of_same_kind(attributes, array, role):
-    """The array with the name of another or, if that has no name, with its role; None without."""
-    if array.GetName():
-        return attributes.GetAbstractArray(array.GetName())
-    return attributes.GetAbstractAttribute(role) if role >= 0 else None
-
-
-def _append_tuples(array, source, rows):
-    """A copy of an array with the tuples `rows` of another appended, or zeros if that is None."""
-    longer = array.NewInstance()
-    longer.DeepCopy(array)
-    count = array.GetNumberOfTuples()
-    if source is not None:
-        for row in rows.tolist():
-            longer.InsertNextTuple(row, source)
-        return longer
-    longer.Resize(count + len(rows))
-    longer.SetNumberOfTuples(count + len(rows))
-    if arrays.is_numeric(longer):
-        arrays.to_numpy(longer)[count:] = 0
-    return longer
+    return rows
 
 
 def make_boxes_free(grid):

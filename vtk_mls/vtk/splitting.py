@@ -15,7 +15,7 @@ they are.
 from __future__ import annotations
 
 import numpy as np
-from vtkmodules.vtkCommonCore import VTK_DOUBLE
+from vtkmodules.vtkCommonCore import VTK_BIT, VTK_DOUBLE, VTK_ID_TYPE
 from vtkmodules.vtkCommonDataModel import (
     VTK_LINE,
     VTK_POLY_LINE,
@@ -25,6 +25,7 @@ from vtkmodules.vtkCommonDataModel import (
     VTK_TRIANGLE,
     VTK_TRIANGLE_STRIP,
     VTK_VERTEX,
+    vtkCellData,
     vtkDataSetAttributes,
     vtkImplicitFunction,
     vtkPointSet,
@@ -57,6 +58,7 @@ _MAX_PAIRWISE_POINTS = 27  # lines, strips, polygons and curved cells of high or
 _ON_CUT = 1e-6  # distance from a cut of points on it, as a share of the mesh's extent
 
 _POINT, _TO_CUT, _SIDE, _POSITION = "_Point", "_ToCut", "_Side", "_Position"
+_SOURCE = "_Source"  # point and cell array: row in the mesh
 
 
 def split(mesh, cuts, progress=SILENT):
@@ -71,8 +73,8 @@ def split(mesh, cuts, progress=SILENT):
     Returns
     -------
     mesh : vtkPolyData if `mesh` is one, else vtkUnstructuredGrid
-        With all arrays of points and cells except the points' global ids; they are interpolated
-        at new points.
+        With all arrays of points and cells. At new points numbers are interpolated; ids, bits and
+        texts are those of the nearest point. Global ids are plain arrays: pieces repeat them.
     to_cut : (n, 3) float64, world units
         From each point on a cut to the exact cut; 0 for the other points.
     side : (n, 3) float64
@@ -82,9 +84,13 @@ def split(mesh, cuts, progress=SILENT):
     ------
     Aborted
     """
-    named = mesh.NewInstance()
+    named, cell_data = mesh.NewInstance(), vtkCellData()
     named.ShallowCopy(mesh)
     arrays.name_normals(named)
+    cell_data.ShallowCopy(named.GetCellData())
+    named.GetCellData().Initialize()  # cells have only their rows until the end
+    arrays.add(named.GetPointData(), _SOURCE, np.arange(float(named.GetNumberOfPoints())))
+    arrays.add(named.GetCellData(), _SOURCE, np.arange(named.GetNumberOfCells()))
     mesh, grid = named, _unstructured(without_empty(named))
     extent = _extent(positions_of(grid))
     for name in (_TO_CUT, _SIDE):
@@ -101,12 +107,15 @@ def split(mesh, cuts, progress=SILENT):
     to_cut, side = (_values(grid, name).copy() for name in (_TO_CUT, _SIDE))
     for name in (_POINT, HEIGHT, _TO_CUT, _SIDE, _POSITION):
         grid.GetPointData().RemoveArray(name)
-    append_empty(grid, mesh)
+    _add_lost_arrays(grid.GetPointData(), mesh.GetPointData(), lambda: _nearest(grid, whole))
+    rows = np.concatenate([_rows_of(grid), append_empty(grid, mesh)])
+    grid.GetCellData().Initialize()
+    arrays.set_rows(grid.GetCellData(), cell_data, rows)
+    grid.GetPointData().RemoveArray(_SOURCE)
+    arrays.set_roles(grid.GetPointData(), mesh.GetPointData())
     has_points = isinstance(mesh, vtkPointSet)
     point_type = mesh.GetPoints().GetDataType() if has_points else VTK_DOUBLE
     set_positions(grid, positions_of(grid), point_type)
-    for get in ("GetPointData", "GetCellData"):
-        arrays.set_roles(getattr(grid, get)(), getattr(mesh, get)())
     return (_polydata(grid) if isinstance(mesh, vtkPolyData) else grid), to_cut, side
 
 
@@ -140,13 +149,51 @@ def crossed(mesh, cuts):
     return result
 
 
+def _nearest(grid, whole):
+    """Rows (n,) of the points of `whole` that those of `grid` are, or else lie next to.
+
+    New points count as the nearest corner of a cell that they divide.
+    """
+    x, places, sources = positions_of(grid), positions_of(whole), _values(grid, _SOURCE)
+    rows = np.clip(np.rint(sources), 0, max(len(places) - 1, 0)).astype(np.int64)
+    new = np.flatnonzero((sources != rows) | ~_same(places[rows], x))
+    connectivity, offsets = connectivity_of(grid.GetCells())
+    piece = np.zeros(len(x), np.int64)
+    piece[connectivity] = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
+    cell = np.searchsorted(_rows_of(whole), _rows_of(grid)[piece[new]])
+    connectivity, offsets = connectivity_of(whole.GetCells())
+    sizes = np.diff(offsets)[cell]
+    for size in np.unique(sizes):
+        points = new[sizes == size]
+        corners = connectivity[offsets[cell[sizes == size]][:, None] + np.arange(size)]
+        distance = np.linalg.norm(places[corners] - x[points, None], axis=2)
+        rows[points] = corners[np.arange(len(corners)), distance.argmin(axis=1)]
+    return rows
+
+
+def _rows_of(grid):
+    """Rows (n,) in the mesh of the cells that those of `grid` are pieces of."""
+    array = grid.GetCellData().GetArray(_SOURCE)
+    return np.zeros(0, np.int64) if array is None else arrays.to_numpy(array)
+
+
+def _add_lost_arrays(attributes, source, make_rows):
+    """Add the arrays of `source` that VTK's filters have left out, such as ids, by rows in it."""
+    lost, names = vtkDataSetAttributes(), [a.GetName() for a in arrays.all_arrays(attributes)]
+    for array in arrays.all_arrays(source):
+        if array.GetName() not in names:
+            lost.AddArray(array)
+    if lost.GetNumberOfArrays():
+        arrays.set_rows(attributes, lost, make_rows())
+
+
 def _unstructured(mesh):
-    """A copy as vtkUnstructuredGrid, with float64 points and without global ids of points."""
+    """A copy as vtkUnstructuredGrid, with float64 points, and of their arrays those of numbers."""
     grid = append_meshes([mesh])
     set_positions(grid, positions_of(grid), VTK_DOUBLE)
-    ids = grid.GetPointData().GetGlobalIds()
-    if ids is not None:
-        grid.GetPointData().RemoveArray(ids.GetName())
+    for row, array in reversed([*enumerate(arrays.all_arrays(grid.GetPointData()))]):
+        if not arrays.is_numeric(array) or array.GetDataType() in (VTK_BIT, VTK_ID_TYPE):
+            grid.GetPointData().RemoveArray(row)  # VTK would join texts, and drop ids
     grid.GetPointData().SetActiveAttribute(-1, vtkDataSetAttributes.SCALARS)  # clipping drops them
     return grid
 

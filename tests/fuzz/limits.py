@@ -1,0 +1,248 @@
+"""Random shapes with limits, in datasets of every kind and blocks of any, by filters in threads."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+from scenes import Scene
+from vtkmodules.vtkCommonCore import vtkOutputWindow, vtkStringOutputWindow
+from vtkmodules.vtkCommonDataModel import (
+    VTK_HEXAHEDRON,
+    vtkExplicitStructuredGrid,
+    vtkImageData,
+    vtkMolecule,
+    vtkMultiBlockDataSet,
+    vtkPartitionedDataSet,
+    vtkPartitionedDataSetCollection,
+    vtkPointSet,
+    vtkTable,
+    vtkUnstructuredGrid,
+)
+from vtkmodules.vtkFiltersSources import vtkCellTypeSource, vtkRandomHyperTreeGridSource
+
+from vtk_mls import (
+    Ball,
+    BallMask,
+    BoxMask,
+    Capsule,
+    CurveHandle,
+    Deformation,
+    FixedFace,
+    Grid,
+    ImageMask,
+    Labels,
+    Plane,
+    RegionHandle,
+    SlidingFace,
+    Solid,
+)
+from vtk_mls.files.block_files import leaves
+from vtk_mls.filters import MLSDeform, MLSDisplacementField
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.arrays import ImageGeometry
+from vtk_mls.vtk.cells import cell_array, connectivity_of, set_positions
+
+_MISS = 3e-3  # as of checks, relative to the size of the data
+_TETRAHEDRON = [(0, 1, 2), (0, 3, 1), (0, 2, 3), (1, 3, 2)]
+_THREADS = 3
+_SAID = "handles are not met", "regions overlap", "stays at rest", "`background`", "is lost"
+_used = []  # whether a case of this process has used a device
+
+
+def check_limits(rng, device):
+    """Filters show the map of `Deformation`, alone and several at a time; other blocks pass."""
+    scene = Scene(rng)
+    make, data = (MLSDisplacementField, MLSDeform)[rng.random() < 0.7], _data(scene)
+    rest, deformed, _ = scene.handles()
+    rest, deformed = rest[:3], rest[:3] + 0.2 * (deformed - rest)[:3]
+    handles = [_handle(scene) for _ in range(rng.integers(0, 3))]
+    mask, faces = _mask(scene), [_face(scene) for _ in range(rng.integers(0, 2))]
+    case = f"{make.__name__} of {[leaf.GetClassName() for leaf in leaves(data)]}, {handles}, "
+    case = f"{case}{mask}, {faces} in a world of {scene.size:g}"
+
+    def run(_=None):
+        filter_ = make()
+        filter_.SetInputDataObject(0, data)
+        filter_.SetRestPoints(rest)
+        filter_.SetDeformedPoints(deformed)
+        filter_.SetDevice(device)
+        filter_.SetMask(mask)
+        for handle in handles:
+            filter_.AddHandle(handle)
+        for face in faces:
+            filter_.AddConstraint(face)
+        if make is MLSDisplacementField:
+            filter_.SetSampleDimensions(3, 2, 4)
+        done = filter_.GetExecutive().Update()
+        return done, leaves(filter_.GetOutputDataObject(0))
+
+    usual, window = vtkOutputWindow.GetInstance(), vtkStringOutputWindow()
+    vtkOutputWindow.SetInstance(window)
+    try:
+        results = []
+        if rng.random() < 0.2 or not _used:  # also the first use of the device
+            _used.append(1)
+            with ThreadPoolExecutor(_THREADS) as pool:
+                results = list(pool.map(run, range(_THREADS)))
+        done, output = run()
+    finally:
+        vtkOutputWindow.SetInstance(usual)
+    said = [line for line in window.GetOutput().splitlines() if line.strip()]
+    assert all(line.startswith("Warning: MLS") for line in said), f"{said[:2]}: {case}"
+    assert all(any(words in line for words in _SAID) for line in said), f"{said[:2]}: {case}"
+    assert done, f"failed: {case}"
+    truth = Deformation(
+        rest, deformed, handles=handles, mask=mask, constraints=faces, device="reference"
+    )
+    for is_done, other in results:
+        assert is_done, f"failed in a thread: {case}"
+        for a, b in zip(output, other):
+            assert _values(a) == _values(b), f"not the same in a thread: {case}"
+    blocks = leaves(data)
+    assert len(output) == len(blocks), f"{len(output)} of {len(blocks)} blocks: {case}"
+    for before, after in zip(blocks, output):
+        if hasattr(before, "GetPointData"):
+            _check_map(truth, before, after, scene, case)
+        else:
+            is_same = before.GetClassName() == after.GetClassName()
+            assert is_same, f"a block became a {after.GetClassName()}: {case}"
+            assert before.GetActualMemorySize() == after.GetActualMemorySize(), case
+
+
+def _check_map(truth, before, after, scene, case):
+    """Displacements are those of the specification."""
+    data = after.GetPointData()
+    if data.HasArray("BackwardDisplacement"):
+        v = ImageGeometry.of_image(after).grid.points()
+        found = v + arrays.to_numpy(data.GetArray("BackwardDisplacement"))
+        miss = np.abs(truth.backward(v) - found).max(axis=1, initial=0)
+    elif isinstance(after, vtkImageData):
+        return  # by the tests of images
+    else:
+        count = before.GetNumberOfPoints()
+        assert after.GetNumberOfPoints() == count, f"points are lost: {case}"
+        assert after.GetNumberOfCells() == before.GetNumberOfCells(), f"cells are lost: {case}"
+        x, v = (np.array([d.GetPoint(i) for i in range(count)]) for d in (before, after))
+        has_inverse = arrays.to_numpy(data.GetArray("NoInverse")) == 0
+        miss = np.abs(truth.backward(v) - x).max(axis=1)[has_inverse]
+    bound = _MISS * scene.size + 1e-6 * np.abs(scene.low).max()
+    assert (miss <= bound).all(), f"off by {miss.max() / scene.size:.2g} of the size: {case}"
+
+
+def _values(data):
+    """All numbers of the points of a block."""
+    if not hasattr(data, "GetPointData"):
+        return data.GetClassName()
+    found = [arrays.to_numpy(a) for a in arrays.all_arrays(data.GetPointData())]
+    if isinstance(data, vtkPointSet):
+        found.append(arrays.to_numpy(data.GetPoints().GetData()))
+    return [values.tobytes() for values in found]
+
+
+def _data(scene):
+    """A dataset, or blocks with other data among them."""
+    rng = scene.rng
+    if rng.random() < 0.5:
+        return _dataset(scene)
+    makers = _dataset, _table, _trees, _molecule, lambda scene: None
+    parts = [_dataset(scene), *(makers[i](scene) for i in rng.integers(0, 5, rng.integers(1, 4)))]
+    parts = [parts[i] for i in rng.permutation(len(parts))]
+    kinds = vtkMultiBlockDataSet, vtkPartitionedDataSet, vtkPartitionedDataSetCollection
+    data = kinds[rng.integers(3)]()
+    for number, part in enumerate(parts):
+        if isinstance(data, vtkMultiBlockDataSet):
+            data.SetBlock(number, part)
+        elif isinstance(data, vtkPartitionedDataSet):
+            data.SetPartition(number, part)
+        else:
+            data.SetPartition(number, 0, part)
+    return data
+
+
+def _dataset(scene):
+    kind = scene.rng.integers(4)
+    if kind == 0:
+        return scene.image()
+    if kind == 1:
+        data = vtkPointSet()
+        set_positions(data, scene.places(5, 1.3), 11)
+        return data
+    source, blocks = vtkCellTypeSource(), scene.rng.integers(1, 3, 3).tolist()
+    source.SetCellType(VTK_HEXAHEDRON)
+    source.SetBlocksDimensions(*blocks)
+    source.Update()
+    grid = source.GetOutput()
+    x = arrays.to_numpy(grid.GetPoints().GetData()) / blocks
+    data = vtkExplicitStructuredGrid() if kind == 2 else vtkUnstructuredGrid()
+    set_positions(data, scene.low + scene.size * x, 11)
+    cells = cell_array(*connectivity_of(grid.GetCells()))
+    if kind == 2:
+        data.SetExtent([i for n in blocks for i in (0, n)])
+        data.SetCells(cells)
+    else:
+        data.SetCells(VTK_HEXAHEDRON, cells)
+    return data
+
+
+def _table(scene):
+    table = vtkTable()
+    arrays.add(table.GetRowData(), "history", scene.rng.random(3))
+    return table
+
+
+def _trees(scene):
+    source = vtkRandomHyperTreeGridSource()
+    source.SetDimensions(2, 2, 3)
+    source.Update()
+    return source.GetOutput()
+
+
+def _molecule(scene):
+    molecule = vtkMolecule()
+    molecule.AppendAtom(6, *scene.places(1)[0])
+    return molecule
+
+
+def _handle(scene):
+    """A curve or a region."""
+    rng, (a, b), size = scene.rng, scene.places(2), scene.size * scene.rng.uniform(0.05, 0.2)
+    kind = rng.choice(5, p=[0.25, 0.25, 0.2, 0.05, 0.25])  # a Solid takes a second
+    if kind == 0:
+        return CurveHandle([a, b], np.array([a, b]) + rng.normal(0, 0.05 * scene.size, (2, 3)))
+    if kind == 1:
+        shape = Ball(a, size)
+    elif kind == 2:
+        shape = Capsule(a, b, size)
+    elif kind == 3:
+        shape = Solid(a + size * np.vstack([np.zeros(3), np.eye(3)]), _TETRAHEDRON)
+    else:
+        mask = rng.random((4, 3, 2)) < 0.4
+        mask[rng.integers(4), 0, 0] = True
+        shape = Labels(mask, Grid((2, 3, 4), a, [size / 2] * 3))
+    turn, _ = np.linalg.qr(np.eye(3) + rng.normal(0, 0.2, (3, 3)))
+    turn *= np.sign(np.diagonal(turn))
+    motion = np.eye(4)
+    motion[:3, :3] = turn if np.linalg.det(turn) > 0 else np.eye(3)
+    motion[:3, 3] = a - motion[:3, :3] @ a + rng.normal(0, 0.05 * scene.size, 3)
+    return RegionHandle(shape, motion)
+
+
+def _mask(scene):
+    rng, (low, high), size = scene.rng, np.sort(scene.places(2), axis=0), scene.size
+    kind = rng.integers(4)
+    if kind == 0:
+        return BallMask(low, size * rng.uniform(0.1, 1), size * rng.uniform(0.3, 1))
+    if kind == 1:
+        return BoxMask(low, high, size * rng.uniform(0.3, 1))
+    if kind == 2:
+        grid = Grid((3, 2, 4), scene.low, [size / 2, size, size / 3])
+        return ImageMask(rng.random(grid.shape), grid)
+    return None
+
+
+def _face(scene):
+    rng = scene.rng
+    plane = Plane(scene.places(1)[0], rng.normal(size=3))
+    kind = FixedFace if rng.random() < 0.5 else SlidingFace
+    return kind(plane, scene.size * rng.uniform(0.3, 1))
