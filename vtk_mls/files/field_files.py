@@ -136,7 +136,7 @@ def read_volume(name: str, path: Path) -> Field:
     return Field(values, grid)
 
 
-def _content_in_ras(lines):
+def _content_in_ras(lines: tuple[str, ...]) -> str:
     """The content of a NIfTI file of NiftyReg or SPM; "" for displacements as of ITK and ANTs.
 
     Raises
