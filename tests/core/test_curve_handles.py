@@ -301,9 +301,9 @@ def test_lines_that_share_places_but_no_motion_all_count():
 def test_a_closed_curve_keeps_its_closing_segment():
     ring = np.array([(1.0, 0, 0), (0, 1, 0), (-1, 0, 0), (-0.0, -1, 0), (1, 0, 0)])
     for lines in ([ring], [ring, ring[::-1]], [np.roll(ring[1:], 1, axis=0), ring]):
-        handles = [CurveHandle(nodes, nodes + 1) for nodes in lines]
-        segments = Deformation(handles=handles, device="reference").regions[0].control_points
-        assert len(segments.handles.segments) == 4
+        handles = [CurveHandle(nodes, _bent(nodes)) for nodes in lines]
+        value = Deformation(handles=handles, device="reference")
+        assert len(value.regions[0].control_points.handles.segments) == 4
 
 
 def test_repeated_nodes_of_one_motion_become_one():

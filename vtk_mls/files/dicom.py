@@ -6,6 +6,7 @@ A slice that is missing, broken or of another size is an error: nothing is inter
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,7 @@ _MAX_LISTED = 6
 _TOLERANCE = 0.02  # of the distance of slices
 _SERIES, _DESCRIPTION, _FRAMES = "0020|000e", "0008|103e", "0028|0008"
 _HEAD = 132  # bytes before any tag
-_CLASS_TAG = b"\x02\x00\x02\x00UI"  # of the storage class
+_CLASS = re.compile(rb"\x02\x00\x02\x00UI..([\d.]+)[^\d.]", re.DOTALL)  # of storage
 _SLICES = {b"1.2.840.10008.5.1.4.1.1." + last for last in (b"2", b"4", b"128")}  # CT, MR, PET
 
 
@@ -112,9 +113,8 @@ def _is_broken(file, classes):
 
 def _storage_class(content):
     """The storage class of a file, b"" if it has none or is cut off in it."""
-    _, _, rest = content.partition(_CLASS_TAG)
-    stop = 2 + int.from_bytes(rest[:2], "little")
-    return rest[2:stop].rstrip(b"\0 ") if len(rest) >= stop else b""
+    found = _CLASS.search(content)
+    return found[1] if found else b""
 
 
 def _listed(series):
