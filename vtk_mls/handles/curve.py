@@ -49,16 +49,18 @@ class CurveHandle:
         p, q = points("rest", rest), points("deformed", deformed)
         same_count(p, q, "nodes")
         is_new = np.append(True, (np.diff(np.hstack([p, q]), axis=0) != 0).any(axis=1))[: len(p)]
-        p, q = p[is_new], q[is_new]
-        if len(p) < 2:
-            raise ValueError(f"`rest` must have at least 2 nodes of a curve, got {len(p)}")
         for name, nodes in (("rest", p), ("deformed", q)):
-            equal = np.flatnonzero((nodes[1:] == nodes[:-1]).all(axis=1))
+            equal = np.flatnonzero((nodes[1:] == nodes[:-1]).all(axis=1) & is_new[1:])
             if len(equal):
                 raise ValueError(
                     f"`{name}` must not repeat a node, got {nodes[equal[0]].tolist()} in rows "
                     f"{equal[0]} and {equal[0] + 1}; leave one out"
                 )
+        count, repeated = is_new.sum(), f" and {(~is_new).sum()} that repeat it"
+        if count < 2:
+            text = f"{count}{repeated * (not is_new.all())}"
+            raise ValueError(f"`rest` must have at least 2 nodes of a curve, got {text}")
+        p, q = p[is_new], q[is_new]
         freeze(self, rest=p, deformed=q)
 
 
