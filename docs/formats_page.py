@@ -28,7 +28,8 @@ shape.
 
 - In `.vtp`, `.vtu`, `.vts` and `.vtk` files with point vectors `Displacement`, vertices and
   points without a cell are points. Lines are curves. Closed surfaces that move rigidly are rigid
-  regions. Cells with a volume count by their outer faces.
+  regions. Cells with a volume count by their outer faces. A segment that several lines share,
+  such as the trunk of VMTK's centerlines, counts once.
 - In `.mrk.json` files, markups of the types Curve and ClosedCurve are curves, straight from
   point to point.
 
@@ -89,7 +90,10 @@ written as they are. Any other map is written as the best affine transform and t
 field.
 
 NIfTI fields with the intent code 1006 have vectors in RAS, as ITK 5.4 reads them. Those with
-1007 have vectors in LPS, as ANTs and nitransforms read them (`--field-convention ants`).
+1007 have vectors in LPS, as ANTs and nitransforms read them (`--field-convention ants`), unless
+the intent names another program. NiftyReg's displacements and positions (`NREG_TRANS`) and SPM's
+positions (`Mapping`, files `y_*.nii`) are converted from RAS. NiftyReg's velocities and control
+points, and all fields of FSL, are refused.
 """
 ZARR = """**OME-Zarr.** Versions 0.4 and 0.5 are read; plates are not. `vtk-mls deform` and
 `vtk-mls field` write an OME-Zarr if the input is one, in blocks ([Deform a terabyte](large.md)).
@@ -109,9 +113,11 @@ and the units are kept. The files hold equal time steps only. NRRD is written as
 `space dimension: 4`. All volumes are in memory at once for NIfTI with components, and for NRRD
 whose time axis is not the slowest.
 
-**DICOM.** Give a folder with one series, or one slice of a series, with any ending. These are
-errors: a missing or broken slice, slices of different sizes or spacing, a tilted gantry, and a
-folder with several series (the error lists a file of each). Enhanced DICOM, with all slices in
+**DICOM.** Give a folder with one series, or one slice of a series, with any ending. Each
+slice has its own rescaling; the volume has a type that holds all values. Reports, DICOMDIR and
+files of other formats do not matter. These are errors: a missing or broken slice, slices of
+different sizes or spacing, a tilted gantry, and a folder with several series (the error lists a
+file of each). Enhanced DICOM, with all slices in
 one file, is not read, because SimpleITK does not place its slices.
 
 **TIFF.** Pages are layers. Spacing, time step and unit come from the metadata of ImageJ or OME.

@@ -268,3 +268,66 @@ def test_a_translated_curve_moves_everything_alike(rng):
 def test_a_curve_needs_two_nodes():
     with pytest.raises(ValueError, match="at least 2 nodes of a curve, got 1"):
         CurveHandle([(0, 0, 0)], [(1, 0, 0)])
+
+
+def _tree():
+    """Nodes of a vessel tree at rest (n, 3): a trunk, and three branches."""
+    k = np.arange(1, 5)[:, None]
+    trunk = np.c_[np.linspace(-0.9, 0, 6), np.linspace(0, 0.1, 6) ** 2, np.zeros(6)]
+    sides = [(0.1, 0.1, 0), (0.1, -0.1, 0.05), (0.05, 0, -0.1)]
+    return trunk, [trunk[-1] + k * side for side in sides]
+
+
+def _bent(nodes):
+    return nodes + 0.1 * np.c_[np.sin(2 * nodes[:, 0]), np.cos(nodes[:, 0]), nodes[:, 1]]
+
+
+@pytest.mark.parametrize("alpha", [*ALPHAS, 1.5])
+@pytest.mark.parametrize("device", ["reference", *DEVICES])
+def test_a_trunk_that_lines_share_counts_once(device, alpha, rng):
+    trunk, branches = _tree()
+    whole = [np.concatenate([trunk, branch]) for branch in branches]
+    whole[1] = whole[1][::-1]  # from its end to the root
+    parts = [trunk, *(np.concatenate([trunk[-1:], branch]) for branch in branches)]
+    v = rng.uniform(-1, 1, (200, 3))
+    shared, once = (
+        Deformation(
+            handles=[CurveHandle(nodes, _bent(nodes)) for nodes in lines],
+            alpha=alpha,
+            device=device,
+        ).backward(v)
+        for lines in (whole, parts)
+    )
+    np.testing.assert_allclose(shared, once, rtol=0, atol=1e-12 if device == "reference" else 1e-5)
+
+
+def test_lines_that_share_places_but_no_motion_all_count():
+    trunk, _ = _tree()
+    handles = [CurveHandle(trunk, _bent(trunk)), CurveHandle(trunk, trunk)]
+    value = Deformation(handles=handles, device="reference")
+    assert len(value.regions[0].control_points.handles.segments) == 2 * (len(trunk) - 1)
+
+
+def test_a_closed_curve_keeps_its_closing_segment():
+    ring = np.array([(1.0, 0, 0), (0, 1, 0), (-1, 0, 0), (-0.0, -1, 0), (1, 0, 0)])
+    for lines in ([ring], [ring, ring[::-1]], [np.roll(ring[1:], 1, axis=0), ring]):
+        handles = [CurveHandle(nodes, _bent(nodes)) for nodes in lines]
+        value = Deformation(handles=handles, device="reference")
+        assert len(value.regions[0].control_points.handles.segments) == 4
+
+
+def test_repeated_nodes_of_one_motion_become_one():
+    rest, deformed = _curve()
+    rows = [0, 0, 1, 2, 2, 2, 3, 4, 5, 5]
+    curve = CurveHandle(rest[rows], deformed[rows])
+    np.testing.assert_array_equal(curve.rest, rest)
+    np.testing.assert_array_equal(curve.deformed, deformed)
+    other = deformed[rows]
+    other[5] += 1
+    for before, after, name in ((rest[rows], other, "rest"), (other, rest[rows], "deformed")):
+        with pytest.raises(
+            ValueError, match=f"`{name}` must not repeat a node, got .* rows 4 and 5"
+        ):
+            CurveHandle(before, after)
+    with pytest.raises(ValueError, match="at least 2 nodes of a curve, got 1 and 2 that repeat it"):
+        CurveHandle([(0, 0, 0)] * 3, [(1, 0, 0)] * 3)

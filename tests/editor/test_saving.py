@@ -6,6 +6,7 @@ import os
 import shlex
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -112,6 +113,25 @@ def test_command_and_script_make_the_same_files(name, tmp_path, monkeypatch):
     assert status == 0, stderr
     field = (folder / "field.nrrd").read_bytes()
     assert field == before[folder / "displacement-field.nrrd"]
+
+
+def test_a_picture_on_a_full_disk_leaves_the_old_one(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    hands = Hands(ball_mesh(), state(np.random.default_rng(3)))
+    (tmp_path / "data-1-edited").mkdir()
+    hands.editor.saver.folder = tmp_path / "data-1-edited"
+    (tmp_path / "data-1-edited" / "picture.png").write_bytes(b"the old one")
+
+    def fails(path, content):
+        with open(path, "wb") as file:
+            file.write(bytes(content)[:100])
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Path, "write_bytes", fails)
+    hands.press("s")
+    assert "picture.png` could not be written: No space left on device" in hands.message
+    files = {path.name: path.read_bytes() for path in (tmp_path / "data-1-edited").iterdir()}
+    assert files == {"picture.png": b"the old one"}
 
 
 @pytest.mark.parametrize("options", [{}, {"map_tolerance": 0.0}, {"map_tolerance": 0.25}])

@@ -1,4 +1,9 @@
-"""Series of DICOM, written slice by slice by SimpleITK, are placed as SimpleITK's reader does."""
+"""Series of DICOM, written slice by slice by SimpleITK, are placed as SimpleITK's reader does.
+
+Slices with other rescaling, and broken ones, are written byte by byte, as the standard says.
+"""
+
+import struct
 
 import numpy as np
 import pytest
@@ -165,3 +170,115 @@ def test_series_that_are_refused(tmp_path, make, sentence, capsys):
     with pytest.raises((OSError, ValueError), match=sentence):
         io.read_dataset(tmp_path / "scan")
     assert capsys.readouterr().err.count("\n") == 1
+
+
+MR, REPORT = "1.2.840.10008.5.1.4.1.1.4", "1.2.840.10008.5.1.4.1.1.88.11"
+LITTLE, BIG = "1.2.840.10008.1.2.1", "1.2.840.10008.1.2.2"
+
+
+def elements(values, order):
+    """Data elements, explicit VR."""
+    content = b""
+    for (group, element, kind), value in sorted(values.items()):
+        if kind == "US":
+            value = struct.pack(f"{order}H", value)
+        elif kind != "OW":
+            value = str(value).encode()
+            value += (b"\0" if kind == "UI" else b" ") * (len(value) % 2)
+        size = struct.pack(f"{order}xxI" if kind == "OW" else f"{order}H", len(value))
+        content += struct.pack(f"{order}HH", group, element) + kind.encode() + size + value
+    return content
+
+
+def file_of(values, syntax=LITTLE, storage=MR):
+    head = elements({(2, 2, "UI"): storage, (2, 3, "UI"): f"{UID}.3", (2, 16, "UI"): syntax}, "<")
+    return bytes(128) + b"DICM" + head + elements(values, ">" if syntax == BIG else "<")
+
+
+def slice_of(k, pixels, slope=1, intercept=0, syntax=LITTLE):
+    """A slice, whose pixels (ny, nx) are 16-bit."""
+    text = {(0x8, 0x16, "UI"): MR, (0x8, 0x18, "UI"): f"{UID}.8.{k}", (0x8, 0x60, "CS"): "MR"}
+    text |= {(0x20, 0xD, "UI"): f"{UID}.9", (0x20, 0xE, "UI"): f"{UID}.1", (0x20, 0x13, "IS"): k}
+    text |= {(0x20, 0x32, "DS"): f"0\\0\\{2 * k}", (0x20, 0x37, "DS"): "1\\0\\0\\0\\1\\0"}
+    text |= {(0x28, 4, "CS"): "MONOCHROME2", (0x28, 0x30, "DS"): "1\\1"}
+    text |= {(0x28, 0x1052, "DS"): intercept, (0x28, 0x1053, "DS"): slope}
+    sizes = {
+        2: 1,
+        0x10: len(pixels),
+        0x11: len(pixels[0]),
+        0x100: 16,
+        0x101: 16,
+        0x102: 15,
+        0x103: 0,
+    }
+    values = text | {(0x28, element, "US"): value for element, value in sizes.items()}
+    order = ">" if syntax == BIG else "<"
+    return file_of(values | {(0x7FE0, 0x10, "OW"): pixels.astype(f"{order}u2").tobytes()}, syntax)
+
+
+@pytest.mark.parametrize(
+    ("slopes", "intercepts", "dtype"),
+    [
+        ([1, 0.5, 0.25, 0.3], [0] * 4, float),
+        ([1, 1e-3, 1e-3, 2], [0] * 4, float),
+        ([1, 1, 1, 1], [0, 0, 0, -0.5], float),
+        ([1, 1, 1, 1], [0, -1024, -1024, -1024], np.int32),
+        ([1, 1, 1, 3], [0, 0, 0, 0], np.uint32),
+        ([1, 1, 1, 1], [0, 0, 0, 0], np.uint16),
+    ],
+)
+def test_each_slice_has_its_own_rescaling(tmp_path, slopes, intercepts, dtype):
+    pixels = np.random.default_rng(7).integers(0, 65536, (4, 12, 16))
+    for k in range(4):
+        (tmp_path / f"{k}").write_bytes(slice_of(k, pixels[k], slopes[k], intercepts[k]))
+    scalars = arrays.to_numpy(io.read_dataset(tmp_path).GetPointData().GetScalars())
+    expected = pixels * np.reshape(slopes, (4, 1, 1)) + np.reshape(intercepts, (4, 1, 1))
+    np.testing.assert_array_equal(scalars, expected.ravel())
+    assert scalars.dtype.kind == np.dtype(dtype).kind
+    assert scalars.dtype.itemsize >= np.dtype(dtype).itemsize
+
+
+@pytest.mark.parametrize("syntax", [LITTLE, BIG])
+@pytest.mark.parametrize("place", [2, 5])
+def test_a_slice_cut_off_anywhere_is_an_error(tmp_path, syntax, place):
+    pixels = np.ones((12, 16), int)
+    for k in range(6):
+        (tmp_path / f"{k}.dcm").write_bytes(slice_of(k, pixels, syntax=syntax))
+    cut = tmp_path / f"{place}.dcm"
+    content = cut.read_bytes()
+    assert io.read_dataset(tmp_path).GetDimensions() == (16, 12, 6)
+    for size in [0, 100, *range(133, len(content), 37), len(content) - 1]:
+        cut.write_bytes(content[:size])
+        with pytest.raises(
+            ValueError, match=rf"its file `{place}\.dcm` is broken, and may be a sl"
+        ):
+            io.read_dataset(tmp_path)
+
+
+def test_other_files_in_the_folder_do_not_matter(tmp_path):
+    write_series(tmp_path)
+    expected = by_itk(tmp_path)
+    report = {(0x8, 0x16, "UI"): REPORT, (0x20, 0xE, "UI"): f"{UID}.1", (0x40, 0xA160, "LO"): "ok"}
+    (tmp_path / "report.dcm").write_bytes(file_of(report, storage=REPORT))
+    directory = file_of({(0x28, 0x10, "US"): 64}, storage="1.2.840.10008.1.3.10")
+    (tmp_path / "dicomdir").write_bytes(directory)
+    for name in ("scan.jpg", "notes.txt", ".DS_Store", "._1.dcm", "VERSION"):
+        (tmp_path / name).write_bytes(b"anything")
+    assert_as_itk(io.read_dataset(tmp_path), expected)
+
+
+def test_slices_of_colors_and_of_gray_do_not_mix(tmp_path):
+    names = write_series(tmp_path)
+    color = SimpleITK.ReadImage(str(names[1]))
+    metadata = {key: color.GetMetaData(key) for key in color.GetMetaDataKeys()}
+    color = SimpleITK.Compose(*[SimpleITK.Cast(color, SimpleITK.sitkUInt8)] * 3)
+    for key in ("0008|0060", "0020|000e", "0020|000d", "0020|0037", "0020|0032"):
+        color.SetMetaData(key, metadata[key])
+    writer = SimpleITK.ImageFileWriter()
+    writer.KeepOriginalImageUIDOn()
+    writer.SetFileName(str(names[1]))
+    writer.Execute(color)
+    with pytest.raises(
+        ValueError, match="the slices must have one number of components, got [13] in"
+    ):
+        io.read_dataset(tmp_path)

@@ -1,6 +1,7 @@
 """Labels are not mixed, and segments keep their names."""
 
 import nibabel
+import nrrd
 import numpy as np
 import pytest
 import SimpleITK
@@ -98,6 +99,61 @@ def test_labels_after_scaling_are_none(tmp_path):
     image.header.set_slope_inter(0.5, 0)
     nibabel.save(image, tmp_path / "x.nii")
     assert metadata.load(io.read_dataset(tmp_path / "x.nii"), "LabelArrays") == ()
+
+
+REFERENCE = (
+    "Segmentation_ConversionParameters:=Reference image geometry|9;0;0;-1;0;9;0;-2;0;0;9;3;0;0;0;1;"
+    "0;29;0;29;0;19;|Description&Oversampling factor|1|Another&\n"
+    "Segmentation_ReferenceImageExtentOffset:=3 4 5\n"
+)
+
+
+@pytest.mark.parametrize("grid", ["input", "fitted", "reference"])
+def test_the_reference_geometry_of_slicer_is_that_of_the_file(tmp_path, grid):
+    """An image on the grid of its file keeps another one, such as that of a whole scan."""
+    header = SEGMENTS.rpartition("Segmentation_Ref")[0] + REFERENCE
+    (tmp_path / "x.seg.nrrd").write_bytes(nrrd_bytes("LPS", RIGHT, LABELS, header))
+    SimpleITK.WriteImage(SimpleITK.Image(20, 21, 22, SimpleITK.sitkUInt8), str(tmp_path / "r.mha"))
+    control_point_files.write(tmp_path / "h.csv", HANDLES, DRAGGED + [4, 0, 0])
+    options = ("--reference", tmp_path / "r.mha") if grid == "reference" else ("--grid", grid)
+    for name in ("out.seg.nrrd", "again.seg.nrrd"):
+        deform(tmp_path / "x.seg.nrrd", tmp_path / name, *options)
+    old, new = (nrrd.read_header(str(tmp_path / name)) for name in ("x.seg.nrrd", "out.seg.nrrd"))
+    key, offset = "Segmentation_ConversionParameters", "Segmentation_ReferenceImageExtentOffset"
+    if grid == "input":
+        assert (new[key], new[offset]) == (old[key], "3 4 5")
+        return
+    geometry = np.array(new[key].split("|")[1].split(";")[:-1], float)
+    to_ras = np.diag([-1, -1, 1]) @ np.column_stack(
+        [new["space directions"].T, new["space origin"]]
+    )
+    np.testing.assert_allclose(geometry[:12].reshape(3, 4), to_ras, atol=1e-12)
+    np.testing.assert_array_equal(geometry[12:17:2], [0, 0, 0])
+    np.testing.assert_array_equal(geometry[16:], np.c_[np.zeros(3), new["sizes"] - 1].ravel())
+    assert new[key].split("|")[2:] == old[key].split("|")[2:]
+    assert new[offset] == "0 0 0"
+
+
+@pytest.mark.parametrize("suffix", [".nrrd", ".mha"])
+def test_keys_about_another_grid_are_left_out(tmp_path, suffix):
+    source = as_itk(RIGHT, LABELS.astype(np.int16))
+    about_grid = {
+        "0020|0032": "1\\2\\3",
+        "0028|0030": "1\\1",
+        "srow_x": "1 0 0 0",
+        "pixdim[1]": "1",
+    }
+    others = {"0010|0010": "anonymous", "descrip": "about nothing"}
+    for key, text in (about_grid | others).items():
+        source.SetMetaData(key, text)
+    SimpleITK.WriteImage(source, str(tmp_path / f"x{suffix}"))
+    image = io.read_dataset(tmp_path / f"x{suffix}")
+    for expected in (about_grid | others, others):
+        io.write_dataset(image, tmp_path / f"y{suffix}")
+        written = SimpleITK.ReadImage(str(tmp_path / f"y{suffix}"))
+        kept = {key: written.GetMetaData(key) for key in written.GetMetaDataKeys()}
+        assert {key: kept[key] for key in about_grid | others if key in kept} == expected
+        image.SetSpacing(1, 2, 3)
 
 
 SLICER_SEGMENTS = """

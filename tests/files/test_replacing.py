@@ -13,6 +13,7 @@ from vtkmodules.vtkFiltersSources import vtkRegularPolygonSource, vtkSphereSourc
 from vtk_mls import io
 from vtk_mls.files import control_point_files
 from vtk_mls.files.paths import remove_remains, replacing
+from vtk_mls.files.vtk_io import write_png
 
 resource = pytest.importorskip("resource", reason="the size of files cannot be limited here")
 
@@ -71,6 +72,21 @@ def test_a_full_disk_is_noticed_and_leaves_the_old_file(tmp_path, disk, suffix, 
     ):
         io.write_dataset(dataset, path)
     assert _contents(tmp_path) == before
+
+
+@pytest.mark.parametrize("missing", [1, 5_000, None], ids=["a byte", "5,000 bytes", "all"])
+def test_pictures_too(tmp_path, disk, missing):
+    picture, path = make_image((80, 60, 1)), tmp_path / "x.png"
+    pixels = np.random.default_rng(1).integers(0, 256, (4800, 3))
+    add_array(picture.GetPointData(), "values", pixels, TYPES["unsigned char"])
+    picture.GetPointData().SetActiveScalars("values")
+    write_png(picture, path)
+    full = path.stat().st_size
+    path.write_bytes(b"the old one")
+    disk(0 if missing is None else full - missing)
+    with pytest.raises(OSError, match=r"^`.*x\.png` could not be written: (No space|File too)"):
+        write_png(picture, path)
+    assert _contents(tmp_path) == {path.name: b"the old one"}
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".txt", ".fcsv", ".mrk.json"])

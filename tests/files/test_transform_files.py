@@ -203,6 +203,63 @@ def test_conventions_of_nifti(grid, rng, between, convention, code, signs):
     np.testing.assert_allclose(theirs, read.backward(between), atol=1e-5)
 
 
+def saved_with_intent(name, values, to_ras, code, intent_name, *parameters):
+    image = nibabel.Nifti1Image(values, to_ras)
+    image.header["intent_code"], image.header["intent_name"] = code, intent_name
+    for number, parameter in enumerate(parameters, 1):
+        image.header[f"intent_p{number}"] = parameter
+    nibabel.save(image, name)
+
+
+def ras_of(grid):
+    """The matrix from indices to RAS."""
+    affine = np.column_stack([grid.index_to_world, grid.origin]) * np.reshape(TO_RAS, (3, 1))
+    return np.vstack([affine, [0, 0, 0, 1]])
+
+
+@pytest.mark.parametrize("code", [1006, 1007])
+@pytest.mark.parametrize(
+    ("name", "number", "has_positions"),
+    [("NREG_TRANS", 0, True), ("NREG_TRANS", 1, False), ("Mapping", 0, True)],
+)
+def test_fields_of_niftyreg_and_spm_are_told_apart(grid, rng, code, name, number, has_positions):
+    """Their vectors are in RAS: displacements, or the positions that voxels come from."""
+    field, to_ras = random_field(grid, rng), ras_of(grid)
+    vectors = field.transpose(2, 1, 0, 3) * TO_RAS
+    indices = np.indices(grid.dimensions).transpose(1, 2, 3, 0)
+    if has_positions:
+        vectors = vectors + indices @ to_ras[:3, :3].T + to_ras[:3, 3]
+    saved_with_intent("x.nii.gz", vectors[:, :, :, None], to_ras, code, name, number)
+    read = io.read_transform("x.nii.gz")
+    np.testing.assert_allclose(read.displacement, field, rtol=0, atol=1e-4)
+    image = io.read_dataset("x.nii.gz")
+    io.write_dataset(image, "y.nii.gz")  # as an image it keeps what it says
+    header = nibabel.load("y.nii.gz").header
+    assert (header["intent_name"].item().decode(), header["intent_p1"]) == (name, number)
+
+
+@pytest.mark.parametrize(
+    ("code", "name", "number", "sentence"),
+    [
+        (1007, "NREG_TRANS", 2, "it has control points of a cubic B-spline of NiftyReg; expected"),
+        (1007, "NREG_TRANS", 3, "it has velocities as positions of NiftyReg"),
+        (1007, "NREG_TRANS", 4, "it has velocities of NiftyReg"),
+        (1007, "NREG_TRANS", 5, "it has control points of velocities of NiftyReg"),
+        (1007, "NREG_TRANS", 6, "it has control points of a linear spline of NiftyReg"),
+        (1007, "NREG_TRANS", 9, "it has the unknown content 9 of NiftyReg"),
+        (2006, "", 0, "it has displacements of FSL, in coordinates of FSL's images; expected disp"),
+        (2007, "", 0, "it has coefficients or a field map of FSL"),
+        (2018, "", 0, "it has coefficients or a field map of FSL"),
+    ],
+)
+def test_what_is_no_displacement_is_named(grid, rng, code, name, number, sentence):
+    values = random_field(grid, rng).transpose(2, 1, 0, 3)
+    for shaped in (values, values[:, :, :, None]):  # FSL's are volumes in time
+        saved_with_intent("x.nii", shaped, ras_of(grid), code, name, number)
+        with pytest.raises(ValueError, match=rf"^`x\.nii` cannot be used: {sentence}"):
+            io.read_transform("x.nii")
+
+
 def linear_transforms():
     """SimpleITK's linear transforms, most with a center."""
     euler = sitk.Euler3DTransform(CENTER, 0.1, -0.2, 0.3, (4, 5, 6))

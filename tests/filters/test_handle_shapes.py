@@ -78,6 +78,23 @@ def test_a_curve_is_carried_along_its_whole_length(device):
     assert np.abs(by_points.backward(expected) - along).max() > 0.1
 
 
+def test_lines_of_a_centerline_share_their_trunk():
+    """VMTK's go from the root to each end, and repeat nodes; points at the junction can be two."""
+    trunk = np.array([(-3, 0, 0), (-2, 0.5, 0), (-2, 0.5, 0), (0, 0, 0)], float)
+    ends = [trunk[-1:] + [(1, side, 0), (2, 3 * side, 1)] for side in (-1, 1)]
+    root = [polyline(np.concatenate([trunk, end]), (0, 0, 1)) for end in ends]
+    once = [
+        polyline(line, (0, 0, 1))
+        for line in (trunk[[0, 1, 3]], *(np.r_[trunk[-1:], end] for end in ends))
+    ]
+    still = polyline(CORNERS, kind="Verts")
+    shared, expected = (
+        positions(update(deforming(joined(*lines, still)))) for lines in (root, once)
+    )
+    np.testing.assert_allclose(shared, expected, rtol=0, atol=1e-6)
+    assert np.abs(expected - positions(ball((0, 0, 0), 3))).max() > 0.5
+
+
 def test_what_the_handles_are():
     curve = np.array([(3, 3, 3), (3, 4, 3), (4, 4, 4)], float)
     handles = joined(held_bone(), polyline(curve, (0, 0, 1)), moved(ball((0, 0, 4)), MOTION))

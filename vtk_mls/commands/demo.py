@@ -135,7 +135,8 @@ def _write_slices(images, file):
     import numpy as np
     from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
     from vtkmodules.vtkCommonDataModel import vtkImageData
-    from vtkmodules.vtkIOImage import vtkPNGWriter
+
+    from vtk_mls.files.vtk_io import write_png
 
     x, slices = images[0].GetCenter()[0] + 30, []
     for image in images:
@@ -145,9 +146,7 @@ def _write_slices(images, file):
     height = max(len(rows) for rows in slices)
     padded = [np.pad(rows, ((0, height - len(rows)), (4, 4))) for rows in slices]
     pixels = np.hstack(padded).clip(0, 255).astype(np.uint8)
-    picture, writer = vtkImageData(), vtkPNGWriter()
+    picture = vtkImageData()
     picture.SetDimensions(*pixels.shape[::-1], 1)
     picture.GetPointData().SetScalars(numpy_to_vtk(pixels.ravel(), deep=True))
-    writer.SetInputData(picture)
-    writer.SetFileName(str(file))
-    writer.Write()
+    write_png(picture, file)

@@ -7,7 +7,6 @@ import os
 import shutil
 from pathlib import Path
 
-from vtkmodules.vtkIOImage import vtkPNGWriter
 from vtkmodules.vtkRenderingCore import vtkWindowToImageFilter
 
 from vtk_mls import Aborted, Surface, io
@@ -15,7 +14,7 @@ from vtk_mls.base.messages import message_handlers
 from vtk_mls.editor import script
 from vtk_mls.editor.grips import names_of
 from vtk_mls.editor.handle_polydata import handle_polydata
-from vtk_mls.files import control_point_files, session_files
+from vtk_mls.files import control_point_files, session_files, vtk_io
 from vtk_mls.files.ome_zarr import is_ome_zarr
 from vtk_mls.files.paths import replacing
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
@@ -92,7 +91,7 @@ class Saver:
         """
         folder, state = self._make_folder(), state.enabled_only()
         before = _versions(folder)
-        _write_picture(picture, folder / PICTURE)
+        vtk_io.write_png(picture, folder / PICTURE)
         _write_handles(state, folder)
         surfaces = _write_surfaces(state, folder)
         deform, field = MLSDeform(), MLSDisplacementField()
@@ -298,11 +297,3 @@ def _versions(folder):
     """(path, version) of each file: a replaced file has another version."""
     files = [path for path in folder.iterdir() if path.is_file()]
     return {(path, (path.stat().st_ino, path.stat().st_mtime_ns)) for path in files}
-
-
-def _write_picture(picture, path):
-    writer = vtkPNGWriter()
-    writer.SetInputData(picture)
-    with replacing(path) as new:
-        writer.SetFileName(os.fspath(new))
-        writer.Write()

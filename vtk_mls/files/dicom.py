@@ -6,6 +6,7 @@ A slice that is missing, broken or of another size is an error: nothing is inter
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,9 @@ from vtk_mls.files.volumes import Volume
 _MAX_LISTED = 6
 _TOLERANCE = 0.02  # of the distance of slices
 _SERIES, _DESCRIPTION, _FRAMES = "0020|000e", "0008|103e", "0028|0008"
+_HEAD = 132  # bytes before any tag
+_CLASS = re.compile(rb"\x02\x00\x02\x00UI..([\d.]+)[^\d.]", re.DOTALL)  # of storage
+_SLICES = {b"1.2.840.10008.5.1.4.1.1." + last for last in (b"2", b"4", b"128")}  # CT, MR, PET
 
 
 def read(path):
@@ -87,19 +91,30 @@ def _all_series(folder):
 def _check_complete(folder, series):
     """Raise ValueError if a file of DICOM in a folder cannot be read."""
     listed = {name for names in series.values() for name in names}
+    classes = {_storage_class(Path(names[0]).read_bytes()) for names in series.values()}
     for file in sorted(folder.iterdir()):
-        if file.name == "DICOMDIR" or str(file) in listed or not file.is_file():
+        if file.name.upper() == "DICOMDIR" or str(file) in listed or not file.is_file():
             continue
-        if formats.is_dicom_file(file) and not _is_other(file):
+        if _is_broken(file, {b"", *_SLICES, *classes}):
             raise ValueError(f"its file `{file.name}` is broken, and may be a slice")
 
 
-def _is_other(file):
-    """Whether a DICOM file that is not readable as an image is not meant to be one.
+def _is_broken(file, classes):
+    """Whether a file that is not readable as an image is meant to be one, of these storage classes.
 
-    Reports, structures and presentations have no number of rows, (0028,0010).
+    Reports, structures and presentations have other classes, and no number of rows, (0028,0010).
     """
-    return b"\x28\x00\x10\x00" not in file.read_bytes()
+    if not formats.is_dicom_file(file):  # cut off before the magic, or of another format
+        is_named = file.suffix.lower() == ".dcm" and not file.name.startswith(".")
+        return is_named and file.stat().st_size < _HEAD
+    content = file.read_bytes()
+    return b"\x28\x00\x10\x00" in content or _storage_class(content) in classes
+
+
+def _storage_class(content):
+    """The storage class of a file, b"" if it has none or is cut off in it."""
+    found = _CLASS.search(content)
+    return found[1] if found else b""
 
 
 def _listed(series):
@@ -140,10 +155,22 @@ def _read_slices(names):
     series = sitk.ImageSeriesReader()
     series.SetImageIO("GDCMImageIO")
     series.SetFileNames([names[i] for i in order])
+    series.SetOutputPixelType(_common_type(readers))
     image = series.Execute()
     values = sitk.GetArrayFromImage(image)
     direction = np.reshape(image.GetDirection(), (3, 3))
     return Volume(values, np.array(image.GetOrigin()), direction * image.GetSpacing())
+
+
+def _common_type(readers):
+    """ITK's type that holds the values of all slices, each rescaled by its own slope."""
+    import SimpleITK as sitk
+
+    types = {reader.GetPixelID() for reader in readers}
+    if len(types) == 1:
+        return types.pop()
+    dtype = np.result_type(*(sitk.GetArrayViewFromImage(sitk.Image(1, 1, t)) for t in types))
+    return sitk.GetImageFromArray(np.zeros((1, 1), dtype)).GetPixelID()
 
 
 def _check_frames(name, reader):
@@ -164,6 +191,7 @@ def _order(names, readers):
             ("size", reader.GetSize()[:2], first.GetSize()[:2]),
             ("spacing", reader.GetSpacing()[:2], first.GetSpacing()[:2]),
             ("direction", reader.GetDirection(), first.GetDirection()),
+            ("number of components", *([r.GetNumberOfComponents()] for r in (reader, first))),
         ):
             if not np.allclose(own, expected, rtol=1e-4, atol=1e-4):
                 sides = (

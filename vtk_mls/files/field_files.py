@@ -3,7 +3,7 @@
 Such a field has for each point of a resampled image the displacement, in LPS, to the source of its
 value. The intent "displacement", in formats that have it, makes ITK (5.4 and later) convert the
 vectors of NIfTI from RAS to LPS, and marks a transform for Slicer. ANTs writes vectors in LPS to
-NIfTI, with the intent "vector".
+NIfTI, with the intent "vector". So do NiftyReg and SPM, in RAS, and name the intent.
 """
 
 from __future__ import annotations
@@ -26,6 +26,14 @@ _FORMATS = {  # module, and lines of the header
     "MetaImage": (meta_image, ()),
 }
 _INTENTS = {"itk": "intent_code: 1006", "ants": "intent_code: 1007"}  # of NIfTI
+_SPM, _NIFTYREG = "Mapping", "NREG_TRANS"  # names of intents
+_POSITIONS, _DISPLACEMENTS = "positions", "displacements"
+_NIFTYREG_CONTENTS = {  # by the first parameter of the intent
+    **{0: _POSITIONS, 1: _DISPLACEMENTS, 2: "control points of a cubic B-spline"},
+    **{3: "velocities as positions", 4: "velocities", 5: "control points of velocities"},
+    6: "control points of a linear spline",
+}
+_FSL_INTENTS = (2006, 2007, 2008, 2009, 2016, 2017, 2018)  # the first are displacements
 _PURPOSE = "displacement field type:="
 
 
@@ -103,18 +111,14 @@ def read_volume(name: str, path: Path) -> Field:
         Also for other images, and for fields that move points.
     """
     module, _ = _FORMATS[name]
-    volume = volumes.single(module.open_file(path), path)
+    series = module.open_file(path)
+    content = _content_in_ras(series.read(0).header) if module is nifti else ""
+    volume = volumes.single(series, path)
     values = volume.values
     if values.shape[3:] != (3,) or values.dtype.kind != "f":
         raise ValueError(
             "a displacement field has 3 floating-point components, "
             f"got {values.shape[3] if values.ndim == 4 else 1} of {values.dtype}"
-        )
-    if module is nifti and not {*_INTENTS.values()} & {*volume.header}:
-        (intent,) = (line for line in volume.header if line.startswith("intent_code: "))
-        raise ValueError(
-            "a displacement field has the intent code 1006 or 1007, "
-            f"got {intent.removeprefix('intent_code: ')}"
         )
     if f"{_PURPOSE}modeling" in volume.header:
         raise ValueError(
@@ -124,7 +128,44 @@ def read_volume(name: str, path: Path) -> Field:
     dimensions = values.shape[2::-1]
     steps = volumes.full_steps(volume.steps, dimensions)
     spacing = np.linalg.norm(steps, axis=0)
-    return Field(values, Grid(dimensions, volume.origin, spacing, steps / spacing))
+    grid = Grid(dimensions, volume.origin, spacing, steps / spacing)
+    if content and not volume.is_vector:  # not yet converted
+        values = values * nifti.TO_RAS.astype(values.dtype)
+    if content == _POSITIONS:
+        values = values - grid.points().reshape(values.shape)
+    return Field(values, grid)
+
+
+def _content_in_ras(lines: tuple[str, ...]) -> str:
+    """The content of a NIfTI file of NiftyReg or SPM; "" for displacements as of ITK and ANTs.
+
+    Raises
+    ------
+    ValueError
+        Saying what it is, if it is not displacements or positions.
+    """
+    header = dict(line.split(": ", 1) for line in lines)
+    intent, name = int(header["intent_code"]), header.get("intent_name", "").strip()
+    if name == _SPM:
+        return _POSITIONS
+    if name == _NIFTYREG:
+        number = int(float(header["intent_p"].split()[0]))
+        content = _NIFTYREG_CONTENTS.get(number, f"the unknown content {number}")
+        if content in (_POSITIONS, _DISPLACEMENTS):
+            return content
+        raise ValueError(
+            f"it has {content} of NiftyReg; expected displacements or positions, which "
+            "`reg_transform -def` makes of it"
+        )
+    if intent in _FSL_INTENTS:
+        content = _DISPLACEMENTS if intent == _FSL_INTENTS[0] else "coefficients or a field map"
+        raise ValueError(
+            f"it has {content} of FSL, in coordinates of FSL's images; expected displacements in "
+            "mm, which `wb_command -convert-warpfield` makes of FSL's warps"
+        )
+    if f"intent_code: {intent}" not in _INTENTS.values():
+        raise ValueError(f"a displacement field has the intent code 1006 or 1007, got {intent}")
+    return ""
 
 
 def write_volume(name: str, content: FieldContent, path: Path) -> None:

@@ -17,7 +17,7 @@ from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkIOLegacy import vtkDataSetWriter
 from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLImageDataWriter
 
-from vtk_mls.files import meta_image, metadata, nifti, nrrd, ome_zarr, volumes, vtk_io
+from vtk_mls.files import frames, meta_image, metadata, nifti, nrrd, ome_zarr, volumes, vtk_io
 from vtk_mls.files.volumes import Volume
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
@@ -28,6 +28,11 @@ _FORMATS = {  # by the name of the array: module, and where the dataset keeps th
     "NIFTI": (nifti, metadata.NIFTI_HEADER),
 }
 _MAX_SHIFT = 1e-3  # voxels between images of one grid
+# lines about the grid of a file: DICOM's and NIfTI's, which ITK keeps in other formats
+_OF_GRID = re.compile(
+    r"(0018\|(0050|0088)|0020\|(0032|0037|1041)|0028\|(0008|0010|0011|0030)"
+    r"|ITK_original_\w+|q(fac|offset_.|to_...)|quatern_.|srow_.|(dim|pixdim)\[\d\]) ?:?="
+)
 _HEAD = 1 << 20  # bytes of a .vti file that include its extents
 # bits per byte of a .vti file, by its compressor
 _MAX_RATIO = {None: 8, "ZLib": 8 * 1032, "LZ4": 8 * 255, "LZMA": 8 * 10_000}
@@ -146,7 +151,30 @@ def image_of(volume, name, header=""):
     metadata.store(image, metadata.LENGTH_UNIT, [volume.unit] * bool(volume.unit))
     if header:
         metadata.store(image, header, volume.header)
+        numbers = _grid_numbers(ImageGeometry.of_image(image).grid)
+        metadata.store(image, metadata.FILE_GRID, [" ".join(map(str, numbers.tolist()))])
     return image
+
+
+def _grid_numbers(grid):
+    return np.concatenate([grid.dimensions, grid.origin, grid.index_to_world.ravel()])
+
+
+def _true_lines(lines, image, grid):
+    """The lines of a header that are true of an image on `grid`, which may not be the file's."""
+    file_grid = np.array(" ".join(metadata.load(image, metadata.FILE_GRID)).split(), float)
+    if not len(file_grid) or np.allclose(file_grid, _grid_numbers(grid), rtol=1e-9, atol=1e-9):
+        return lines
+    to_ras = np.column_stack([grid.index_to_world, grid.origin]) * frames.signs("RAS")[:, None]
+    extent = np.column_stack([np.zeros(3), np.array(grid.dimensions) - 1])
+    numbers = [*to_ras.ravel(), 0, 0, 0, 1, *extent.ravel()]
+    geometry = "".join(f"{number + 0.0:.15g};" for number in numbers)
+    for pattern, text in (  # of the segmentations of 3D Slicer
+        (r"(Reference image geometry\|)[^|]*", geometry),
+        (r"^(Segmentation_ReferenceImageExtentOffset:=).*", "0 0 0"),
+    ):
+        lines = tuple(re.sub(pattern, rf"\g<1>{text}", line) for line in lines)
+    return tuple(line for line in lines if not _OF_GRID.match(line))
 
 
 def write_volume(name, image, path):
@@ -221,7 +249,7 @@ def _volume_of(image, path, header):
         is_label=is_label and values.dtype.kind in "iu",
         is_vector=image.GetPointData().GetVectors() is array and values.dtype.kind == "f",
         space=space[0] if space else "",
-        header=metadata.load(image, header),
+        header=_true_lines(metadata.load(image, header), image, grid),
         unit="".join(metadata.load(image, metadata.LENGTH_UNIT)),
     )
 

@@ -32,7 +32,7 @@ from vtk_mls.base.messages import warn
 from vtk_mls.files import frames, paths, volumes
 from vtk_mls.files.volumes import Series, Volume
 
-_TO_RAS = frames.signs("RAS")  # and back
+TO_RAS = frames.signs("RAS")  # and back
 _COLORS = {n: np.dtype([(name, "u1") for name in "RGBA"[:n]]) for n in (3, 4)}
 _LABELS, _DISPLACEMENT, _VECTOR = (1002, 1003), 1006, 1007  # intents
 _GEOMETRY = {  # lines that a `Volume` keeps: the header's fields
@@ -45,7 +45,7 @@ _GEOMETRY = {  # lines that a `Volume` keeps: the header's fields
     "srow": ("srow_x", "srow_y", "srow_z"),
 }
 _LINES = {name: (name,) for name in ("intent_code", "intent_name", "xyzt_units", "toffset")}
-_LINES |= _GEOMETRY
+_LINES |= {"intent_p": ("intent_p1", "intent_p2", "intent_p3"), **_GEOMETRY}
 _SCANNER, _MILLIMETERS, _MICROMETERS = 1, 2, 3
 _FOREIGN_UNITS = {"nm": 1e-6, "um": 1e-3, "cm": 10.0, "m": 1e3}  # millimeters per unit
 _SMALL_UNITS = ("nm", "um")  # become micrometers
@@ -113,11 +113,11 @@ def _volume(header, affine, values):
     is_label = intent in _LABELS and values.dtype.kind in "iu"
     is_vector = intent == _DISPLACEMENT and values.shape[3:] == (3,) and values.dtype.kind == "f"
     if is_vector:
-        values = values * _TO_RAS.astype(values.dtype)
+        values = values * TO_RAS.astype(values.dtype)
     return Volume(
         np.ascontiguousarray(values),
-        _TO_RAS * affine[:, 3],
-        _TO_RAS[:, None] * affine[:, :3],
+        TO_RAS * affine[:, 3],
+        TO_RAS[:, None] * affine[:, :3],
         is_label=is_label,
         is_vector=is_vector,
         header=_to_lines(header),
@@ -154,7 +154,7 @@ def writing(path, times):
             if header["dim"][0] < 5:
                 volumes.write_values(file, volume.values)
                 return
-            signs = _TO_RAS.astype(volume.values.dtype)
+            signs = TO_RAS.astype(volume.values.dtype)
             is_displacement = header["intent_code"] == _DISPLACEMENT
             values = volume.values * signs if is_displacement else volume.values
             components_in_time.append(np.moveaxis(values, -1, 0))
@@ -171,13 +171,14 @@ def _header_of(volume, times):
     header = _new_header(1 if max(*volume.values.shape, count) < 1 << 15 else 2)
     header["vox_offset"] = header.sizeof_hdr + 4
     _describe_values(header, volume, count)
-    header["intent_name"], header["xyzt_units"] = source["intent_name"], source["xyzt_units"]
+    for name in ("intent_name", *_LINES["intent_p"], "xyzt_units"):
+        header[name] = source[name]
     if not header["xyzt_units"] & _SPATIAL_UNIT:
         header["xyzt_units"] |= _MILLIMETERS
     if volume.unit in _SMALL_UNITS:
         header["xyzt_units"] = _MICROMETERS
     affine = np.column_stack([volume.steps, volume.origin]) * _FOREIGN_UNITS.get(volume.unit, 1.0)
-    _place(header, source, _TO_RAS[:, None] * affine)
+    _place(header, source, TO_RAS[:, None] * affine)
     header["toffset"] = source["toffset"]
     if count > 1 and times != _times(source):  # times of another file
         header["toffset"], header["pixdim"][4] = volumes.steps_of(times)
@@ -317,7 +318,7 @@ def _itk_affine(header):
     """(3, 4) matrix to RAS by which ITK places the image; None if ITK refuses the file."""
     has_sform, has_qform = header["sform_code"] != 0, header["qform_code"] != 0
     if not has_sform and not has_qform:
-        return np.column_stack([np.diag(_spacing(header) * _TO_RAS), np.zeros(3)])
+        return np.column_stack([np.diag(_spacing(header) * TO_RAS), np.zeros(3)])
     is_preferred = header["sform_code"] == _SCANNER or not has_qform
     if has_sform and is_preferred and _has_right_angles(_affine(header), _MAX_SHEAR):
         return _affine(header)

@@ -31,7 +31,7 @@ def read_transform(path: str | PathLike[str]) -> Affine | Field | Chain:
         Of an ITK transform (.h5, .hdf5, .tfm, .txt, .mat), which needs SimpleITK: linear
         transforms, displacement fields and composites of them. Or of a displacement field (.nii,
         .nii.gz, .nrrd, .nhdr, .mha, .mhd), its vectors in LPS; in NIfTI with the intent code 1006
-        in RAS.
+        in RAS. Also displacements and positions of NiftyReg, positions of SPM (`y_*.nii`).
 
     Returns
     -------

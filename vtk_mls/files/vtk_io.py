@@ -11,6 +11,8 @@ from contextlib import contextmanager
 from vtkmodules.vtkCommonCore import vtkLogger, vtkOutputWindow, vtkStringOutputWindow, vtkVersion
 from vtkmodules.vtkCommonMisc import vtkErrorCode
 
+from vtk_mls.files.paths import replacing
+
 _MAX_TEXT = 200  # characters of a quoted error
 
 
@@ -48,6 +50,16 @@ def write(writer, dataset, path):
         raise _disk_full()
     if code:
         raise OSError(vtkErrorCode.GetStringFromErrorCode(code))
+
+
+def write_png(picture, path):
+    """Write a vtkImageData as a .png file. An old file is replaced when the new one is complete."""
+    writer = create("vtkIOImage.vtkPNGWriter")
+    writer.SetInputData(picture)
+    writer.WriteToMemoryOn()  # to a file, it does not say why it fails
+    writer.Write()
+    with replacing(path) as new:
+        new.write_bytes(memoryview(writer.GetResult()))
 
 
 def check_size(path, size):

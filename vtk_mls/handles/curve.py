@@ -27,17 +27,19 @@ _MIN_CHORD = 1e-6
 class CurveHandle:
     """A polyline of the undeformed space, and where it is in the deformed space.
 
-    Each segment counts as one control point that is spread along it.
+    Each segment counts as one control point that is spread along it; a segment that several curves
+    share, with one motion, counts once.
 
     Parameters
     ----------
     rest, deformed : (m, 3) array_like, world coordinates
-        The nodes before and after, m >= 2.
+        The nodes before and after, m >= 2. Consecutive nodes with the same place and motion become
+        one.
 
     Raises
     ------
     ValueError
-        If there are fewer than two nodes, or two consecutive nodes of `deformed` are equal.
+        If there are fewer than two nodes, or two consecutive ones are equal only before or after.
     """
 
     rest: NDArray[np.float64]
@@ -46,15 +48,19 @@ class CurveHandle:
     def __init__(self, rest: ArrayLike, deformed: ArrayLike) -> None:
         p, q = points("rest", rest), points("deformed", deformed)
         same_count(p, q, "nodes")
-        if len(p) < 2:
-            raise ValueError(f"`rest` must have at least 2 nodes of a curve, got {len(p)}")
+        is_new = np.append(True, (np.diff(np.hstack([p, q]), axis=0) != 0).any(axis=1))[: len(p)]
         for name, nodes in (("rest", p), ("deformed", q)):
-            equal = np.flatnonzero((nodes[1:] == nodes[:-1]).all(axis=1))
+            equal = np.flatnonzero((nodes[1:] == nodes[:-1]).all(axis=1) & is_new[1:])
             if len(equal):
                 raise ValueError(
                     f"`{name}` must not repeat a node, got {nodes[equal[0]].tolist()} in rows "
                     f"{equal[0]} and {equal[0] + 1}; leave one out"
                 )
+        count, repeated = is_new.sum(), f" and {(~is_new).sum()} that repeat it"
+        if count < 2:
+            text = f"{count}{repeated * (not is_new.all())}"
+            raise ValueError(f"`rest` must have at least 2 nodes of a curve, got {text}")
+        p, q = p[is_new], q[is_new]
         freeze(self, rest=p, deformed=q)
 
 
@@ -97,14 +103,20 @@ class Segments:
 
     @classmethod
     def of(cls, curves) -> Segments:
-        """The segments of `curves`, a sequence of CurveHandle."""
+        """The segments of `curves`, a sequence of CurveHandle; each once, in either direction."""
 
         def ends(name):
             parts = [np.stack([x[:-1], x[1:]], axis=1) for x in (getattr(c, name) for c in curves)]
             return np.concatenate([np.zeros((0, 2, 3)), *parts])
 
-        rest = ends("rest")
-        return cls(rest, ends("deformed"), np.ones(len(rest)))
+        rest, deformed = ends("rest"), ends("deformed")
+        both = np.concatenate([rest, deformed], axis=2) + 0.0  # no -0
+        every = np.arange(len(both))
+        column = (both[:, 0] != both[:, 1]).argmax(axis=1)
+        is_falling = both[every, 0, column] > both[every, 1, column]
+        both[is_falling] = both[is_falling, ::-1]
+        rows = np.sort(np.unique(both.reshape(-1, 12), axis=0, return_index=True)[1])
+        return cls(rest[rows], deformed[rows], np.ones(len(rows)))
 
     def __len__(self) -> int:
         return len(self.weights)
