@@ -123,10 +123,10 @@ class Deformation(Transform, MapParameters):
 
     @functools.cached_property
     def smallest_determinant(self) -> float:
-        """The smallest determinant of the Jacobian of a step, at the points that `steps_used` samples.
+        """The smallest determinant of the Jacobian of a step, at the points `steps_used` samples.
 
-        The deformation folds if it is not above 0. If it is, the deformation folds at no sample, but
-        can still fold between them: of hard random sets, 2 % do. At most 256 steps are tried.
+        The deformation folds if it is not above 0. If it is, the deformation can still fold between
+        the samples: of hard random sets, 2 % do. At most 256 steps are tried.
         """
         if self.steps == 0:
             return self._enough_steps[1]

@@ -57,7 +57,7 @@ class _DeformingFilter(VTKPythonAlgorithmBase):
         below 0.1. The map can still fold between these points, and polynomials of degree 2 and
         3 may fold with any number of steps.
 
-        `Deformation.steps_used` and `smallest_determinant`, of the samples, report the result.
+        `Deformation.steps_used` and `smallest_determinant` report what was found there.
 
         An integer; default: 1.
         """

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from vtk_mls.base.progress import SILENT, ProgressLike, whole
 from vtk_mls.base.validation import same_count
-from vtk_mls.deformation import Deformation
 from vtk_mls.landmarks import outliers, settings, volume
 from vtk_mls.landmarks.left_out import PointPairs, nearest, predictions
 from vtk_mls.landmarks.settings import Settings
@@ -191,16 +191,13 @@ def report(
 
 def _best(pairs, rows, tried, shape, device):
     """The settings to recommend, the Deformation, and whether it is sensible."""
-    least = np.inf, None, None
+    judged = []
     for candidate in _candidates(pairs, rows, tried, shape):
-        arguments = {"weights": pairs.weights, "device": device, **candidate.options}
-        deformation = Deformation(pairs.rest, pairs.deformed, **arguments)
-        excess = volume.excess(deformation, pairs, shape.is_thin)
-        if excess < least[0]:
-            least = excess, candidate, deformation
+        excess, deformation = volume.excess(pairs, candidate, device)
+        judged.append((excess, candidate, deformation))
         if excess <= 1:
             break
-    excess, best, deformation = least
+    excess, best, deformation = min(judged, key=itemgetter(0))
     return best, deformation, excess <= 1
 
 

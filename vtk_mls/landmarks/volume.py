@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,6 +10,7 @@ from numpy.typing import NDArray
 
 from vtk_mls.deformation import Deformation
 from vtk_mls.landmarks.left_out import PointPairs
+from vtk_mls.landmarks.settings import Settings
 from vtk_mls.queries.first_guesses import cubic_grid
 
 _MAX_THINNESS = 0.1  # smallest extent of a thin set, in the largest
@@ -54,7 +56,7 @@ class Shape:
         moved = np.linalg.norm(pairs.rest - pairs.deformed, axis=1)
         at_rest = np.count_nonzero(moved <= _ROUNDING * extents[0])
         mirror = "" if _is_thin(extents) else _mirror(*_centered(pairs))
-        return Shape(extents, mirror, len(pairs) / 2 < at_rest < len(pairs))
+        return Shape(extents, mirror, bool(len(pairs) / 2 < at_rest < len(pairs)))
 
     @property
     def is_thin(self) -> bool:
@@ -67,33 +69,34 @@ class Shape:
         return _is_thin(self.extents[:2])
 
 
-def excess(deformation: Deformation, pairs: PointPairs, is_thin: bool) -> float:
-    """How far a map is beyond the limits of sensible ones: at most 1 for these.
+def excess(pairs: PointPairs, settings: Settings, device: str | None) -> tuple[float, Deformation]:
+    """How far a map is beyond the limits of sensible ones, at most 1 for these, and the map.
 
     It is sampled in a cube around q as large as their largest extent, which holds the volume beside
     a line or a plane of pairs.
     """
-    low, high = pairs.deformed.min(axis=0), pairs.deformed.max(axis=0)
+    p, q = pairs.rest, pairs.deformed
+    deformation = Deformation(p, q, weights=pairs.weights, device=device, **settings.options)
+    low, high = q.min(axis=0), q.max(axis=0)
     center, side = (low + high) / 2, (high - low).max()
     v = cubic_grid(np.stack([center - side / 2, center + side / 2]), _SAMPLES).points()
-    p, q = _centered(pairs)
-    factor = np.linalg.det(deformation.jacobian(v)) * (np.linalg.norm(q) / np.linalg.norm(p)) ** 3
+    before, after = map(np.linalg.norm, _centered(pairs))
+    factor = np.linalg.det(deformation.jacobian(v)) * (after / before) ** 3
     factor = np.clip(np.nan_to_num(factor), 1e-300, 1e300)
-    result = _quantile(np.abs(np.log(factor))) / np.log(_MAX_FACTOR)
-    if not is_thin:
-        return result
-    motion = pairs.rest - pairs.deformed
-    mean = motion.mean(axis=0)
-    moved = np.linalg.norm(motion - mean, axis=1).max()
+    result = _quantile(np.abs(np.log(factor))) / math.log(_MAX_FACTOR)
+    if not Shape.of(pairs).is_thin:
+        return result, deformation
+    mean = (p - q).mean(axis=0)
+    moved = np.linalg.norm(p - q - mean, axis=1).max()
     reach = _quantile(np.linalg.norm(deformation.backward(v) - v - mean, axis=1))
-    return max(result, reach / (_MAX_REACH * max(moved, _MIN_MOVED * side)))
+    return max(result, reach / float(_MAX_REACH * max(moved, _MIN_MOVED * side))), deformation
 
 
 def _centered(pairs):
     return [points - points.mean(axis=0) for points in (pairs.rest, pairs.deformed)]
 
 
-def _is_thin(extents):
+def _is_thin(extents: NDArray[np.float64]) -> bool:
     return bool(extents[-1] < _MAX_THINNESS * extents[0])
 
 

@@ -167,7 +167,7 @@ OPTIONS = (
         up to 256, until no determinant at sampled points near the control points is below 0.1. The
         map can still fold between these points, and polynomials of degree 2 and 3 may fold with any
         number of steps.""",
-        more="`Deformation.steps_used` and `smallest_determinant`, of the samples, report the result.",
+        more="`Deformation.steps_used` and `smallest_determinant` report what was found there.",
         spellings={"auto": 0},
         is_valid=lambda steps: steps in range(MAX_STEPS + 1),
         expected='an integer from 1 to 256, or "auto"',
