@@ -24,7 +24,7 @@ _ALPHAS = 1.0, 2.0, 3.0, 4.0
 _LOCAL_ALPHAS = (6.0,)
 _SMOOTHINGS = 1.0, 2.0
 _BEST_KINDS = 2
-_WHOLE_SMOOTHING = 10.0  # extents of the pairs, with which all weigh alike
+_WHOLE_SMOOTHING = 100.0  # extents of the pairs, with which all weigh alike to 1e-4
 # Pairs for each function of a polynomial map; with fewer, the map is not tried.
 _PAIRS_PER_FUNCTION = 2
 _MIN_AFFINE_PAIRS = 5
