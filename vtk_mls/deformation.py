@@ -46,9 +46,9 @@ class Deformation(Transform, MapParameters):
         Degree of the polynomial kind.
     steps : int or "auto"
         Number of steps in which p goes to q, 1 to 256, each with its own map: G is composed of
-        them. It meets the control points and, if the steps are small, folds nowhere. "auto" takes
-        as many as a box around the handles needs (`without_folds`). Polynomials of degree 2 and 3
-        may fold in any steps.
+        them. It meets the control points, and the smaller the steps, the fewer folds it has. "auto"
+        takes as many as sampled points in a box around the handles need (`without_folds`); the map
+        can still fold between them. Polynomials of degree 2 and 3 may fold in any steps.
     path : (k, n, 3) array_like, world coordinates, optional
         Intermediate places of the control points on the way from p to q, for turns that p and q do
         not tell. The steps are a multiple of k + 1. Curves go straight, regions along a screw.
@@ -118,14 +118,15 @@ class Deformation(Transform, MapParameters):
 
     @functools.cached_property
     def steps_used(self) -> int:
-        """The number of steps: `steps`, or as many as needed, in a box around the handles."""
+        """The number of steps: `steps`, or as many as samples around the handles need."""
         return super().steps_used if self.steps else self._enough_steps[0]
 
     @functools.cached_property
     def smallest_determinant(self) -> float:
-        """The smallest determinant of the Jacobian of a step, where `steps_used` looks.
+        """The smallest determinant of the Jacobian of a step, at the points `steps_used` samples.
 
-        The deformation folds nowhere there if it is above 0; at most 256 steps are tried.
+        The deformation folds if it is not above 0. If it is, the deformation can still fold between
+        the samples: of hard random sets, 2 % do. At most 256 steps are tried.
         """
         if self.steps == 0:
             return self._enough_steps[1]
@@ -139,7 +140,7 @@ class Deformation(Transform, MapParameters):
         self, where: Grid | ArrayLike | None = None, progress: ProgressLike = None
     ) -> Deformation:
         """The deformation in as many `steps` as `where` needs: doubled until the determinants of
-        all steps are above 0.1, at most 256.
+        all steps are above 0.1 at sampled points, at most 256. It can still fold between them.
 
         Parameters
         ----------

@@ -361,6 +361,22 @@ def test_handles_that_meet_are_reported(caplog):
     assert "may fold in 256 steps" in caplog.text
 
 
+@pytest.mark.parametrize("method", ["displacement_field", "jacobian_field"])
+@pytest.mark.parametrize("distance", [0.1, 1e5])
+def test_values_that_are_not_finite_are_counted(method, distance, rng, caplog):
+    p = rng.uniform(0, 1, (40, 3))
+    q = p + rng.normal(0, 0.2, p.shape)
+    d = Deformation(p, q, "polynomial", degree=2, steps=16, device="reference")
+    grid = Grid((3, 2, 1), (0.5, 0.5, 0.5), (distance,) * 3)
+    with np.errstate(all="ignore"):  # each step of a polynomial of degree 2 squares the distance
+        bad = np.count_nonzero(~np.isfinite(d.jacobian(grid.points()).astype("f4")).all((1, 2)))
+    result = getattr(d, method)(grid)
+    assert (bad > 0) == (distance > 1)
+    assert (f"{bad} of 6 " in caplog.text) == (bad > 0)
+    values = result if method == "jacobian_field" else result.displacement
+    assert np.isfinite(values).all() == (bad == 0)
+
+
 @pytest.mark.parametrize("steps", [-1, 257, 1.5, "many", None])
 def test_bad_steps(steps):
     with pytest.raises((ValueError, TypeError), match="`steps` must be"):

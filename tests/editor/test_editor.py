@@ -283,7 +283,7 @@ def test_kind_and_alpha_change_and_undeformed_data_are_shown(hands, monkeypatch)
     assert hands.state.deformation().smoothing == 0
     hands.press("o")
     assert hands.state.deformation().steps == 0
-    assert "folds prevented" in hands.editor.status
+    assert "steps automatic" in hands.editor.status
     hands.press("o")
     assert hands.state.deformation().steps == 1
 

@@ -170,6 +170,15 @@ def test_a_key_takes_the_kind_with_smaller_errors(count, rng):
     assert hands.message.startswith("No other kind")
 
 
+def test_a_kind_that_flattens_the_volume_is_not_better(rng):
+    q = np.c_[rng.normal(0, 0.01, (18, 2)), np.linspace(4, SIZE - 4, 18)]
+    p = q * (0, 0, 0.5)  # on a line: affine maps lead everything to it
+    state = State(p, q, device="reference")
+    assert np.median(pairs.left_out_errors(state, "affine")) < 0.1 * state.pairs.median_error
+    assert state.pairs.compares_kinds
+    assert state.pairs.better is None or state.pairs.better[0] != "affine"
+
+
 def test_kinds_without_errors_are_not_better(rng, monkeypatch):
     def errors(state, kind=None):
         return np.full(len(state), 1.0 if kind is None else np.nan)

@@ -119,12 +119,10 @@ def test_sparse_exact_pairs_are_not_accused():
     assert np.mean(accused) <= 0.02
 
 
-def test_folds_only_beside_the_landmarks_are_told_apart(found, rng):
+def test_folds_only_beside_the_landmarks_are_told_apart(found):
     value = replace(found[0], smallest_determinant=-0.5, determinant_between=0.9)
-    assert "folds, but not between neighboring landmarks" in heading(value)[-1]
-    q = rng.uniform(0, 10, (12, 3))
-    value = report(q * (-1, 1, 1), q, device=DEVICE)  # a mirror image
-    assert value.determinant_between == pytest.approx(-1, abs=1e-6)
+    assert "folds, but not at samples between neighboring landmarks" in heading(value)[-1]
+    value = replace(value, determinant_between=-0.1)
     assert "but not" not in heading(value)[-1]
 
 

@@ -116,6 +116,16 @@ def test_the_displacement_field(folder, rng, small_blocks):
         )
 
 
+def test_a_field_that_is_not_finite_is_an_error(folder, rng, capsys):
+    write("in.ome.zarr", [values(rng)])
+    q = rng.uniform(0, 1, (30, 3))  # far from the image, where the map explodes
+    np.savetxt("far.csv", np.hstack([q + rng.normal(0, 0.3, q.shape), q]), delimiter=",")
+    options = ["--kind=polynomial", "--degree=2", "--steps=64"]
+    assert main(["field", "in.ome.zarr", "far.csv", "field.ome.zarr", *options]) == 1
+    assert "displacements are not finite (NaN or infinite)" in capsys.readouterr().err
+    assert not Path("field.ome.zarr").exists()
+
+
 KILLED = """
 import os, signal, sys
 sys.path.insert(0, {project!r})

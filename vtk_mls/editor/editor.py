@@ -244,7 +244,7 @@ class Editor(ShapeEdits, PairEdits, Saving):
         self.change(self.state.with_smoothing_times(factor, minimum))
 
     def prevent_folds(self):
-        """Deform in as many steps as needed not to fold, or in one."""
+        """Deform in steps that do not fold at sampled points, or in one."""
         self.change(self.state.changed(steps=0 if self.state.steps == 1 else 1))
 
     def change_nu(self, factor):

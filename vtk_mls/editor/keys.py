@@ -31,7 +31,7 @@ KEYS = (
     ("", "", ("-",), "change_alpha", 0.8),
     (",   .", "handles are met more or less exactly", (",",), "change_smoothing", 0.8),
     ("", "", (".",), "change_smoothing", 1.25),
-    ("O", "prevent folds, by steps, or do not", ("o",), "prevent_folds", None),
+    ("O", "fewer folds, by automatic steps, or one step", ("o",), "prevent_folds", None),
     ("C", "cut by a plane, by half of it, not at all", ("c",), "change_cut", None),
     ("I", "another half of the plane", ("i",), "change_half", None),
     ("P", "cut along a line, open or closed: click, P again", ("p",), "incise", None),

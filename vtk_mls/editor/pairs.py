@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vtk_mls.editor import grips
+from vtk_mls.landmarks import volume
 from vtk_mls.landmarks.left_out import PointPairs, predictions
 from vtk_mls.landmarks.settings import Settings
 
@@ -135,14 +136,20 @@ def left_out_errors(state, kind=None):
     has_shapes = state.handles or state.cuts or state.mask is not None
     if has_shapes or not _MIN_PAIRS <= len(rows) <= _MAX_PAIRS:
         return errors
-    p, q = state.rest[rows], state.deformed[rows]
-    if len(np.unique(q, axis=0)) < len(q):
+    pairs = _enabled_pairs(state)
+    if len(np.unique(pairs.deformed, axis=0)) < len(rows):
         return errors
-    weights = np.ones(len(rows)) if state.weights is None else state.weights[rows]
     settings = Settings(kind or state.kind, state.degree, state.alpha, state.smoothing)
-    predicted = predictions(PointPairs(p, q, weights), np.arange(len(rows)), settings)
-    errors[rows] = np.linalg.norm(predicted - p, axis=1)
+    predicted = predictions(pairs, np.arange(len(rows)), settings)
+    errors[rows] = np.linalg.norm(predicted - pairs.rest, axis=1)
     return errors
+
+
+def _enabled_pairs(state):
+    """The `PointPairs` of the map."""
+    rows = np.flatnonzero(state.enabled)
+    weights = np.ones(len(rows)) if state.weights is None else state.weights[rows]
+    return PointPairs(state.rest[rows], state.deformed[rows], weights)
 
 
 def _median(errors):
@@ -151,13 +158,19 @@ def _median(errors):
 
 
 def _better_kind(state, median):
-    """The kind with the smallest median error, and that error; None if not clearly smaller."""
+    """The kind with the smallest median error, and that error; None if not clearly smaller.
+
+    Kinds whose map is not sensible around the pairs do not count.
+    """
     found = {kind: _median(left_out_errors(state, kind)) for kind in _KINDS}
     medians = {kind: error for kind, error in found.items() if error is not None}
-    best = min(medians, key=medians.__getitem__, default=None)
-    if best is None:
-        return None
-    return (best, medians[best]) if medians[best] < _MAX_RATIO * median else None
+    for kind in sorted(medians, key=medians.__getitem__):
+        if medians[kind] >= _MAX_RATIO * median:
+            break
+        settings = Settings(kind, None, state.alpha, state.smoothing)
+        if volume.excess(_enabled_pairs(state), settings, "reference")[0] <= 1:
+            return kind, medians[kind]
+    return None
 
 
 def free_name(state):

@@ -88,7 +88,7 @@ def with_way(state, rows, way):
 
 
 def in_enough_steps(state):
-    """A copy of a `State` with a path, in as many steps as it needs not to fold, or in more."""
+    """A copy of a `State` with a path, in steps that do not fold at sampled points, or more."""
     if state.steps == 0 or not len(state.path) or state.is_identity:
         return state
     enough = state.changed(steps=0).deformation().steps_used

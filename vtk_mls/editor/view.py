@@ -332,7 +332,7 @@ class View:
         if state.smoothing:
             parts.append(f"smoothing {state.smoothing:g}")
         if state.steps != 1:
-            parts.append(f"{state.steps} steps" if state.steps else "folds prevented")
+            parts.append(f"{state.steps} steps" if state.steps else "steps automatic")
         if state.blend != 1:
             parts.append(f"blend {state.blend:g}")
         if self.shows_undeformed:

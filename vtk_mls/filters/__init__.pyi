@@ -52,10 +52,12 @@ class _DeformingFilter(VTKPythonAlgorithmBase):
     def GetSmoothing(self) -> float: ...
     def SetSteps(self, value: int) -> None:
         """Number of steps in which the control points go from p to q, each with its own map. Many
-        small steps do not fold. 1 is the single map of the paper. auto, or 0, uses as many as
-        needed, up to 256. Polynomials of degree 2 and 3 may fold with any number of steps.
+        small steps rarely fold. 1 is the single map of the paper. auto, or 0, doubles the
+        number, up to 256, until no determinant at sampled points near the control points is
+        below 0.1. The map can still fold between these points, and polynomials of degree 2 and
+        3 may fold with any number of steps.
 
-        `Deformation.steps_used` and `smallest_determinant` report the result.
+        `Deformation.steps_used` and `smallest_determinant` report what was found there.
 
         An integer; default: 1.
         """

@@ -208,7 +208,7 @@ class MLSDeform(ReferenceInput, DeformingFilter):
         return tasks
 
     def _warn_of_inverted_cells(self, warp, progress):
-        """Warn if cells are inside out in as many steps as the map needs not to fold."""
+        """Warn if cells are inside out with an automatic number of steps."""
         count = warp.inverted_cells(progress)
         if count > 0:
             self._warn(_COARSE.format(count, warp.output.GetNumberOfCells()))

@@ -349,7 +349,7 @@ class DeformingFilter(SharedInputs, OwnControlPoints, Algorithm):
         return [partial(void_arrays.add_overlap, output, deformation, grid)] if has_overlap else []
 
     def _step_tasks(self, deformation, output):
-        """Functions of a Progress that add the number of steps that prevent folds."""
+        """Functions of a Progress that add the number of automatic steps."""
         _, deformation = initial_transforms.split_chain(deformation)
         return [partial(_add_steps, output, deformation)] if deformation.steps == 0 else []
 

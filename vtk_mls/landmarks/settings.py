@@ -24,6 +24,7 @@ _ALPHAS = 1.0, 2.0, 3.0, 4.0
 _LOCAL_ALPHAS = (6.0,)
 _SMOOTHINGS = 1.0, 2.0
 _BEST_KINDS = 2
+_WHOLE_SMOOTHING = 100.0  # extents of the pairs, with which all weigh alike to 1e-4
 # Pairs for each function of a polynomial map; with fewer, the map is not tried.
 _PAIRS_PER_FUNCTION = 2
 _MIN_AFFINE_PAIRS = 5
@@ -97,6 +98,12 @@ def with_smoothing(medians: dict[Settings, float], spacing: float) -> list[Setti
         for alpha in _ALPHAS
         for length in lengths
     ]
+
+
+def whole_motions(extent: float) -> list[Settings]:
+    """Settings for nearly one motion of all pairs, whose largest `extent` is in world units."""
+    smoothing = float(f"{_WHOLE_SMOOTHING * extent:.3g}")
+    return [Settings(kind, None, 1.0, smoothing) for kind in ("rigid", "similarity")]
 
 
 def spacing_of(points: NDArray[np.float64]) -> float:

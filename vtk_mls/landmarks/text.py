@@ -18,29 +18,65 @@ def heading(report: Report) -> list[str]:
     median = report.tried[report.recommended]
     baseline = report.baseline
     of = "" if report.sampled == len(report.names) else f" (of {report.sampled} pairs)"
+    best = min(report.tried, key=report.tried.__getitem__)
+    is_best = report.recommended == best
     lines = [
+        *_about_shape(report, "" if is_best else best.flags),
         f"{len(report.names)} pairs; median error of a pair predicted from the others: "
         f"{median:.3g}{of}; with one rigid map for all {baseline['rigid']:.3g}, with one affine "
         f"map {baseline['affine']:.3g}",
         f"take: {report.recommended.flags}",
     ]
-    if min(baseline.values()) <= median:
-        best = min(baseline, key=baseline.__getitem__)
-        lines.append(f"one {best} map for all predicts the pairs as well: a local map adds noise")
+    one_map = min(("rigid",) if report.shape.is_thin else baseline, key=baseline.__getitem__)
+    if is_best and baseline[one_map] <= median:
+        lines.append(
+            f"one {one_map} map for all predicts the pairs as well: a local map adds noise"
+        )
     swapped = {i for pair in report.swaps for i in pair}
     rows = [i for i in worst_first(report) if report.outlier[i] and i not in swapped]
-    lines.append(f"outliers: {_listed([report.names[i] for i in rows]) or 'none'}")
+    none = "none"
+    if report.shape.is_drag:
+        none = "not looked for; most pairs rest, as handles of a drag do, and landmarks do not"
+    lines.append(f"outliers: {_listed([report.names[i] for i in rows]) or none}")
     pairs = [f"{report.names[i]} and {report.names[j]}" for i, j in report.swaps]
     lines.append(f"labels that look swapped: {_listed(pairs) or 'none'}")
     determinant = report.smallest_determinant
-    result, remedy = "does not fold", ""
+    result, remedy = "does not fold at sampled points", ""
     if determinant <= 0:
         kind = "the kind affine with " if report.recommended.kind == "polynomial" else ""
-        result, remedy = "folds", f"; more smoothing, or {kind}--steps auto, avoids folds"
+        result = "folds"
+        if not report.shape.mirror:
+            remedy = f"; more smoothing, or {kind}--steps auto, reduces folds"
         if report.determinant_between > 0:
-            result = "folds, but not between neighboring landmarks"
+            result = "folds, but not at samples between neighboring landmarks"
     lines.append(f"the map {result}: smallest determinant {determinant:.3g}{remedy}")
     return lines
+
+
+def _about_shape(report, refused):
+    """Sentences about a mirror, a thin set, and the options `refused` that predict best, or ""."""
+    shape = report.shape
+    if shape.mirror:
+        axis = "an oblique axis" if shape.mirror == "oblique" else f"the axis {shape.mirror}"
+        yield (
+            f"q is a mirror image of p (left and right are mixed up, or {axis} is turned around): "
+            "swap the names of left and right, or check the frame of the points; every map that "
+            "meets these pairs folds"
+        )
+        return
+    text = f"`{refused}` predicts best, but flattens, folds or explodes the volume around the pairs"
+    if shape.is_thin:
+        size = " x ".join(f"{extent:.3g}" for extent in shape.extents)
+        name = "line" if shape.is_line else "plane"
+        text = f"; {text}" if refused else ""
+        yield (
+            f"the pairs are nearly on a {name} ({size} along their principal axes), so the map "
+            f"away from it is a guess; add pairs beside it{text}"
+        )
+    elif refused:
+        yield text
+    if not report.is_sensible:
+        yield "no settings tried give a sensible map around the pairs; these come nearest to it"
 
 
 def setting_rows(report: Report) -> list[list[str]]:

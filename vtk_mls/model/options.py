@@ -161,11 +161,13 @@ OPTIONS = (
     Option(
         "steps",
         1,
-        "Steps (0 prevents folds)",
+        "Steps (0: automatic)",
         """Number of steps in which the control points go from p to q, each with its own map. Many
-        small steps do not fold. 1 is the single map of the paper. auto, or 0, uses as many as
-        needed, up to 256. Polynomials of degree 2 and 3 may fold with any number of steps.""",
-        more="`Deformation.steps_used` and `smallest_determinant` report the result.",
+        small steps rarely fold. 1 is the single map of the paper. auto, or 0, doubles the number,
+        up to 256, until no determinant at sampled points near the control points is below 0.1. The
+        map can still fold between these points, and polynomials of degree 2 and 3 may fold with any
+        number of steps.""",
+        more="`Deformation.steps_used` and `smallest_determinant` report what was found there.",
         spellings={"auto": 0},
         is_valid=lambda steps: steps in range(MAX_STEPS + 1),
         expected='an integer from 1 to 256, or "auto"',

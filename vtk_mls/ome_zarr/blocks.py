@@ -14,6 +14,7 @@ import numpy as np
 from vtk_mls.base import interpolation
 from vtk_mls.base.sampling import Sampling
 from vtk_mls.files.ome_zarr import open_image, read, write
+from vtk_mls.queries import fields
 from vtk_mls.queries.transform import Transform
 from vtk_mls.transforms.parts import resampled_part, slices_of
 
@@ -129,6 +130,8 @@ class FieldBlocks(Blocks):
         lead, space = _divided(place, self._output.axes)
         part = _part(self._output.finest.grid, space)
         vectors = self.transform.displacement_field(part).displacement
+        if not np.isfinite(vectors).all():  # warnings of blocks would be lost
+            raise ValueError(fields.gaps("displacements", vectors))
         return np.moveaxis(vectors, -1, 0)[lead]
 
 

@@ -56,6 +56,18 @@ class ForwardField:
     found: NDArray[np.bool_]
 
 
+def gaps(name, values):
+    """A sentence about rows (..., n) of a map's `values` that are not finite; "" for none."""
+    is_finite = np.isfinite(values)
+    if is_finite.all():
+        return ""
+    count = np.count_nonzero(~is_finite.all(axis=-1))
+    return (
+        f"{count} of {is_finite[..., 0].size} {name} are not finite (NaN or infinite): the map "
+        "explodes there; use a rigid kind, or fewer steps, or more smoothing"
+    )
+
+
 def forward_field(engine, deformation, points, progress) -> ForwardField:
     """The `ForwardField` of `points` (m, 3)."""
     displacement, found = engine.forward(deformation, points, progress)

@@ -1,4 +1,4 @@
-"""The number of steps in which a deformation does not fold."""
+"""The number of steps in which a deformation does not fold at sampled points."""
 
 from __future__ import annotations
 

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vtk_mls.base import validation
 from vtk_mls.base.grid import Grid, checked_grid
+from vtk_mls.base.messages import warn
 from vtk_mls.base.progress import Progress, ProgressLike, whole
 from vtk_mls.base.sampling import Sampling
 from vtk_mls.queries import (
@@ -217,12 +218,18 @@ class Transform:
         dimensions, origin, spacing, direction
             Of the `Grid`, with dimensions (nx, ny, nz); or only the `Grid`.
         progress : callable, optional
+
+        Notes
+        -----
+        A warning counts displacements that are not finite.
         """
         grid = dimensions
         if not isinstance(grid, Grid):
             grid = Grid(grid, origin, spacing, direction)
         with question(progress) as part:
             displacement, void_distance = self._engine.displacement_field(self, grid, part)
+            if sentence := fields.gaps("displacements", displacement):
+                warn(sentence)
             return DisplacementField(displacement, grid, void_distance)
 
     def void_distance_field(self, grid: Grid, progress: ProgressLike = None) -> NDArray[np.float32]:
@@ -284,7 +291,10 @@ class Transform:
         """
         checked_grid("grid", grid)
         with question(progress) as part:
-            return self._engine.jacobian_field(self, grid, part).swapaxes(-1, -2)
+            texture = self._engine.jacobian_field(self, grid, part)
+            if sentence := fields.gaps("Jacobians", texture.reshape(grid.size, 9)):
+                warn(sentence)
+            return texture.swapaxes(-1, -2)
 
     def resample(
         self,

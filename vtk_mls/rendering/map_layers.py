@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vtk_mls.base.messages import message_handlers
 from vtk_mls.base.progress import SILENT
 from vtk_mls.engine.dispatch import engine_for
 
@@ -37,7 +38,8 @@ def layers(deformation, grid):
     (layers, nz, ny, nx, 4) float32
         G(v) - v and the void distance, in one, two, four or eight layers.
     """
-    field = deformation.displacement_field(grid)
+    with message_handlers(None, lambda sentence: None):  # it may be a frame of a drag
+        field = deformation.displacement_field(grid)
     values = np.empty((1, *grid.shape, 4), np.float32)
     values[0, ..., :3] = field.displacement
     values[0, ..., 3] = _NO_VOID if field.void_distance is None else field.void_distance

@@ -172,7 +172,7 @@ TABLE = (
         FIELD,
         (IMAGE, MESH, MAP),
         _COUNT,
-        "Number of steps with which nothing folds.",
+        "Number of steps with which no fold was found at sampled points.",
         "With Steps 0",
     ),
     Array(
@@ -180,7 +180,7 @@ TABLE = (
         FIELD,
         (IMAGE, MESH, MAP),
         "1 float64",
-        "The smallest determinant of the Jacobian of a step.",
+        "The smallest determinant of the Jacobian of a step, of sampled points near the handles.",
         "With Steps 0",
     ),
     Array(
