@@ -8,6 +8,7 @@ from pathlib import Path
 from vtk_mls.commands import property_options
 
 _COUNTS = ("InvertedCells", "UncheckedCells", "LargestBlend")
+_MAX_BACKGROUNDS = 4  # that are listed
 _DETERMINANT = "JacobianDeterminant"
 
 
@@ -106,6 +107,30 @@ def folds_of_images(algorithm):
     deformation = algorithm.updated_deformation()
     notes = (folds(deformation, target, source) for source, target in _images(algorithm))
     return next(filter(None, notes), "")
+
+
+def background(used):
+    """A note on automatic backgrounds other than 0, for the end of a sentence; "" without any.
+
+    Parameters
+    ----------
+    used : iterable of (name of an array, number or tuple of numbers)
+    """
+    texts = sorted({(_written(value), f" of `{name}`") for name, value in used if _has_any(value)})
+    if len({text for text, _ in texts}) == 1:
+        texts = [(texts[0][0], "")]
+    listed = ", ".join(map("".join, texts[:_MAX_BACKGROUNDS]))
+    return f"; background {listed}, the median of the corners" if texts else ""
+
+
+def _has_any(value):
+    return any(value) if isinstance(value, tuple) else value != 0
+
+
+def _written(value):
+    if isinstance(value, tuple):
+        return f"({', '.join(map(_written, value))})"
+    return f"{value:.6g}" if isinstance(value, float) else f"{value}"
 
 
 class InvertedCells:
