@@ -203,8 +203,12 @@ class Choice(Property):
         return choice
 
 
+@dataclass(frozen=True)
 class Flag(Property):
-    """On or off."""
+    """On or off; with `is_on_in_paraview` it is on by default there."""
+
+    _: KW_ONLY
+    is_on_in_paraview: bool = False
 
     values = "True or False"
 

@@ -231,7 +231,9 @@ AUTOMATIC_BACKGROUND = Flag(
     """Whether each array has its own Background, from the corners of the input: the median of the
     values at the eight corners (four of a slice), such as air around a CT. For labels it is 0.""",
     more="""Of two middle values it is the lower. Each component has its own. NaN is ignored. At all
-    times the value is that of the first time step. Background has no effect then.""",
+    times the value is that of the first time step. Background has no effect then. In ParaView it
+    is on by default, and a Background other than 0 is used instead.""",
+    is_on_in_paraview=True,
 )
 
 # Where the output's points are.
