@@ -36,7 +36,7 @@ def check(*cuts, **options):
         np.testing.assert_allclose(distance, expected.void_distance, atol=1e-5)
     displacement = array(data(field), "BackwardDisplacement")
     np.testing.assert_allclose(displacement, expected.displacement, atol=1e-5)
-    (resampled,) = value.resample([volume], lattice)
+    (resampled,) = value.resample([volume], vtk_mls.Sampling(lattice, background="auto"))
     np.testing.assert_allclose(array(data(deform), "RTData"), resampled, atol=1e-2)
     assert not np.array_equal(resampled, whole)
     np.testing.assert_array_equal(array(data(deform), "vtkGhostType") == 2, expected.void)
