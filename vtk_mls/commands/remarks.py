@@ -8,7 +8,6 @@ from pathlib import Path
 from vtk_mls.commands import property_options
 
 _COUNTS = ("InvertedCells", "UncheckedCells", "LargestBlend")
-_MAX_BACKGROUNDS = 4  # that are listed
 _DETERMINANT = "JacobianDeterminant"
 
 
@@ -116,21 +115,15 @@ def background(used):
     ----------
     used : iterable of (name of an array, number or tuple of numbers)
     """
-    texts = sorted({(_written(value), f" of `{name}`") for name, value in used if _has_any(value)})
-    if len({text for text, _ in texts}) == 1:
-        texts = [(texts[0][0], "")]
-    listed = ", ".join(map("".join, texts[:_MAX_BACKGROUNDS]))
-    return f"; background {listed}, the median of the corners" if texts else ""
+    import numpy as np
 
-
-def _has_any(value):
-    return any(value) if isinstance(value, tuple) else value != 0
-
-
-def _written(value):
-    if isinstance(value, tuple):
-        return f"({', '.join(map(_written, value))})"
-    return f"{value:.6g}" if isinstance(value, float) else f"{value}"
+    names = {}
+    for name, value in sorted(used, key=str):
+        numbers = np.atleast_1d(value).tolist()
+        if any(numbers):
+            names.setdefault(", ".join(f"{number:.6g}" for number in numbers), name)
+    parts = [f"({text}) of `{name}`" for text, name in names.items()] if len(names) > 1 else names
+    return f"; background {' and '.join(parts)}, the median of the corners" if names else ""
 
 
 class InvertedCells:
