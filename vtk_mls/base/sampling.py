@@ -121,13 +121,12 @@ class Sampling:
             return self
         if self.source.whole is not self.source:
             raise ValueError("`background` must be numbers for a part of a grid, got auto")
+        corners = corners_of(self.source.shape)
         numbers = [
-            corner_median([array[index] for index in corners_of(self.source.shape)])
-            if value == AUTOMATIC
-            else value
+            corner_median([array[index] for index in corners]) if value == AUTOMATIC else value
             for array, value in zip(arrays, backgrounds)
         ]
-        return replace(self, background=numbers)
+        return replace(self, background=tuple(numbers))
 
     def version(self, index: int) -> Hashable:
         """The version of the array with an index; None if unknown."""
@@ -135,9 +134,8 @@ class Sampling:
 
     def warn_of_background(self, dtypes: dict[str, np.dtype[Any]]) -> None:
         """Warn of arrays, dtypes by name, whose types cannot hold the background."""
-        backgrounds = self.background
-        if not isinstance(backgrounds, tuple):
-            backgrounds = itertools.repeat(backgrounds)
+        given = self.background  # also of a gradient, which comes last
+        backgrounds = given if isinstance(given, tuple) else self.backgrounds(len(dtypes))
         found = [
             f"{name} ({dtype}) gets {interpolation.cast(value, dtype)} instead"
             for (name, dtype), value in zip(dtypes.items(), backgrounds)

@@ -68,7 +68,7 @@ def resample(
     (background,) = sampling.backgrounds(1)
     if not interpolation.is_in_range(background, dtype):  # blocks warn no more
         background = interpolation.cast(background, dtype).tolist()
-        sampling = replace(sampling, background=[background])
+        sampling = replace(sampling, background=(background,))
     components = tuple(array.shape[3:])
     shape = (*sampling.target.shape, *components)
     chunks = da.core.normalize_chunks(_all_chunks(chunks, components), shape, dtype=dtype)
@@ -95,7 +95,7 @@ class _Blocks:
         size = [sizes[n] for sizes, n in zip(self.chunks[:3], block_id)]
         target = self.sampling.target.part(first[::-1], size[::-1])
         dtype = np.dtype((self.array.dtype, tuple(self.array.shape[3:])))
-        sampling = replace(self.sampling, target=target, background=[self._background])
+        sampling = replace(self.sampling, target=target, background=(self._background,))
         (values,) = resampled_part(self._read, [dtype], self.deformation, sampling)
         return values
 
