@@ -82,22 +82,22 @@ HOT void set_component(const output_t *output, int c, VALUES sampled) {
 // Replaces values `on_point` by those of the nearest points, to the bit, and others than `inside`
 // by the background.
 HOT VALUES with_exact(VALUES sampled, __global const VALUE *values, offset_t nearest,
-                      integer on_point, integer inside, VALUE background) {
+                      integer on_point, integer inside, __global const VALUE *background) {
   UNROLL_ALL for (int l = 0; l < LANES; ++l) {
     if (LANE_INT(on_point, l)) LANE_VALUE(sampled, l) = values[LANE_OFFSET(nearest, l)];
-    if (!LANE_INT(inside, l)) LANE_VALUE(sampled, l) = background;
+    if (!LANE_INT(inside, l)) LANE_VALUE(sampled, l) = *background;
   }
   return sampled;
 }
 
 #if SAMPLE_TAPS == 1
 HOT void sample_nearest(output_t *output, const axes_t *axes, vec at,
-                        __global const VALUE *values, VALUE background) {
+                        __global const VALUE *values, __global const VALUE *background) {
   const offset_t nearest = nearest_offset(axes, at);
   const integer inside = are_inside(axes, at), all = (real)(0) == 0;
   for (int c = 0; c < output->components; ++c)
     set_component(output, c,
-                  with_exact((VALUES)(0), values + c, nearest, all, inside, background));
+                  with_exact((VALUES)(0), values + c, nearest, all, inside, background + c));
 }
 #else
 // Values in boxes that are whole, as almost everywhere.
@@ -118,22 +118,23 @@ HOT void sample_whole(output_t *output, const axes_t *axes, const box_t *box, ve
 
 // Values at a border, on grid points and outside.
 HOT void sample_parts(output_t *output, const axes_t *axes, const box_t *box, vec at,
-                      __global const VALUE *values, VALUE background) {
+                      __global const VALUE *values, __global const VALUE *background) {
   const offsets_t taps = offsets_in(box, axes, at);
   const integer on_point = (box->x.behind == 0) & (box->y.behind == 0) & (box->z.behind == 0);
   const integer inside = are_inside(axes, at);
   for (int c = 0; c < output->components; ++c) {
     const VALUES sampled = value_in(box, &taps, 0, values + c);
     set_component(
-        output, c, with_exact(sampled, values + c, taps.nearest, on_point, inside, background));
+        output, c, with_exact(sampled, values + c, taps.nearest, on_point, inside, background + c));
   }
 }
 #endif
 
-// `index` holds three planes of `count` indices.
+// `index` holds three planes of `count` indices, `background` a value for each component.
 __kernel EXPLICIT_VECTORS void resample(
     const long count, __global const float *restrict index, const array_t array,
-    const VALUE background, __global const VALUE *restrict values, __global VALUE *restrict result) {
+    __global const VALUE *restrict background, __global const VALUE *restrict values,
+    __global VALUE *restrict result) {
   const long first = (long)get_global_id(0) * LANES;
   if (first >= count) return;
   const int components = array.components;

@@ -37,7 +37,7 @@ def test_images(initial, capsys):
     grid = ImageGeometry.of_image(image).grid
     values = [arrays.to_numpy(data.GetPointData().GetScalars()) for data in (image, output)]
     before, after = (array.reshape(grid.shape) for array in values)
-    (expected,) = chained(initial).resample([before], Sampling(grid))
+    (expected,) = chained(initial).resample([before], Sampling(grid, background="auto"))
     assert np.isclose(after, expected, atol=1e-3).mean() > 0.99
     assert "nothing" not in capsys.readouterr().out
 

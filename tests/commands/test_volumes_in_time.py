@@ -44,7 +44,8 @@ def itk_image(rng, components=1):
 
 
 def deform(source, target, *options):
-    return main(["deform", source, "handles.csv", target, "--device", FAST, *options])
+    options = ["--device", FAST, "--background", "0", *options]  # auto is that of the first step
+    return main(["deform", source, "handles.csv", target, *options])
 
 
 def values_of(path):

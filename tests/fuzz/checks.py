@@ -290,7 +290,8 @@ def _check_constant(image, filter_, case):
         return
     given = arrays.to_numpy(array)
     found = arrays.to_numpy(filter_.GetOutput().GetPointData().GetArray(CONSTANT))
-    background = interpolation.cast(filter_.GetBackground(), given.dtype)
+    background = 0 if filter_.GetAutomaticBackground() else filter_.GetBackground()  # of labels
+    background = interpolation.cast(background, given.dtype)
     wrong = (found != given[0]) & (found != background)
     assert not wrong.any(), f"{given.dtype} {given[0]} became {found[wrong][0]}: {case}"
 

@@ -290,6 +290,7 @@ class Scene:
             "Blend": (0.0, 0.5, 1.0, -1.0, 2.0),
             "Interpolation": INTERPOLATIONS,
             "Background": (0.0, -3.5, 1e9),
+            "AutomaticBackground": (False, True),
             "OutputGrid": ("input", "input", "fitted", "given"),
             "VoidValues": VOID_VALUES,
             "HideVoid": (True, False),

@@ -57,8 +57,13 @@ def test_all_resolutions_times_and_channels(version, folder, rng, small_blocks, 
     stored = values(rng, (2, 2))
     write("in.ome.zarr", halves(stored), version, axes="tczyx", omero={"channels": CHANNELS})
     assert main(["deform", "in.ome.zarr", "handles.csv", "out.ome.zarr"]) == 0
-    assert "26 x 20 x 12 points" in capsys.readouterr().out
-    moved = D.resample([*stored.reshape(4, *SHAPE)], GRID)
+    said = capsys.readouterr().out
+    assert "26 x 20 x 12 points" in said
+    corners = stored[0][:, ::11, ::19, ::25].reshape(2, 8)  # of each channel at the first time
+    medians = np.percentile(corners, 50, axis=1, method="lower").tolist()
+    assert "; background " in said
+    sampling = Sampling(GRID, background=medians * 2)
+    moved = D.resample([*stored.reshape(4, *SHAPE)], sampling)
     expected = halves(np.reshape(moved, stored.shape))
     for number, level in enumerate(expected):
         found = opened("out.ome.zarr", f"scale{number}").read().result()
@@ -98,7 +103,8 @@ def test_label_images_are_sampled_nearest(folder, rng, small_blocks):
     for number, level in enumerate(halves(moved, is_label=True)):
         found = opened("out.ome.zarr", f"labels/cells/scale{number}").read().result()
         np.testing.assert_array_equal(found, level)
-    (moved,) = D.resample([stored], Sampling(GRID, interpolation="cubic"))
+    sampling = Sampling(GRID, interpolation="cubic", background="auto")
+    (moved,) = D.resample([stored], sampling)
     np.testing.assert_array_equal(opened("out.ome.zarr", "scale0").read().result(), moved)
 
 
@@ -180,7 +186,7 @@ def test_workers_of_a_cluster_write_the_same_files(folder, rng, small_blocks):
     import distributed
 
     write("in.ome.zarr", halves(values(rng)))
-    job.deform("in.ome.zarr", "whole.ome.zarr", D, SETTINGS)
+    job.deform("in.ome.zarr", "whole.ome.zarr", D, {**SETTINGS, "background": "auto"})
     options = {"processes": False, "dashboard_address": None, "threads_per_worker": 1}
     with distributed.LocalCluster(2, protocol="tcp", host="127.0.0.1", **options) as cluster:
         command = ["deform", "in.ome.zarr", "handles.csv", "out.ome.zarr"]
@@ -209,7 +215,7 @@ def test_a_flat_image_and_other_commands(folder, rng):
     file.attrs.put(attributes)
     assert main(["deform", "in.zarr", "handles.csv", "out.zarr"]) == 0
     grid = Grid((*SHAPE[:0:-1], 1), (*ORIGIN[:0:-1], 0), (*SPACING[:0:-1], 1))
-    (moved,) = D.resample([stored[None]], grid)
+    (moved,) = D.resample([stored[None]], Sampling(grid, background="auto"))
     np.testing.assert_array_equal(opened("out.zarr", "scale0").read().result(), moved[0])
     image = io.read_dataset("out.zarr")  # as all images
     assert image.GetDimensions() == (26, 20, 1)
@@ -237,7 +243,7 @@ def test_the_editor_shows_a_level_that_fits_and_saves_all(folder, rng, monkeypat
     np.testing.assert_allclose(dataset.GetSpacing(), 2 * np.array(SPACING[::-1]))
     np.testing.assert_allclose(dataset.GetOrigin(), np.add(ORIGIN, np.array(SPACING) / 2)[::-1])
     assert fractions == sorted(fractions)
-    (moved,) = D.resample([stored[0]], GRID)
+    (moved,) = D.resample([stored[0]], Sampling(GRID, background="auto"))
     for number, level in enumerate(halves(moved)):
         found = opened("saved/in-deformed.ome.zarr", f"scale{number}").read().result()
         np.testing.assert_array_equal(found, level)

@@ -36,7 +36,7 @@ def check(*cuts, **options):
         np.testing.assert_allclose(distance, expected.void_distance, atol=1e-5)
     displacement = array(data(field), "BackwardDisplacement")
     np.testing.assert_allclose(displacement, expected.displacement, atol=1e-5)
-    (resampled,) = value.resample([volume], lattice)
+    (resampled,) = value.resample([volume], vtk_mls.Sampling(lattice, background="auto"))
     np.testing.assert_allclose(array(data(deform), "RTData"), resampled, atol=1e-2)
     assert not np.array_equal(resampled, whole)
     np.testing.assert_array_equal(array(data(deform), "vtkGhostType") == 2, expected.void)
@@ -138,7 +138,7 @@ for proxy in filters:
     proxy.GenerateJacobian = proxy.GenerateJacobianDeterminant = 1
 deform.GradientArray = "RTData"
 value = vtk_mls.Deformation(REST, APART, cuts=[surface])
-expected = value.corrected_gradient(volume, lattice)
+expected = value.corrected_gradient(volume, vtk_mls.Sampling(lattice, background="auto"))
 np.testing.assert_allclose(array(data(deform), "Gradient"), expected, atol=1e-3)
 expected = value.jacobian_field(lattice)
 for proxy in filters:

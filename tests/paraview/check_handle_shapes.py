@@ -79,7 +79,8 @@ def expected(scene, **limits):
 def check(scene, value):
     """Both filters against a Deformation, and that against the specification."""
     image = data(scene.deform)
-    (values,) = value.resample([array(data(scene.source), "RTData")], grid(image))
+    sampling = vtk_mls.Sampling(grid(image), background="auto")
+    (values,) = value.resample([array(data(scene.source), "RTData")], sampling)
     np.testing.assert_allclose(array(image, "RTData"), values, atol=0.02)
     before, after = places(data(scene.tetrahedra)), places(data(scene.mesh))
     np.testing.assert_allclose(after, value.forward(before), atol=1e-4)

@@ -19,7 +19,8 @@ lattice = grid(data(source))
 def check(deformed=DEFORMED, interpolation="linear", **settings):
     """Both filters against the value outside of the pipeline, and against the specification."""
     value = vtk_mls.Deformation(REST, deformed, **settings)
-    (expected,) = value.resample([volume], vtk_mls.Sampling(lattice, interpolation=interpolation))
+    sampling = vtk_mls.Sampling(lattice, interpolation=interpolation, background="auto")
+    (expected,) = value.resample([volume], sampling)
     result = array(data(deform), "RTData")
     assert result.dtype == volume.dtype
     np.testing.assert_array_equal(result, expected)
@@ -95,7 +96,8 @@ value = vtk_mls.Deformation(REST, dragged)
 deform.OutputGrid = "fitted"
 fitted = data(deform)
 assert np.prod(fitted.GetDimensions()) > np.prod(lattice.dimensions)
-(expected,) = value.resample([volume], vtk_mls.Sampling(lattice, value.fitted_grid(lattice)))
+sampling = vtk_mls.Sampling(lattice, value.fitted_grid(lattice), background="auto")
+(expected,) = value.resample([volume], sampling)
 np.testing.assert_array_equal(array(fitted, "RTData"), expected)
 deform.OutputGrid = "given"
 deform.OutputDimensions, deform.OutputSpacing = [20, 15, 10], [1.0, 1.5, 0.5]
@@ -116,7 +118,8 @@ np.testing.assert_allclose(result.GetBounds(), data(sphere).GetBounds(), rtol=1e
 expected = value.displacement_field((7, 8, 9), result.GetPoint(0), result.GetSpacing())
 np.testing.assert_allclose(array(result, "BackwardDisplacement"), expected.displacement, atol=1e-5)
 
-# The same on the numpy specification.
+# The same on the numpy specification, and with the background 0.
 deform.OutputGrid, deform.Background, deform.Device = "input", 0.0, "reference"
+deform.AutomaticBackground = 0
 (expected,) = vtk_mls.Deformation(REST, dragged, device="reference").resample([volume], lattice)
 np.testing.assert_array_equal(array(data(deform), "RTData"), expected)

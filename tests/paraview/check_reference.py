@@ -37,7 +37,7 @@ np.testing.assert_allclose(ImageGeometry.of_image(own).grid.points(), expected.g
 assert image.GetExtent() == expected.extent
 value = Deformation(REST, DEFORMED + FAR, map_tolerance=deform.MapTolerance)
 volume = data(wave)
-sampling = Sampling(ImageGeometry.of_image(volume).grid, expected.grid)
+sampling = Sampling(ImageGeometry.of_image(volume).grid, expected.grid, background="auto")
 (values,) = value.resample([array(volume, "RTData")], sampling)
 np.testing.assert_allclose(array(image, "RTData"), values, atol=1e-3)
 assert np.ptp(values) > 50

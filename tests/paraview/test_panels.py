@@ -71,7 +71,9 @@ def test_help_default_and_level_are_those_of_the_table(panel, table, others):
                 *prop.choices
             ]
             assert default == prop.default
-        elif isinstance(prop, (properties.Number, properties.Flag)):
+        elif isinstance(prop, properties.Flag):
+            assert int(default) == (prop.default or prop.is_on_in_paraview)
+        elif isinstance(prop, properties.Number):
             assert float(default) == prop.default
         elif isinstance(prop, properties.Vector):
             assert tuple(map(float, default.split())) == prop.default

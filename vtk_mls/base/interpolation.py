@@ -21,7 +21,7 @@ def sample(array, index, method, background, source):
         spacing outside; beyond that it is `background`.
     method : {"nearest", "linear", "cubic"}
         "cubic" is Catmull-Rom (Keys, a = -1/2).
-    background : float or int
+    background : float or int, or a tuple with one for each component
         Value outside.
     source : Grid
         Of the values. For a part of a grid, values outside are taken from its own border.
@@ -140,7 +140,9 @@ def _rounded_sum(pivot, offset):
 
 
 def is_in_range(number, dtype):
-    """Whether `dtype` can hold a number, to its rounding."""
+    """Whether `dtype` can hold a background, to its rounding."""
+    if isinstance(number, (str, tuple)):  # automatic, or a number for each component
+        return all(is_in_range(item, dtype) for item in number if isinstance(number, tuple))
     if dtype.kind in "iu":
         limits = np.iinfo(dtype)
         return bool(np.isfinite(number)) and limits.min <= round(number) <= limits.max
@@ -149,6 +151,8 @@ def is_in_range(number, dtype):
 
 def cast(values, dtype):
     """`values` as `dtype`: integers are rounded to the nearest and limited to their range."""
+    if isinstance(values, tuple):
+        return np.array([cast(value, dtype) for value in values], dtype)
     if isinstance(values, int) and dtype.kind in "iu":  # beyond the precision of float64
         limits = np.iinfo(dtype)
         return dtype.type(min(max(values, int(limits.min)), int(limits.max)))

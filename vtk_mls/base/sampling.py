@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable
-from dataclasses import dataclass
+import itertools
+from collections.abc import Hashable, Iterable, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vtk_mls.base import interpolation, validation
 from vtk_mls.base.grid import Grid, checked_grid
@@ -16,6 +18,8 @@ from vtk_mls.base.validation import freeze, short_repr
 
 # Values in the void of a cut: the background, or those of the material continued behind its face.
 VOID_VALUES = ("background", "continued")
+AUTOMATIC = "auto"  # background
+Background = float | str | tuple[float, ...]
 _MAX_LISTED = 4  # arrays in a warning
 
 
@@ -32,10 +36,12 @@ class Sampling:
         Where values are sampled; `source` by default.
     interpolation : {"nearest", "linear", "cubic"} or a sequence with one for each array
         "cubic" is Catmull-Rom (Keys, a = -1/2).
-    background : float
+    background : float, "auto", or a sequence with one of these for each array
         Value of points whose material came from outside of `source` (by more than half a spacing),
         and of the void. Directions are 0 there. An array whose type cannot hold it gets the
-        nearest value of its type (integers 0 for NaN), with a warning.
+        nearest value of its type (integers 0 for NaN), with a warning. "auto" is the
+        `corner_median` of each array, as air around a CT; give labels 0. A value can also be a
+        tuple of numbers, one for each component.
     void_values : {"background", "continued"}
         Values in the void: the `background`, or the values that the map of each side gives there,
         as if its material continued behind the face of the cut. Contours of continued values end
@@ -54,7 +60,7 @@ class Sampling:
     source: Grid
     target: Grid
     interpolation: str | tuple[str, ...] = "linear"
-    background: float = 0.0
+    background: Background | tuple[Background, ...] = 0.0
     void_values: str = VOID_VALUES[0]
     versions: tuple[Hashable, ...] = ()
 
@@ -63,7 +69,7 @@ class Sampling:
         source: Grid,
         target: Grid | None = None,
         interpolation: str | Iterable[str] = interpolation,
-        background: float = background,
+        background: Background | Iterable[Background] = background,
         void_values: str = void_values,
         versions: Iterable[Hashable] = (),
     ) -> None:
@@ -73,7 +79,7 @@ class Sampling:
             source=source,
             target=source if target is None else checked_grid("target", target),
             interpolation=_checked_interpolation(interpolation),
-            background=_exact_number("background", background),
+            background=_checked_background(background),
             void_values=validation.choice("void_values", void_values, VOID_VALUES),
             versions=tuple(versions),
         )
@@ -100,16 +106,40 @@ class Sampling:
             raise _bad_interpolation(self.interpolation)
         return self.interpolation
 
+    def backgrounds(self, count: int) -> tuple[Background, ...]:
+        """The background of each of `count` arrays."""
+        if not isinstance(self.background, tuple):
+            return (self.background,) * count
+        if len(self.background) != count:
+            raise _bad_background(self.background)
+        return self.background
+
+    def with_backgrounds(self, arrays: Sequence[NDArray[Any]]) -> Sampling:
+        """This sampling with numbers instead of the automatic backgrounds of `arrays`."""
+        backgrounds = self.backgrounds(len(arrays))
+        if AUTOMATIC not in backgrounds:
+            return self
+        if self.source.whole is not self.source:
+            raise ValueError("`background` must be numbers for a part of a grid, got auto")
+        corners = corners_of(self.source.shape)
+        numbers = [
+            corner_median([array[index] for index in corners]) if value == AUTOMATIC else value
+            for array, value in zip(arrays, backgrounds)
+        ]
+        return replace(self, background=tuple(numbers))
+
     def version(self, index: int) -> Hashable:
         """The version of the array with an index; None if unknown."""
         return self.versions[index] if index < len(self.versions) else None
 
     def warn_of_background(self, dtypes: dict[str, np.dtype[Any]]) -> None:
         """Warn of arrays, dtypes by name, whose types cannot hold the background."""
+        given = self.background  # also of a gradient, which comes last
+        backgrounds = given if isinstance(given, tuple) else self.backgrounds(len(dtypes))
         found = [
-            f"{name} ({dtype}) gets {interpolation.cast(self.background, dtype)} instead"
-            for name, dtype in dtypes.items()
-            if not interpolation.is_in_range(self.background, dtype)
+            f"{name} ({dtype}) gets {interpolation.cast(value, dtype)} instead"
+            for (name, dtype), value in zip(dtypes.items(), backgrounds)
+            if not interpolation.is_in_range(value, dtype)
         ]
         if found:
             listed = ", ".join([*found[:_MAX_LISTED], *["..."] * (len(found) > _MAX_LISTED)])
@@ -133,6 +163,45 @@ def _bad_interpolation(value):
     return ValueError(
         f"`interpolation` must be one of {', '.join(INTERPOLATIONS)}, or one for each array, "
         f"got {short_repr(value)}"
+    )
+
+
+def corners_of(shape: Sequence[int]) -> list[tuple[int, ...]]:
+    """Indices (z, y, x) of the eight corners of an array (nz, ny, nx), of the four of a slice."""
+    return list(itertools.product(*(sorted({0, n - 1}) for n in shape)))
+
+
+def corner_median(values: Sequence[Any]) -> float | tuple[float, ...]:
+    """The automatic background of an array, as 3D Slicer's: the median of values at its corners.
+
+    Parameters
+    ----------
+    values : sequence of numbers, or of (components,) arrays
+        Values at `corners_of` the array. NaN is ignored.
+
+    Returns
+    -------
+    number, or tuple with one for each component
+        Of two middle values it is the lower, which is a value of the array. NaN if all are.
+    """
+    ordered = np.sort(np.stack(values), axis=0)  # NaN is last
+    middle = np.maximum(np.sum(ordered == ordered, axis=0) - 1, 0) // 2
+    median = np.take_along_axis(ordered, middle[None], axis=0)[0].tolist()
+    return tuple(median) if isinstance(median, list) else median
+
+
+def _checked_background(value):
+    """A number or `AUTOMATIC`, or a tuple of these, in which a tuple of numbers is one, too."""
+    if isinstance(value, (list, tuple)):
+        return tuple(map(_checked_background, value))
+    if isinstance(value, str) and value != AUTOMATIC:
+        raise _bad_background(value)
+    return value if isinstance(value, str) else _exact_number("background", value)
+
+
+def _bad_background(value):
+    return ValueError(
+        f"`background` must be a number or auto, or one for each array, got {short_repr(value)}"
     )
 
 

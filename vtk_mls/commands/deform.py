@@ -41,7 +41,12 @@ def add(commands):
     )
     add = partial(property_options.add, deform)
     add("Interpolation")
-    add("Background")
+    add(
+        "Background",
+        default="auto",
+        more="auto: the median of the eight corners of the input, 0 for labels; a series has the "
+        "value of its first time step",
+    )
     add(
         "LabelArrays",
         flag="--label",
@@ -127,7 +132,8 @@ def _deform_one(steps, deform, options):
     update(deform, options)
     inverted_cells.take()
     output = deform.GetOutput()
-    notes, are_empty = _notes(deform), [remarks.is_empty(deform)]
+    notes = remarks.background(deform.used_backgrounds) + _notes(deform)
+    are_empty = [remarks.is_empty(deform)]
     with step("write", options.output):
         io.write_dataset(output, options.output)
     if is_image:
@@ -161,6 +167,7 @@ def _deform_all(steps, handle_times, deform, options):
     """
     from vtk_mls.commands import series
     from vtk_mls.files.point_tables import step_at
+    from vtk_mls.filters.resampling import backgrounds_of
 
     failures, are_empty, notes = 0, [], {}
     inverted_cells = remarks.InvertedCells(deform)
@@ -178,6 +185,8 @@ def _deform_all(steps, handle_times, deform, options):
                 deform.SetInputData(1, handles[step_at(handle_times, time)])
             dataset = read(lambda _, read_step=read_step: read_step(), options.input)
             deform.SetInputData(0, dataset)
+            if index == 0 and dataset.IsA("vtkImageData"):
+                deform.series_backgrounds = backgrounds_of(dataset)
             inverted_cells.prepare(dataset)
             update(deform, options, index, len(steps))
             inverted_cells.take()
@@ -190,7 +199,7 @@ def _deform_all(steps, handle_times, deform, options):
                 write(deform.GetOutput())
     summary = f"{len(steps)} time steps, {options.kind}{_lost_points(failures)}"
     at_times = f", handles at {len(handles)} times" * bool(handles)
-    summary += at_times + inverted_cells.note()
+    summary += at_times + inverted_cells.note() + remarks.background(deform.used_backgrounds)
     summary += "".join(f"{note}{where}" for note, where in notes.items())
     _report(summary, are_empty, options)
     return 0

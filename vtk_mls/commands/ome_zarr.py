@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from functools import partial
 
-from vtk_mls.commands import map_options, property_options
+from vtk_mls.base.sampling import AUTOMATIC
+from vtk_mls.commands import map_options, property_options, remarks
 from vtk_mls.commands.running import progress_bar
 from vtk_mls.commands.supervision import step
 from vtk_mls.files.ome_zarr import SUFFIX, is_ome_zarr, open_image
@@ -55,6 +56,7 @@ def is_for(options):
 def deform(options):
     """Deform an OME-Zarr."""
     from vtk_mls.ome_zarr import job
+    from vtk_mls.ome_zarr.blocks import channel_backgrounds
 
     if options.output_grid != "input":
         raise ValueError(f"`--grid` must be input for OME-Zarr, got {options.output_grid}")
@@ -74,6 +76,8 @@ def deform(options):
         parts += f", {_count(count, names[axis])}"
     if image.labels:
         parts += f", {_count(len(image.labels), 'label image')}"
+    if options.background == AUTOMATIC:
+        parts += remarks.background([("the image", channel_backgrounds(image))])
     print(f"{options.output}: {parts}{note}")
     return 0
 

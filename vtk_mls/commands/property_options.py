@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 
-def add(parser, item, *, flag="", choices=(), text="", more=""):
+def add(parser, item, *, flag="", choices=(), text="", more="", default=None):
     """Add the option of a property.
 
     Parameters
@@ -19,12 +19,15 @@ def add(parser, item, *, flag="", choices=(), text="", more=""):
         The help, by default the help of the property.
     more : str, optional
         An addition to the help.
+    default : optional
+        The default of the command, by default that of the property.
     """
     prop = _properties()[item] if isinstance(item, str) else item
-    settings = {"dest": prop.option, "default": prop.default, **_settings(prop)}
+    default = prop.default if default is None else default
+    settings = {"dest": prop.option, "default": default, **_settings(prop)}
     if choices:
         settings["choices"] = choices
-    settings["help"] = _help(prop, text, more)
+    settings["help"] = _help(prop, text, more, default)
     parser.add_argument(flag or f"--{prop.option.replace('_', '-')}", **settings)
 
 
@@ -99,11 +102,11 @@ def _text(default):
     return ",".join(map(str, default)) if isinstance(default, tuple) else f"{default}"
 
 
-def _help(prop, text, more):
+def _help(prop, text, more, default):
     """The help of an option for argparse: one sentence with the default."""
     text = " ".join((text or prop.help).split()).removesuffix(".")
     parts = [part[0].lower() + part[1:] for part in text.split(". ")]
     parts += [more] * bool(more)
-    if prop.default not in ("", ()) and prop.default is not False and not _is_text(prop):
-        parts.append(f"default: {_text(prop.default)}")
+    if default not in ("", ()) and default is not False and not _is_text(prop):
+        parts.append(f"default: {_text(default)}")
     return "; ".join(parts).replace("%", "%%")

@@ -108,6 +108,24 @@ def folds_of_images(algorithm):
     return next(filter(None, notes), "")
 
 
+def background(used):
+    """A note on automatic backgrounds other than 0, for the end of a sentence; "" without any.
+
+    Parameters
+    ----------
+    used : iterable of (name of an array, number or tuple of numbers)
+    """
+    import numpy as np
+
+    names = {}
+    for name, value in sorted(used, key=str):
+        numbers = np.atleast_1d(value).tolist()
+        if any(numbers):
+            names.setdefault(", ".join(f"{number:.6g}" for number in numbers), name)
+    parts = [f"({text}) of `{name}`" for text, name in names.items()] if len(names) > 1 else names
+    return f"; background {' and '.join(parts)}, the median of the corners" if names else ""
+
+
 class InvertedCells:
     """Counts cells that a filter inverts in one or more runs, without a trace in the outputs.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 
 from vtk_mls.base import interpolation
 from vtk_mls.base.grid import Grid
-from vtk_mls.base.sampling import Sampling
+from vtk_mls.base.sampling import AUTOMATIC, Sampling, corner_median, corners_of
 from vtk_mls.base.validation import short_repr
 from vtk_mls.queries.transform import Transform
 from vtk_mls.transforms.parts import resampled_part, slices_of
@@ -64,9 +65,10 @@ def resample(
     dtype = _checked_dtype(array, sampling)
     (method,) = sampling.methods(1)
     sampling.warn_of_background({"the array": dtype})
-    if not interpolation.is_in_range(sampling.background, dtype):  # blocks warn no more
-        background = interpolation.cast(sampling.background, dtype).item()
-        sampling = replace(sampling, background=background)
+    (background,) = sampling.backgrounds(1)
+    if not interpolation.is_in_range(background, dtype):  # blocks warn no more
+        background = interpolation.cast(background, dtype).tolist()
+        sampling = replace(sampling, background=(background,))
     components = tuple(array.shape[3:])
     shape = (*sampling.target.shape, *components)
     chunks = da.core.normalize_chunks(_all_chunks(chunks, components), shape, dtype=dtype)
@@ -93,9 +95,19 @@ class _Blocks:
         size = [sizes[n] for sizes, n in zip(self.chunks[:3], block_id)]
         target = self.sampling.target.part(first[::-1], size[::-1])
         dtype = np.dtype((self.array.dtype, tuple(self.array.shape[3:])))
-        sampling = replace(self.sampling, target=target)
+        sampling = replace(self.sampling, target=target, background=(self._background,))
         (values,) = resampled_part(self._read, [dtype], self.deformation, sampling)
         return values
+
+    @functools.cached_property
+    def _background(self) -> Any:
+        """A number, or one for each component."""
+        (background,) = self.sampling.backgrounds(1)
+        if background != AUTOMATIC:
+            return background
+        grid = self.sampling.source
+        corners = [grid.part(index[::-1], (1, 1, 1)) for index in corners_of(grid.shape)]
+        return corner_median([self._read(corner)[0][0, 0, 0] for corner in corners])
 
     def _read(self, part: Grid) -> list[NDArray[Any]]:
         values = self.array[slices_of(part)]

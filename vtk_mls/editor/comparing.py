@@ -70,6 +70,7 @@ def colors_of(items, points):
         return None
     has_any, colors = np.zeros(len(points), bool), np.zeros((len(points), 3), np.uint8)
     for has_material, item_colors in sampled:
+        is_shown = has_material | ~has_any
+        colors[is_shown] = item_colors[is_shown]
         has_any |= has_material
-        colors[has_material] = item_colors[has_material]
     return has_any, colors

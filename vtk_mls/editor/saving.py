@@ -11,6 +11,7 @@ from vtkmodules.vtkRenderingCore import vtkWindowToImageFilter
 
 from vtk_mls import Aborted, Surface, io
 from vtk_mls.base.messages import message_handlers
+from vtk_mls.base.sampling import AUTOMATIC
 from vtk_mls.editor import script
 from vtk_mls.editor.grips import names_of
 from vtk_mls.editor.handle_polydata import handle_polydata
@@ -96,6 +97,7 @@ class Saver:
         surfaces = _write_surfaces(state, folder)
         deform, field = MLSDeform(), MLSDisplacementField()
         deform.keeps_images = False  # each image is deformed once
+        deform.SetAutomaticBackground(True)
         self._done, self._warnings = 0, _overlap_warnings(state)
         for algorithm in (deform, field):
             _configure(algorithm, state, folder, surfaces)
@@ -203,7 +205,7 @@ class Saver:
         """Deform all resolutions of an OME-Zarr, block by block; the name of its folder."""
         settings = {
             "interpolation": deform.GetInterpolation(),
-            "background": deform.GetBackground(),
+            "background": AUTOMATIC,
             "void_values": deform.GetVoidValues(),
         }
         transform = deform.updated_deformation()

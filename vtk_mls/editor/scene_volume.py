@@ -14,6 +14,7 @@ from vtkmodules.vtkRenderingVolume import vtkGPUVolumeRayCastMapper
 from vtk_mls import Deformation
 from vtk_mls.base.interpolation import sample
 from vtk_mls.base.linear_algebra import unit
+from vtk_mls.base.sampling import corner_median, corners_of
 from vtk_mls.editor import label_picking, transfer_functions
 from vtk_mls.files import metadata
 from vtk_mls.rendering import DeformedVolume
@@ -43,6 +44,8 @@ class SceneVolume:
         scalars = self._image.GetPointData().GetScalars()
         self._values = arrays.to_numpy(scalars).reshape(self._grid.shape)
         are_labels = scalars.GetName() in metadata.load(image, metadata.LABEL_ARRAYS)
+        corners = [self._values[index] for index in corners_of(self._grid.shape)]
+        self._background = 0 if are_labels else corner_median(corners)
         self.presets = transfer_functions.presets_of(self._values.ravel(), are_labels)
         self._mapper, self._volume = vtkGPUVolumeRayCastMapper(), vtkVolume()
         self._mapper.SetInputData(self._image)
@@ -132,9 +135,15 @@ class SceneVolume:
         return self._surface_of(None).nearest(points)
 
     def colors_at(self, points):
-        """Which points (n, 3) of the deformed space have material, and their colors (n, 3)."""
+        """Which points (n, 3) of the deformed space have material, and their colors (n, 3).
+
+        Other points of the image have the color of the automatic background, as when it is saved.
+        """
         has_material, values = self.surface().values_at(points)
-        return has_material, transfer_functions.slice_colors(self._preset, values, self._limits)
+        values = np.where(has_material, values, self._background)
+        colors = transfer_functions.slice_colors(self._preset, values, self._limits)
+        colors[~has_material & ~self._grid.covers(self._grid.index_of(points))] = 0
+        return has_material, colors
 
     def mesh(self):
         """None: slices show images by their colors."""

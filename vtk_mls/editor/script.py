@@ -23,6 +23,7 @@ from vtk_mls.filters import MLSDeform
 {more}
 here = Path(__file__).parent
 deform = MLSDeform()
+deform.SetAutomaticBackground(True)
 deform.SetInputData(1, io.read_control_points(here / "{handles}"))
 {settings}
 {work}'''
@@ -35,7 +36,7 @@ for source, target in {files}:
 """
 _BLOCKS = """\
 keys = "interpolation", "background", "void_values"  # of larger data, which are read in blocks
-values = deform.GetInterpolation(), deform.GetBackground(), deform.GetVoidValues()
+values = deform.GetInterpolation(), "auto", deform.GetVoidValues()
 for source, target in {files}:
     transform = deform.updated_deformation()
     job.deform(here / source, here / target, transform, dict(zip(keys, values)))

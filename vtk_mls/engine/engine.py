@@ -203,7 +203,7 @@ class Engine:
         if len(index) == 0 or not array_types.is_for_device(array, self.device):
             return interpolation.sample(array, index.astype(float), method, background, source)
         result = np.empty((len(index), *array.shape[3:]), array.dtype)
-        settings = {"background": background, "versions": [version]}
+        settings = {"background": [background], "versions": [version]}
         sampling = Sampling(source, interpolation=method, **settings)
         (sampler,) = samplers(self.launcher, [array], sampling, {})
         with self.memory.input_buffer(np.ascontiguousarray(index.T, np.float32)) as planes:

@@ -165,7 +165,7 @@ class Engine(Protocol):
         array: np.ndarray,
         index: np.ndarray,
         method: str,
-        background: float,
+        background: float | tuple[float, ...],
         source: Grid,
         version: Hashable = None,
     ) -> np.ndarray:

@@ -443,6 +443,19 @@ class MLSDeform(_DeformingFilter):
         """
 
     def GetBackground(self) -> float: ...
+    def SetAutomaticBackground(self, value: bool) -> None:
+        """Whether each array has its own Background, from the corners of the input: the median of
+        the values at the eight corners (four of a slice), such as air around a CT. For labels
+        it is 0.
+
+        Of two middle values it is the lower. Each component has its own. NaN is ignored. At all
+        times the value is that of the first time step. Background has no effect then. In
+        ParaView it is on by default, and a Background other than 0 is used instead.
+
+        True or False; default: False.
+        """
+
+    def GetAutomaticBackground(self) -> bool: ...
     def SetOutputGrid(self, value: Literal["input", "fitted", "given"]) -> None:
         """Grid of the output. input: the grid of the input. fitted: the spacing of the input, but
         large enough for the deformed volume. given: by dimensions, spacing and origin.

@@ -16,6 +16,7 @@ from vtkmodules.vtkCommonDataModel import (
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandDrivenPipeline
 
 from vtk_mls import Grid, Sampling
+from vtk_mls.base.sampling import AUTOMATIC
 from vtk_mls.filters import (
     gradients,
     initial_transforms,
@@ -28,7 +29,7 @@ from vtk_mls.filters.deforming import DeformingFilter, input_dataset
 from vtk_mls.filters.lattices import Lattices
 from vtk_mls.filters.properties import with_properties
 from vtk_mls.filters.reference_input import PORT, ReferenceInput
-from vtk_mls.filters.resampling import ImageOptions, Resampling
+from vtk_mls.filters.resampling import ImageOptions, Resampling, automatic_backgrounds
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 
@@ -96,10 +97,17 @@ class MLSDeform(ReferenceInput, DeformingFilter):
     flags : set of str
         `__this__` of arrays of images that hold 0 and 1. They are sampled as labels are, with a
         background of 0 or 1.
+    series_backgrounds : dict or None
+        `backgrounds_of` the first image of a series whose images are set one after the other.
+    corner_backgrounds : dict or None
+        `automatic_backgrounds` of the first time, if the last update was of another or of a part.
+    used_backgrounds : set of (name, number or tuple of numbers)
+        Automatic backgrounds of the last update.
     """
 
     keeps_images = True
     flags = frozenset()
+    series_backgrounds = None
 
     def __init__(self):
         # not vtkDataSet, which ParaView's GUI would try to make
@@ -108,7 +116,8 @@ class MLSDeform(ReferenceInput, DeformingFilter):
         self._lattices = Lattices()
         self._boxes = []  # of the blocks that are images, since VTK began with the blocks
         self._has_warned = False
-        self._fitted = CachedValue()
+        self._fitted, self._corners = CachedValue(), CachedValue()
+        self.corner_backgrounds, self.used_backgrounds = None, set()
 
     def RequestDataObject(self, request, inInfo, outInfo):
         data = vtkDataObject.GetData(inInfo[0])
@@ -144,7 +153,7 @@ class MLSDeform(ReferenceInput, DeformingFilter):
         super().RequestUpdateExtent(request, inInfo, outInfo)
         self._request_reference()
         if not self.is_among_blocks():
-            self._boxes, self._has_warned = [], False
+            self._boxes, self._has_warned, self.used_backgrounds = [], False, set()
             self._lattices.begin(vtkDataObject.GetData(inInfo[0]))
         if isinstance(vtkDataObject.GetData(inInfo[0]), vtkImageData):
             self._request_image(inInfo, outInfo)
@@ -156,12 +165,15 @@ class MLSDeform(ReferenceInput, DeformingFilter):
         """Request the whole input image, or the extent that a part of the output needs."""
         info, out_info = inInfo[0].GetInformationObject(0), outInfo.GetInformationObject(0)
         pipeline.request_all(info)
-        source = ImageGeometry.of_information(info)
+        source, self.corner_backgrounds = ImageGeometry.of_information(info), None
         # RequestData meets the same errors and reports them
         with suppress(TypeError, ValueError, RuntimeError):
             whole = self.output_geometry(source, lambda: self.updated_deformation(out_info))
             target = self._requested_part(whole, out_info)
-            if target == whole or source.is_empty or self._lacks_directions():
+            is_whole = target == whole or source.is_empty or self._lacks_directions()
+            if not is_whole or pipeline.first_time(info) is not None:
+                self._find_corner_backgrounds(info, source)
+            if is_whole:
                 return
             pipeline.request_extent(info, pipeline.first_cell(source))
             if not target.is_empty:
@@ -170,6 +182,25 @@ class MLSDeform(ReferenceInput, DeformingFilter):
                 sampling = self._sampling(source.grid, target.grid_within(whole))
                 extent = pipeline.needed_extent(deformation, source, sampling, margin)
                 pipeline.request_extent(info, extent)
+
+    def _find_corner_backgrounds(self, info, source):
+        """Find automatic backgrounds at the first time and at corners that are not requested."""
+        if not self.GetAutomaticBackground() or self.is_among_blocks() or source.is_empty:
+            return
+        time, first = pipeline.requested_time(info), pipeline.first_time(info)
+
+        def part_at(extent):
+            request = partial(pipeline.request_extent, extent=extent)
+            return self._update_input(0, time=time if first is None else first, request=request)
+
+        try:
+            state = self.GetInputExecutive(0, 0).GetPipelineMTime(), first, source.extent
+            self.corner_backgrounds = self._corners.of(
+                state, lambda: automatic_backgrounds(source, part_at)
+            )
+        finally:  # `info` is that of the producer
+            pipeline.restore_time(info, time)
+            pipeline.request_all(info)
 
     def RequestData(self, request, inInfo, outInfo):
         data = input_dataset(inInfo)
@@ -245,7 +276,10 @@ class MLSDeform(ReferenceInput, DeformingFilter):
             image = block.image
         sampling = self._sampling(*grids)
         options = self._image_options(image, block)
-        tasks = Resampling(options, deformation, image, output, sampling).tasks()
+        backgrounds = self.series_backgrounds or self.corner_backgrounds
+        resampling = Resampling(options, deformation, image, output, sampling, backgrounds)
+        resampling.used_backgrounds = self.used_backgrounds
+        tasks = resampling.tasks()
         tasks += self._overlap_tasks(deformation, output, sampling.target)
         tasks += self._step_tasks(deformation, output)
         return tasks + self._jacobian_tasks(deformation, output, sampling.target)
@@ -295,7 +329,8 @@ class MLSDeform(ReferenceInput, DeformingFilter):
 
     def _sampling(self, source, target):
         """The `Sampling` from the grid `source` to the grid `target`."""
-        values = self.GetInterpolation(), self.GetBackground(), self.GetVoidValues()
+        background = AUTOMATIC if self.GetAutomaticBackground() else self.GetBackground()
+        values = self.GetInterpolation(), background, self.GetVoidValues()
         return Sampling(source, target, *values)
 
     def _whole_input(self, source, info):

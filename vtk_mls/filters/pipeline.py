@@ -170,6 +170,20 @@ def requested_time(info):
     return info.Get(_REQUESTED_TIME) if info is not None and info.Has(_REQUESTED_TIME) else None
 
 
+def first_time(info):
+    """The first time of an input if a later one is requested; else None."""
+    time, times = requested_time(info), info.Get(_STEPS) or info.Get(_RANGE)
+    return times[0] if times and time is not None and time > times[0] else None
+
+
+def restore_time(info, time):
+    """Request a time again, or none."""
+    if time is None:
+        info.Remove(_REQUESTED_TIME)
+    else:
+        info.Set(_REQUESTED_TIME, time)
+
+
 def is_outdated(info, previous):
     """Whether VTK updates an output of the time `previous` for the time now requested."""
     time = requested_time(info)

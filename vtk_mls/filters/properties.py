@@ -117,15 +117,22 @@ class Number(Property):
     Attributes
     ----------
     spellings : dict
-        Other spellings of values, by text.
+        Other spellings of values, by text. The value "auto" is that of another property,
+        Automatic<name>.
     """
 
     _: KW_ONLY
-    spellings: Mapping[str, int] = field(default_factory=dict, hash=False)
+    spellings: Mapping[str, int | str] = field(default_factory=dict, hash=False)
 
     def parsed(self, text):
         """The value of a text."""
         return self.spellings[text] if text in self.spellings else type(self.default)(text)
+
+    def assign(self, algorithm, value):
+        if isinstance(value, str) and value == "auto":
+            getattr(algorithm, f"SetAutomatic{self.name}")(True)
+        else:
+            super().assign(algorithm, value)
 
     @property
     def values(self):
@@ -196,8 +203,12 @@ class Choice(Property):
         return choice
 
 
+@dataclass(frozen=True)
 class Flag(Property):
-    """On or off."""
+    """On or off; with `is_on_in_paraview` it is on by default there."""
+
+    _: KW_ONLY
+    is_on_in_paraview: bool = False
 
     values = "True or False"
 

@@ -223,6 +223,17 @@ BACKGROUND = Number(
     more="""This is outside the input and, unless VoidValues is continued, in the void. In the array
     vtkGhostType the value is 0. If the type of an array cannot hold the value, the nearest one is
     used (0 for NaN in integers), with a warning.""",
+    spellings={"auto": "auto"},
+)
+AUTOMATIC_BACKGROUND = Flag(
+    "AutomaticBackground",
+    False,
+    """Whether each array has its own Background, from the corners of the input: the median of the
+    values at the eight corners (four of a slice), such as air around a CT. For labels it is 0.""",
+    more="""Of two middle values it is the lower. Each component has its own. NaN is ignored. At all
+    times the value is that of the first time step. Background has no effect then. In ParaView it
+    is on by default, and a Background other than 0 is used instead.""",
+    is_on_in_paraview=True,
 )
 
 # Where the output's points are.
@@ -403,7 +414,15 @@ COMPUTING = _of_section("computing")
 INTERACTIVE_COMPUTING = _of_section("computing", is_interactive=True)
 DEFORMING = (*_SHARED, OVERLAP, *JACOBIAN, *COMPUTING)
 # MLSDeform
-SAMPLING = (INTERPOLATION, LABEL_ARRAYS, BACKGROUND, OUTPUT_GRID, *GIVEN_GRID, REFERENCE)
+SAMPLING = (
+    INTERPOLATION,
+    LABEL_ARRAYS,
+    BACKGROUND,
+    AUTOMATIC_BACKGROUND,
+    OUTPUT_GRID,
+    *GIVEN_GRID,
+    REFERENCE,
+)
 DEFORM = (*_SHARED, *SAMPLING, *VOID, OVERLAP, *VECTORS, *JACOBIAN, *CELL_QUALITY, *COMPUTING)
 # MLSDisplacementField
 DISPLACEMENT_FIELD = (*_SHARED, INVERSE, SAMPLE_DIMENSIONS, OVERLAP, *JACOBIAN, *COMPUTING)

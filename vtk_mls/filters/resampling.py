@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
 from vtk_mls.base import buffer_pool, interpolation
+from vtk_mls.base.sampling import AUTOMATIC, corner_median
 from vtk_mls.files import metadata
 from vtk_mls.filters import gradients, pipeline, void_arrays
 from vtk_mls.filters.algorithm import run_all
 from vtk_mls.vtk import arrays
+from vtk_mls.vtk.arrays import ImageGeometry
 
 
 @dataclass(frozen=True)
@@ -39,6 +42,46 @@ class ImageOptions:
     is_cached: bool
 
 
+def automatic_backgrounds(geometry, part_at):
+    """The `corner_median` of each array of an image: a dict by `_key`.
+
+    Parameters
+    ----------
+    geometry : ImageGeometry
+        Of the whole image.
+    part_at : callable
+        Of the extent of a cell at a corner: a vtkImageData that holds it.
+    """
+    values, ends = {}, np.reshape(geometry.extent, (3, 2))
+    for corner in itertools.product(*(sorted(set(pair)) for pair in ends.tolist())):
+        cell = [
+            (max(i - (i > low), low), min(i + (i == low), high))
+            for i, (low, high) in zip(corner, ends.tolist())
+        ]
+        image = part_at(sum(cell, ()))
+        part = ImageGeometry.of_image(image)
+        for is_points, data, grid in (
+            (True, image.GetPointData(), part.grid),
+            (False, image.GetCellData(), part.grid.cells),
+        ):
+            index = np.minimum(
+                np.subtract(corner, part.extent[::2]), np.subtract(grid.dimensions, 1)
+            )
+            for number, array in enumerate(arrays.image_values(data, grid)):
+                key = _key(is_points, data.GetAbstractArray(number), number)
+                values.setdefault(key, []).append(array[tuple(index[::-1])])
+    return {key: corner_median(found) for key, found in values.items()}
+
+
+def backgrounds_of(image):
+    """`automatic_backgrounds` of a whole vtkImageData."""
+    return automatic_backgrounds(ImageGeometry.of_image(image), lambda extent: image)
+
+
+def _key(is_points, array, index):
+    return is_points, array.GetName() or index
+
+
 class Resampling:
     """The resampling of one image, or of a part of it.
 
@@ -50,9 +93,16 @@ class Resampling:
         `output` has the geometry of the target; it is filled.
     sampling : Sampling
         From the grid of the image to that of the output.
+    backgrounds : dict, optional
+        `automatic_backgrounds` that replace those of `image`, which may be a part of a whole.
+
+    Attributes
+    ----------
+    used_backgrounds : set of (name, number or tuple of numbers)
+        To which automatic ones are added.
     """
 
-    def __init__(self, options, deformation, image, output, sampling):
+    def __init__(self, options, deformation, image, output, sampling, backgrounds=None):
         self.options, self.deformation = options, deformation
         self.image, self.output = image, output
         self.sampling, self.target = sampling, sampling.target
@@ -60,6 +110,9 @@ class Resampling:
         self._void_distance = self._gradient = None
         name = options.gradient_array
         self._scalars = gradients.scalars(image, name) if name else None  # (nz, ny, nx)
+        self.used_backgrounds, self._backgrounds = set(), backgrounds or {}
+        if sampling.background == AUTOMATIC:
+            self._backgrounds = backgrounds_of(image) | self._backgrounds
         self.labels = {*options.label_arrays, *metadata.load(image, metadata.LABEL_ARRAYS)}
 
     def tasks(self):
@@ -83,18 +136,19 @@ class Resampling:
         return tasks
 
     def _resample(self, source, result, sampling, progress):
-        """Resample vtkDataSetAttributes; arrays with the same background in one pass."""
+        """Resample vtkDataSetAttributes."""
         values = arrays.image_values(source, sampling.source)
-        results = [None] * len(values)
+        results, is_points = [None] * len(values), sampling is self.sampling
         directions = self.options.directions.of(source)
 
         def transform(index, direction, progress):
             results[index] = self._transformed(values[index], direction, sampling, progress)
 
-        def fill(indices, details, progress):
-            chosen = [values[index] for index in indices]
-            is_points = sampling is self.sampling
-            for index, array in zip(indices, self._resampled(chosen, details, is_points, progress)):
+        def fill(progress):
+            chosen = [values[index] for index, _ in others]
+            details = self._detailed(others, [v.dtype for v in chosen], sampling, is_points)
+            filled = self._resampled(chosen, details, is_points, progress)
+            for (index, _), array in zip(others, filled):
                 results[index] = array
 
         tasks, others = [], []
@@ -104,54 +158,63 @@ class Resampling:
             if direction:
                 tasks.append(partial(transform, index, direction))
             else:
-                others.append((index, array, values[index].dtype))
-        passes = self._passes(others, sampling)
-        tasks += [partial(fill, indices, details) for indices, details in passes]
+                others.append((index, array))
+        if others or (is_points and self._scalars is not None):
+            tasks.append(fill)
         run_all(tasks, progress)
         arrays.set_image_values(result, results, source)
 
-    def _passes(self, indexed_arrays, sampling):
-        """Indices of arrays with the same background, and the `Sampling` of each of these groups.
+    def _detailed(self, indexed_arrays, dtypes, sampling, is_points):
+        """A `Sampling` with the interpolation, background and version of each array.
 
         Parameters
         ----------
-        indexed_arrays : list of (index, vtkAbstractArray, dtype)
+        indexed_arrays : list of (index, vtkAbstractArray)
+        dtypes : list of dtype
         sampling : Sampling
+        is_points : bool
         """
-        groups, dtypes = {}, {}
-        for index, array, dtype in indexed_arrays:
+        methods, backgrounds, checked = [], [], {}
+        for (index, array), dtype in zip(indexed_arrays, dtypes):
             method, background = self._method(array)
-            if background is None:
+            if background is None and sampling.background == AUTOMATIC:
+                background = self._automatic(_key(is_points, array, index))
+                self.used_backgrounds.add((array.GetName(), background))
+            elif background is None:
                 background = sampling.background
-                dtypes[f"array `{array.GetName()}`"] = dtype
+                checked[f"array `{array.GetName()}`"] = dtype
                 if not interpolation.is_in_range(background, dtype):
                     background = interpolation.cast(background, dtype).item()
-            groups.setdefault(background, []).append((index, method, self._version(array)))
-        sampling.warn_of_background(dtypes)
-        if sampling is self.sampling and self._scalars is not None:
-            groups.setdefault(sampling.background, [])
-        for background, members in groups.items():
-            indices, methods, versions = ([row[column] for row in members] for column in range(3))
-            settings = {"interpolation": methods, "background": background, "versions": versions}
-            yield indices, replace(sampling, **settings)
+            methods.append(method)
+            backgrounds.append(background)
+        sampling.warn_of_background(checked)
+        versions = [self._version(array) for _, array in indexed_arrays]
+        settings = {"interpolation": methods, "background": backgrounds, "versions": versions}
+        return replace(sampling, **settings)
 
     def _resampled(self, values, sampling, is_points, progress):
         """Values (nz, ny, nx[, components]) at the target; with the gradient in the same pass."""
         void_distance = self._new_void_distance() if is_points else None
-        background = self.sampling.background
-        has_background = np.array_equal(sampling.background, background, equal_nan=True)
-        if not (is_points and self._scalars is not None and has_background):
+        if not is_points or self._scalars is None:
             return self.deformation.resample(values, sampling, progress, void_distance)
+        background = self.sampling.background
+        if background == AUTOMATIC:
+            background = self._automatic((True, self.options.gradient_array))
         methods = [*sampling.interpolation, self.sampling.interpolation]
+        backgrounds = [*sampling.background, background]
         results, self._gradient = self.deformation.resample_with_gradient(
             values,
             self._scalars,
-            replace(sampling, interpolation=methods),
+            replace(sampling, interpolation=methods, background=backgrounds),
             self.options.directions.is_unit,
             progress,
             void_distance,
         )
         return results
+
+    def _automatic(self, key):
+        """The automatic background of an array; 0 for labels."""
+        return 0 if key[1] in self.labels else self._backgrounds[key]
 
     def _transformed(self, vectors, direction, sampling, progress):
         """Vectors (nz, ny, nx, 3) at the target, transformed with the map."""
@@ -176,7 +239,8 @@ class Resampling:
         if array.GetName() == arrays.GHOSTS:
             return "nearest", 0.0
         if array.__this__ in self.options.flags:
-            return "nearest", float(abs(self.sampling.background) > 0)
+            background = self.sampling.background
+            return "nearest", float(background != AUTOMATIC and abs(background) > 0)
         if array.GetName() in self.labels:
             return "nearest", None
         return self.sampling.interpolation, None

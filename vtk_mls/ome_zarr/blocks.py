@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from vtk_mls.base import interpolation
-from vtk_mls.base.sampling import Sampling
+from vtk_mls.base.sampling import Sampling, corner_median, corners_of
 from vtk_mls.files.ome_zarr import open_image, read, write
 from vtk_mls.queries import fields
 from vtk_mls.queries.transform import Transform
@@ -74,18 +74,33 @@ class Blocks:
         raise NotImplementedError
 
 
+def channel_backgrounds(image):
+    """The automatic background of an Image: a tuple with one for each channel; 0 for labels.
+
+    It is the `corner_median` of each channel of the finest level at the first time.
+    """
+    if image.is_label:
+        return 0.0
+    array, lead = image.finest.array, len(image.axes.rstrip("zyx"))
+    first = [slice(0, array.shape[i] if image.axes[i] == "c" else 1) for i in range(lead)]
+    corners = [(*first, *(slice(n, n + 1) for n in at)) for at in corners_of(array.shape[lead:])]
+    values = corner_median([read(array, corner).ravel() for corner in corners])
+    return values if "c" in image.axes else values[0]
+
+
 @dataclass(frozen=True, eq=False)
 class DeformedBlocks(Blocks):
     """Blocks of a deformed image: first the finest level, then each level from the one before.
 
     Parameters
     ----------
-    interpolation, background, void_values
+    interpolation, void_values
         As of `Sampling`.
+    background : number, or tuple with one for each channel
     """
 
     interpolation: str = "linear"
-    background: float = 0.0
+    background: float | tuple = 0.0
     void_values: str = "background"
 
     def _values(self, stage, place):
@@ -102,7 +117,10 @@ class DeformedBlocks(Blocks):
             return list(values.reshape(count, *part.shape))
 
         method = "nearest" if self._output.is_label else self.interpolation
-        sampling = Sampling(level.grid, target, method, self.background, self.void_values)
+        background = self.background
+        if isinstance(background, tuple):  # the last leading axis is that of channels
+            background = background[lead[-1]] * (count // (lead[-1].stop - lead[-1].start))
+        sampling = Sampling(level.grid, target, method, background, self.void_values)
         results = resampled_part(
             read_part, [np.dtype(array.dtype)] * count, self.transform, sampling
         )

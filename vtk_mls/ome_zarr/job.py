@@ -13,8 +13,9 @@ import vtk_mls
 from vtk_mls.base import validation
 from vtk_mls.base.interpolation import INTERPOLATIONS
 from vtk_mls.base.progress import whole
+from vtk_mls.base.sampling import AUTOMATIC
 from vtk_mls.files.ome_zarr import open_image, state_method
-from vtk_mls.ome_zarr.blocks import DeformedBlocks, FieldBlocks
+from vtk_mls.ome_zarr.blocks import DeformedBlocks, FieldBlocks, channel_backgrounds
 from vtk_mls.ome_zarr.field_metadata import create_field
 from vtk_mls.ome_zarr.unfinished import Unfinished, check_output, copy_metadata, hash_of
 
@@ -33,7 +34,7 @@ def deform(source, target, transform, settings, *, scheduler=None, progress=None
         In the units of the file.
     settings : dict
         `interpolation`, `background` and `void_values` of a `Sampling`. Label images are sampled
-        nearest.
+        nearest. The background "auto" is `channel_backgrounds`.
     scheduler : str, optional
         Address of a dask.distributed scheduler, whose workers see the same folders.
     progress : callable, optional
@@ -64,11 +65,12 @@ def deform(source, target, transform, settings, *, scheduler=None, progress=None
     copy_metadata(Path(source), unfinished.data, [*images, *paths])
     for place, member in images.items():
         state_method(unfinished.data / place, "nearest" if member.is_label else "mean")
-    source = Path(source).resolve()
-    parts = [
-        DeformedBlocks(source / place, unfinished.data / place, transform, **settings)
-        for place in images
-    ]
+    source, is_automatic = Path(source).resolve(), settings["background"] == AUTOMATIC
+    parts = []
+    for place, member in images.items():
+        if is_automatic:
+            settings = {**settings, "background": channel_backgrounds(member)}
+        parts.append(DeformedBlocks(source / place, unfinished.data / place, transform, **settings))
     return _run(parts, unfinished, scheduler, progress)
 
 

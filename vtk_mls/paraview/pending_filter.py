@@ -90,8 +90,11 @@ class PendingFilter:
     def _set_properties(self, proxy):
         for prop in _TABLE:
             prop.assign(self._filter, _setter_value(prop, proxy))
+        if self._filter.GetBackground():  # as in `proxies`
+            self._filter.SetAutomaticBackground(False)
         source = proxy.GetProperty("ControlPoints").GetProxy(0)
         client = proxy.GetClientSideObject()
+        self._filter.series_backgrounds = client.corner_backgrounds
         self._filter.DisconnectControlPoints()
         if _has_pending_lists(source):
             for prop in tables.OWN_CONTROL_POINTS:

@@ -190,7 +190,7 @@ def _(prop: properties.Choice):
 
 @element.register
 def _(prop: properties.Flag):
-    return check_box(prop.name, prop.help, default=int(prop.default))
+    return check_box(prop.name, prop.help, default=int(prop.default or prop.is_on_in_paraview))
 
 
 @element.register

@@ -69,6 +69,10 @@ class _ChecksFrames:
 class MLSDeform(_Recovers, _ChecksFrames, filters.MLSDeform):
     """`vtk_mls.filters.MLSDeform` as a ParaView filter."""
 
+    def GetAutomaticBackground(self):
+        """It is on by default: scripts and states that only set Background keep their value."""
+        return super().GetAutomaticBackground() and not self.GetBackground()
+
     def SetGradientArray(self, name):
         """The drop-down list has "none" for no array."""
         super().SetGradientArray("" if name == "none" else name)

@@ -105,7 +105,11 @@ def with_gradient(engine, deformation, arrays, sampling, normalise, progress, di
             deformation,
             distances,
             (_as_floats(array), slopes),
-            replace(sampling, interpolation=methods[-1]),
+            replace(
+                sampling,
+                interpolation=methods[-1],
+                background=sampling.backgrounds(len(arrays) + 1)[-1],
+            ),
             at_faces,
         )
         gradient.reshape(-1, 3)[rows] = unit(values) if normalise else values

@@ -323,6 +323,7 @@ class Transform:
         sampling = Sampling.of(sampling)
         checked = resampling.checked_arrays(arrays, sampling)
         sampling.methods(len(checked))
+        sampling = sampling.with_backgrounds(checked)
         distances = resampling.distance_buffer(self, void_distance, sampling.target)
         with question(progress) as part:
             resampling.warn_of_background(checked, sampling)
@@ -368,6 +369,7 @@ class Transform:
         """
         with question(progress) as part:
             sampling = Sampling.of(sampling)
+            sampling = replace(sampling, background=0.0)
             checked = resampling.checked_vectors(vectors, sampling.source)
             sampling.methods(1)
             return resampling.resampled(
@@ -438,12 +440,13 @@ class Transform:
     ) -> tuple[list[NDArray[Any]], NDArray[np.float32]]:
         """`resample` of `arrays` and `corrected_gradient` of `array`, in one pass.
 
-        With an interpolation for each array, that of the gradient is the last.
+        With an interpolation or background for each array, that of the gradient is the last.
         """
         sampling = Sampling.of(sampling)
         scalars = resampling.checked_scalars(array, sampling.source)
         checked = resampling.checked_arrays(arrays, sampling)
         sampling.methods(len(checked) + 1)
+        sampling = sampling.with_backgrounds([*checked, scalars])
         distances = resampling.distance_buffer(self, void_distance, sampling.target, is_needed=True)
         with question(progress) as part:
             resampling.warn_of_background(checked, sampling)

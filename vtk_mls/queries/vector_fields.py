@@ -68,12 +68,12 @@ def sampled_parts(arrays, versions, sampling, parts, sample, void_distance, norm
     """
     normalise = normalise or {}
     results = [np.empty(sampling.target.shape + a.shape[3:], a.dtype) for a in arrays]
-    methods = sampling.methods(len(arrays))
+    rules = list(zip(sampling.methods(len(arrays)), sampling.backgrounds(len(arrays))))
     for part, index, distance, jacobian in parts:
         if void_distance is not None and distance is not None:
             void_distance[part] = distance
-        for i, (array, method, result) in enumerate(zip(arrays, methods, results)):
-            background = 0.0 if i in normalise else sampling.background
+        for i, (array, (method, background), result) in enumerate(zip(arrays, rules, results)):
+            background = 0.0 if i in normalise else background
             values = sample(array, index, method, background, sampling.source, versions[i])
             if i in normalise:
                 values = covariant(values, jacobian.swapaxes(1, 2), normalise[i])

@@ -29,7 +29,7 @@ def resampled_part(read, dtypes, transform, sampling):
         Of the arrays, with the shape of the components.
     transform : Transform
     sampling : Sampling
-        From the whole source to a part of the target.
+        From the whole source to a part of the target, with numbers as backgrounds.
 
     Returns
     -------
@@ -37,9 +37,10 @@ def resampled_part(read, dtypes, transform, sampling):
     """
     target = sampling.target
     index = transform._engine.source_index(transform, sampling)
+    backgrounds = sampling.backgrounds(len(dtypes))
     source = _needed_part(sampling, _bounds(index, sampling.source.whole))
     if source is None:
-        return [_background(target.shape, dtype, sampling.background) for dtype in dtypes]
+        return [_filled(target.shape, *pair) for pair in zip(dtypes, backgrounds)]
     size = source.size * sum(dtype.itemsize for dtype in dtypes)
     if size > MAX_SOURCE_BYTES and max(target.dimensions) > _MIN_SIDE:
         del index
@@ -51,9 +52,10 @@ def resampled_part(read, dtypes, transform, sampling):
         return [np.concatenate(pair, axis=2 - axis) for pair in zip(*halves)]
     sample = engine_for(transform.device).sample
     results = []
-    for array, dtype, method in zip(read(source), dtypes, sampling.methods(len(dtypes))):
+    methods = sampling.methods(len(dtypes))
+    for array, dtype, method, background in zip(read(source), dtypes, methods, backgrounds):
         values = validation.native_array(array)
-        values = sample(values, index, method, sampling.background, source)
+        values = sample(values, index, method, background, source)
         results.append(values.reshape(target.shape + dtype.shape).astype(dtype.base, copy=False))
     return results
 
@@ -84,7 +86,7 @@ def _needed_part(sampling, bounds):
     return sampling.source.part(low, high - low + 1)
 
 
-def _background(shape, dtype, background):
+def _filled(shape, dtype, background):
     return np.full(shape + dtype.shape, interpolation.cast(background, dtype.base), dtype.base)
 
 

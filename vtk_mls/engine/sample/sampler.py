@@ -30,7 +30,7 @@ class Rule(NamedTuple):
     """How an array is interpolated."""
 
     method: str  # "nearest", "linear" or "cubic"
-    background: float | int
+    background: float | tuple[float, ...]  # or one for each component
     # None, or for covariant vectors, which are 0 outside, whether they are normalized
     covariant: bool | None = None
     version: Hashable = None  # identifies the contents of the array; None without
@@ -55,7 +55,7 @@ class Sampler:
     def __init__(self, launcher, array, source, rule, fits):
         self.launcher, self.memory = launcher, launcher.memory
         self.array, self.source, self.rule, self.fits = array, source, rule, fits
-        self._whole = None
+        self._whole = self._background = None
 
     def sample(self, index, result):
         """Write into `result` (m, ...) the values at the indices in a buffer, in planes."""
@@ -128,11 +128,15 @@ class Sampler:
         """Sample a piece at its indices."""
         array, count = self.array, piece.stop - piece.first
         constants = (*array_types.constants(array, self.launcher), self.taps)
-        background = interpolation.cast(self.rule.background, array.dtype)
+        if self._background is None:
+            background = interpolation.cast(self.rule.background, array.dtype)
+            values = np.empty(int(np.prod(array.shape[3:])), array.dtype)
+            values[:] = background
+            self._background = self.memory.constant(values)
         with self.memory.output_buffer(result) as out:
             self.launcher.launch(
                 *("resample", constants, count, np.int64(count), index, self.record(piece)),
-                *(array.dtype.type(background), piece.values, out),
+                *(self._background, piece.values, out),
             )
 
 
@@ -146,10 +150,12 @@ def samplers(launcher, arrays, sampling, covariant):
     return [
         Sampler(
             *(launcher, array, sampling.source),
-            Rule(method, sampling.background, covariant.get(i), sampling.version(i)),
+            Rule(method, background, covariant.get(i), sampling.version(i)),
             fits,
         )
-        for i, (array, method) in enumerate(zip(arrays, sampling.methods(len(arrays))))
+        for i, (array, method, background) in enumerate(
+            zip(arrays, sampling.methods(len(arrays)), sampling.backgrounds(len(arrays)))
+        )
     ]
 
 
