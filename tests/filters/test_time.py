@@ -339,7 +339,9 @@ def test_parts_of_an_image_at_each_time():
         assert_same(found, fresh.GetOutput())
 
 
-@pytest.mark.parametrize("asked, own", [(0.7, float(np.float32(0.7))), (0.333, 1 / 3), (2.1, 2.1)])
+@pytest.mark.parametrize(
+    ("asked", "own"), [(0.7, float(np.float32(0.7))), (0.333, 1 / 3), (2.1, 2.1)]
+)
 @pytest.mark.parametrize("of_table", [False, True])
 def test_an_input_takes_its_step_that_the_time_misses_by_rounding(asked, own, of_table, tmp_path):
     """Float32 and decimal text are rounded; a reader of VTK would take the step before."""
