@@ -122,7 +122,7 @@ def _volume(header, affine, values):
         is_label=is_label,
         is_vector=is_vector,
         header=_to_lines(header),
-        time_unit=_in_seconds(header)[1],
+        time_unit=_in_seconds(header)[1] * bool(header["dim"][4] > 1),
     )
 
 
@@ -178,15 +178,14 @@ def _header_of(volume, times):
         header["xyzt_units"] |= _MILLIMETERS
     millimeters = units.NANOMETERS.get(volume.unit, 1e6) / 1e6
     if millimeters <= 1e-3:
-        header["xyzt_units"] += _MICROMETERS - (header["xyzt_units"] & _SPATIAL_UNIT)
+        header["xyzt_units"] = header["xyzt_units"] & _TIME_UNIT | _MICROMETERS
     affine = np.column_stack([volume.steps, volume.origin]) * millimeters
     _place(header, source, _TO_RAS[:, None] * affine)
     header["toffset"] = source["toffset"]
     if count > 1 and times != _times(source):  # times of another file
-        if not header["xyzt_units"] & _TIME_UNIT:
-            codes = {name: code for code, name in _TIME_UNITS.items()}
-            header["xyzt_units"] += codes.get(volume.time_unit, 0)
-        unit = _TIME_UNITS.get(int(header["xyzt_units"]) & _TIME_UNIT, "")
+        codes = {name: code for code, name in _TIME_UNITS.items()}
+        unit = _time_unit(header) or volume.time_unit
+        header["xyzt_units"] = header["xyzt_units"] & _SPATIAL_UNIT | codes.get(unit, 0)
         times = units.from_seconds(unit, *volumes.steps_of(times))
         header["toffset"], header["pixdim"][4] = times
     return header
@@ -202,9 +201,11 @@ def _in_seconds(header):
     """First time and time step, in seconds if the header has a unit of time, and their unit."""
     start, step = (float(str(number)) for number in (header["toffset"], header["pixdim"][4]))
     step = step if np.isfinite(step) and step > 0 else 1.0
-    return units.in_seconds(
-        _TIME_UNITS.get(int(header["xyzt_units"]) & _TIME_UNIT, ""), start, step
-    )
+    return units.in_seconds(_time_unit(header), start, step)
+
+
+def _time_unit(header):
+    return _TIME_UNITS.get(int(header["xyzt_units"]) & _TIME_UNIT, "")
 
 
 def geometry_lines(lines):

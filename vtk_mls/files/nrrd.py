@@ -152,11 +152,11 @@ def _volume(values, details):
         is_vector=is_vector,
         space=details.space,
         header=(*(f"{name}: {value}" for name, value in copied.items()), *details.pairs),
-        unit=_unit(copied),
+        unit=_length_unit(copied),
     )
 
 
-def _unit(copied):
+def _length_unit(copied):
     """The unit of length, if it is the same along all axes."""
     units = re.findall(r'"([^"]*)"', copied.get("space units", ""))[:3]
     return symbol(units[0]) if len({*units}) == 1 and symbol(units[0]) in NANOMETERS else ""
@@ -222,8 +222,7 @@ def _text(path, volume, time_axis):
             del copied["space units"]  # of a file with times
     else:
         start, step, count = time_axis
-        unit = units[3].strip('"') if len(units) > 3 else ""
-        unit = unit or volume.time_unit
+        unit = "".join(units[3:]).strip('"') or volume.time_unit
         start, step = from_seconds(unit, start, step)
         if unit or units:
             copied["space units"] = " ".join([*(units or ['""'] * 3)[:3], f'"{unit}"'])

@@ -19,22 +19,24 @@ _NANOSECONDS = {
     **{f"{prefix}s": billionths for prefix, billionths in _BILLIONTHS.items()},
     **{"min": 6e10, "h": 3.6e12, "d": 8.64e13},
 }
+_WORDS = {"": "", "kilo": "k", "centi": "c", "milli": "m", "micro": "u", "nano": "n"}
 _SYMBOLS = {
-    **{"micron": "um", "inch": "in", "inches": "in", "\u00e5": "angstrom"},
+    **{
+        f"{word}{unit}": word_symbol + unit[0]
+        for word, word_symbol in _WORDS.items()
+        for unit in ("meter", "metre", "second")
+    },
+    **{"micron": "um", "inch": "in", "inche": "in", "\u00e5": "angstrom"},
     **{"sec": "s", "msec": "ms", "usec": "us", "minute": "min", "hour": "h", "day": "d"},
-    **{"micro": "u", "centi": "c", "milli": "m", "nano": "n", "kilo": "k"},
 }
-_WORD = r"(micro|centi|milli|nano|kilo|)(meter|metre|second)s?"
 
 
 def symbol(name):
     """The symbol of a unit of length or time; the name itself for another unit."""
     text = re.sub("\u00b5|\u03bc|\\\\u00b5", "u", name.strip())
-    word = re.fullmatch(_WORD, text.lower())
-    lower = f"{_SYMBOLS.get(word[1], '')}{word[2][0]}" if word else text.lower()
-    known = _SYMBOLS.get(lower, _SYMBOLS.get(lower.removesuffix("s"), lower))
-    names = (each for each in (text, known) if each in NANOMETERS or each in _NANOSECONDS)
-    return next(names, name)
+    lower = text.lower()
+    names = text, lower, *(_SYMBOLS.get(word, "") for word in (lower, lower.removesuffix("s")))
+    return next((each for each in names if each in NANOMETERS or each in _NANOSECONDS), name)
 
 
 def in_seconds(name, *times):
