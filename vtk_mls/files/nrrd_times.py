@@ -116,7 +116,8 @@ def _unit(rest, fields, index, count):
     spatial = re.findall(r'"[^"]*"', fields.get("space units", ""))
     if len(spatial) != 4 and len(units) == count:
         if len(spatial) != 3:
-            spatial = np.delete(units, index).tolist() if count == 4 else ['""'] * 3
+            lengths = [unit for unit in np.delete(units, index) if unit != '""']
+            spatial = lengths if len(lengths) == 3 else ['""'] * 3
         spatial = [*spatial, units[index]]
         rest["space units"] = " ".join(spatial)
     return spatial[3].strip('"') if len(spatial) == 4 else ""
