@@ -104,12 +104,12 @@ Other commands and `vtk_mls.io` read its finest resolution, which must fit in me
   of about eight million values each.
 """
 IMAGES = """**Volumes in time.** In {in_time}, a fourth axis is time. `vtk-mls deform` works
-volume by volume and writes a file of one of these formats, or `.pvd`. Times are seconds, for handles too, if the
-file states a unit of time, as NIfTI, NRRD and TIFF can. Those of MetaImage are seconds as in ITK.
-NIfTI and NRRD outputs state the unit: that of an input of the same format, or else seconds. Other
-units, such as Hz, are kept and not converted. The files hold equal time steps only. NRRD is
-written as ITK does, with `space dimension: 4`. All volumes are in memory at once for NIfTI with
-components, and for NRRD whose time axis is not the slowest.
+volume by volume and writes a file of one of these formats, or `.pvd`. Times are seconds, for
+handles too, if the file states a unit of time, as NIfTI, NRRD and TIFF can. Those of MetaImage are
+seconds as in ITK. NIfTI and NRRD outputs state the unit: that of an input of the same format, or
+else seconds. Other units, such as Hz, are kept and not converted. The files hold equal time steps
+only. NRRD is written as ITK does, with `space dimension: 4`. All volumes are in memory at once for
+NIfTI with components, and for NRRD whose time axis is not the slowest.
 
 **DICOM.** Give a folder with one series, or one slice of a series, with any ending. These are
 errors: a missing or broken slice, slices of different sizes or spacing, a tilted gantry, and a
