@@ -108,10 +108,12 @@ Other commands and `vtk_mls.io` read its finest resolution, which must fit in me
   of about eight million values each.
 """
 IMAGES = """**Volumes in time.** In {in_time}, a fourth axis is time. `vtk-mls deform` works
-volume by volume and writes a file of the same format, or `.pvd`. The first time, the time step
-and the units are kept. The files hold equal time steps only. NRRD is written as ITK does, with
-`space dimension: 4`. All volumes are in memory at once for NIfTI with components, and for NRRD
-whose time axis is not the slowest.
+volume by volume and writes a file of one of these formats, or `.pvd`. Times are seconds, for
+handles too, if the file states a unit of time, as NIfTI, NRRD and TIFF can. Those of MetaImage are
+seconds as in ITK. NIfTI and NRRD outputs state the unit: that of an input of the same format, or
+else seconds. Other units, such as Hz, are kept and not converted. The files hold equal time steps
+only. NRRD is written as ITK does, with `space dimension: 4`. All volumes are in memory at once for
+NIfTI with components, and for NRRD whose time axis is not the slowest.
 
 **DICOM.** Give a folder with one series, or one slice of a series, with any ending. Each
 slice has its own rescaling; the volume has a type that holds all values. Reports, DICOMDIR and
@@ -120,10 +122,13 @@ different sizes or spacing, a tilted gantry, and a folder with several series (t
 file of each). Enhanced DICOM, with all slices in
 one file, is not read, because SimpleITK does not place its slices.
 
-**TIFF.** Pages are layers. Spacing, time step and unit come from the metadata of ImageJ or OME.
-Coordinates are in that unit: micrometers stay micrometers, for handles too. NRRD and NIfTI
-outputs state the unit. Other TIFF files have voxels of size 1. Several images of different sizes
-in one file are refused.
+**TIFF.** Pages are layers, also pages that were written one by one. Spacing, time step and units
+come from the metadata of ImageJ or OME. Coordinates are in the unit of the first size, usually x,
+to which the others are converted: micrometers stay micrometers, for handles too. A size that OME
+metadata do not state is that of another axis, with a warning; a missing unit of OME is the
+micrometer, or the second. NRRD and NIfTI outputs state the unit. Other TIFF files have voxels of
+size 1. Several images of different sizes in one file are refused. Files that are compressed by
+LZW need the package SimpleITK or imagecodecs.
 
 **Not read**: N5, and the HDF5 files of BigDataViewer. Export a TIFF stack or NRRD from Fiji.
 """

@@ -106,7 +106,7 @@ def open_dataset(
     Returns
     -------
     times : tuple of float
-        Of time steps; empty if the file has none.
+        Of time steps, in seconds if the file states a unit; empty if the file has none.
     read : callable
         Reads the dataset of a time step by its index (0 if the file has none).
 

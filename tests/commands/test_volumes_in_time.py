@@ -102,7 +102,8 @@ def test_units_and_forms_of_nifti_stay(rng):
     image.header.set_xyzt_units("micron", "msec")
     image.header["pixdim"][4], image.header["toffset"] = 40, 7
     nibabel.save(image, "in.nii")
-    assert [time for time, _ in series.read_steps("in.nii")] == [7, 47, 87]
+    times = [time for time, _ in series.read_steps("in.nii")]
+    np.testing.assert_allclose(times, [0.007, 0.047, 0.087])
     assert deform("in.nii", "out.nii", "--allow-identity") == 0
     found = nibabel.load("out.nii")
     for name in ("pixdim", "toffset", "xyzt_units", "dim", "sform_code", "qform_code"):
@@ -162,6 +163,32 @@ def test_uneven_times_need_a_collection(rng, capsys):
     Path("in.pvd").write_text(text)
     assert deform("in.pvd", "out.mha") == 1
     assert "its time steps must be equal, got times 0, 1, 5" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("step", [0.7, 1.05, 2.1, 1 / 3])
+@pytest.mark.parametrize("ending", ["nii.gz", "pvd"])
+def test_a_volume_takes_the_handles_of_its_time_however_it_is_rounded(step, ending, rng):
+    """Steps are float32 in NIfTI, and have three digits in the collection."""
+    volume = rng.integers(0, 99, (*SIZE, 1)).astype(np.int16)
+    image = nibabel.Nifti1Image(np.tile(volume, COUNT), np.eye(4))
+    image.header["pixdim"][4] = step
+    nibabel.save(image, "in.nii.gz")
+    nibabel.save(nibabel.Nifti1Image(volume[..., 0], np.eye(4)), "one.nii.gz")
+    lines = [f'<DataSet timestep="{n * step:.3f}" file="one.nii.gz"/>' for n in range(COUNT)]
+    text = f'<VTKFile type="Collection"><Collection>{"".join(lines)}</Collection></VTKFile>'
+    Path("in.pvd").write_text(text)
+    rows = [
+        [n * step, *p, *(p + n * (q - p))] for n in range(COUNT) for p, q in zip(REST, DEFORMED)
+    ]
+    header = "time,px,py,pz,qx,qy,qz"
+    np.savetxt("moving.csv", rows, "%.17g", ",", header=header, comments="")
+    assert main(["deform", f"in.{ending}", "moving.csv", "out.pvd", "--device", FAST]) == 0
+    for n, (_, read) in enumerate(series.read_steps("out.pvd")):
+        np.savetxt("handles.csv", np.hstack([REST, REST + n * (DEFORMED - REST)]), "%.17g", ",")
+        assert deform("one.nii.gz", "alone.vti", "--allow-identity") == 0
+        alone = io.read_dataset("alone.vti")
+        found, expected = (data.GetPointData().GetScalars() for data in (read(), alone))
+        np.testing.assert_array_equal(arrays.to_numpy(found), arrays.to_numpy(expected))
 
 
 @pytest.mark.parametrize("ending", ["nii.gz", "nrrd", "mha"])

@@ -1,9 +1,13 @@
 """TIFF stacks that tifffile writes as ImageJ and OME do."""
 
+import sys
+from importlib.util import find_spec
+
 import nibabel
 import nrrd
 import numpy as np
 import pytest
+import SimpleITK
 import tifffile
 
 from vtk_mls import io
@@ -80,6 +84,111 @@ def test_channels_colors_and_times(stack):
         np.testing.assert_array_equal(found[..., number], one)
 
 
+MICROMETERS = {"nm": 1e-3, "mm": 1e3, "cm": 1e4, "m": 1e6, "km": 1e9, "pm": 1e-6, "\u00c5": 1e-4}
+MICROMETERS |= {"in": 25400, "ft": 304800, "yd": 914400, "thou": 25.4, "pt": 25400 / 72, "dam": 1e7}
+MICROMETERS |= {"li": 25400 / 12, "mi": 1609344e3, "\u00b5m": 1, "Mm": 1e12, "ua": 1.495978707e17}
+
+
+def sizes(stack, **metadata):
+    """Spacing and unit of an OME-TIFF."""
+    tifffile.imwrite("s.ome.tif", stack, metadata={"axes": "ZYX", **metadata})
+    image, unit = io.read_dataset("s.ome.tif"), ""
+    if image.GetFieldData().HasArray("LengthUnit"):
+        unit = image.GetFieldData().GetAbstractArray("LengthUnit").GetValue(0)
+    return image.GetSpacing(), unit
+
+
+@pytest.mark.parametrize("unit", MICROMETERS)
+def test_sizes_of_ome_are_in_the_unit_of_the_first(stack, unit, caplog):
+    plane = {"PhysicalSizeX": 5.0, "PhysicalSizeXUnit": unit, "PhysicalSizeY": 4.0}
+    plane |= {"PhysicalSizeYUnit": unit, "PhysicalSizeZ": 3.0}  # no unit: micrometers
+    spacing, found = sizes(stack, **plane)
+    np.testing.assert_allclose(spacing, (5, 4, 3 / MICROMETERS[unit]))
+    assert found == {"\u00c5": "angstrom", "\u00b5m": "um"}.get(unit, unit)
+    assert not caplog.records
+    io.write_dataset(io.read_dataset("s.ome.tif"), "out.nii")
+    header = nibabel.load("out.nii").header
+    scale = {"micron": 1, "mm": 1e3}[header.get_xyzt_units()[0]]
+    expected = np.multiply((5, 4, 3 / MICROMETERS[unit]), MICROMETERS[unit])
+    np.testing.assert_allclose(np.multiply(header.get_zooms(), scale), expected, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("stated", "spacing", "unit", "axes"),
+    [
+        ({"X": 0.25, "Y": 0.5}, (0.25, 0.5, 0.25), "um", "z"),
+        ({"X": (5.0, "nm"), "Y": (5.0, "nm")}, (5, 5, 5), "nm", "z"),
+        ({"Y": (2.0, "mm"), "Z": 500.0}, (2, 2, 0.5), "mm", "x"),
+        ({"X": 0.25, "Y": 0.25, "Z": (7.0, "reference frame")}, (0.25, 0.25, 0.25), "um", "z"),
+        ({axis: (2.0, "pixel") for axis in "XYZ"}, (2, 2, 2), "", ""),
+        ({}, (1, 1, 1), "", ""),
+    ],
+)
+def test_an_unknown_size_of_ome_is_told(stack, stated, spacing, unit, axes, caplog):
+    metadata = {}
+    for axis, size in stated.items():
+        size, name = size if isinstance(size, tuple) else (size, "\u00b5m")
+        metadata |= {f"PhysicalSize{axis}": size, f"PhysicalSize{axis}Unit": name}
+    assert sizes(stack, **metadata) == (spacing, unit)
+    messages = [record.getMessage() for record in caplog.records]
+    assert len(messages) == len(axes)
+    for message, axis in zip(messages, axes):
+        assert f"does not state the size of voxels along {axis}" in message
+    caplog.clear()
+    sizes(stack[:1], **metadata)
+    assert len(caplog.records) == ("x" in axes)  # the thickness of one layer
+
+
+def test_units_of_imagej(stack):
+    details = {**IMAGEJ, "unit": "inch", "zunit": "mm"}
+    tifffile.imwrite("x.tif", stack, imagej=True, resolution=(2, 4), metadata=details)
+    np.testing.assert_allclose(io.read_dataset("x.tif").GetSpacing(), (0.5, 0.25, 2 / 25.4))
+
+
+@pytest.mark.parametrize("components", [(), (3,)])
+def test_pages_that_are_written_one_by_one_are_a_stack(rng, components):
+    pages = rng.integers(0, 99, (*SHAPE, *components)).astype(np.uint8)
+    with tifffile.TiffWriter("x.tif") as writer:
+        for page in pages:
+            writer.write(page, contiguous=False, photometric="rgb" if components else "minisblack")
+    image = io.read_dataset("x.tif")
+    assert image.GetDimensions() == SHAPE[::-1]
+    np.testing.assert_array_equal(values_of(image), pages.reshape(-1, *components))
+
+
+@pytest.mark.parametrize("dtype", ["uint8", "int16", "uint16", "float32"])
+@pytest.mark.parametrize("components", [(), (3,)])
+def test_lzw_is_read_by_simpleitk_or_the_package_is_named(rng, dtype, components, monkeypatch):
+    values = rng.integers(0, 99, (*SHAPE, *components)).astype(dtype)
+    writer = SimpleITK.ImageFileWriter()
+    writer.SetFileName("x.tif")
+    writer.UseCompressionOn()
+    writer.SetCompressor("LZW")
+    writer.Execute(SimpleITK.GetImageFromArray(values, isVector=bool(components)))
+    with tifffile.TiffFile("x.tif") as file:
+        assert file.pages[0].compression.name == "LZW"
+    image = io.read_dataset("x.tif")
+    assert image.GetDimensions() == SHAPE[::-1]
+    np.testing.assert_array_equal(values_of(image), values.reshape(-1, *components))
+    if find_spec("imagecodecs") is None:
+        monkeypatch.setitem(sys.modules, "SimpleITK", None)
+        with pytest.raises(
+            ValueError,
+            match=r"used: it needs the package imagecodecs: pip install imagecodecs \(.*LZW",
+        ):
+            io.read_dataset("x.tif")
+
+
+def two_stacks(stack):
+    tifffile.imwrite("x.tif", stack)
+    tifffile.imwrite("x.tif", stack, append=True)
+
+
+def pages_of_two_types(stack):
+    tifffile.imwrite("x.tif", stack[0])
+    tifffile.imwrite("x.tif", stack[0].astype(np.float32), append=True)
+
+
 def two_images(stack):
     tifffile.imwrite("x.tif", stack)
     tifffile.imwrite("x.tif", stack[:2, :5, :4], append=True)
@@ -113,7 +222,9 @@ def two_axes_of_layers(stack):
 @pytest.mark.parametrize(
     ("make", "sentence"),
     [
-        (two_images, "it must be one stack, got 2 images"),
+        (two_images, "it must be one stack, got 2 images of different sizes or types"),
+        (two_stacks, "it must be one stack, got 2 images$"),
+        (pages_of_two_types, "it must be one stack, got 2 images of different sizes or types"),
         (truncated, "cannot be read|not a readable TIFF"),
         (no_tiff, "not a readable TIFF file"),
         (complex_numbers, "type complex64 are not supported"),

@@ -339,6 +339,28 @@ def test_parts_of_an_image_at_each_time():
         assert_same(found, fresh.GetOutput())
 
 
+@pytest.mark.parametrize(
+    ("asked", "own"), [(0.7, float(np.float32(0.7))), (0.333, 1 / 3), (2.1, 2.1)]
+)
+@pytest.mark.parametrize("of_table", [False, True])
+def test_an_input_takes_its_step_that_the_time_misses_by_rounding(asked, own, of_table, tmp_path):
+    """Float32 and decimal text are rounded; a reader of VTK would take the step before."""
+    for data_step, handle_step in ((asked, own), (own, asked)):
+        handles = Source(translation, [k * handle_step for k in range(5)])
+        if of_table:
+            rows = [f"{k * handle_step!r},0,0,0,{k * handle_step},0,0" for k in range(5)]
+            (tmp_path / "h.csv").write_text("\n".join(["time,px,py,pz,qx,qy,qz", *rows]))
+            handles = MLSControlPoints()
+            handles.SetMode("file")
+            handles.SetFileName(str(tmp_path / "h.csv"))
+        filter_ = connected(MLSDeform, Source(sphere, [k * data_step for k in range(5)]), handles)
+        for k in (0, 3, 1, 4, 2):
+            filter_.UpdateTimeStep(k * data_step)
+            assert moved(filter_) == pytest.approx(k * handle_step, abs=TOLERANCE)
+        filter_.UpdateTimeStep(0.97 * handle_step)
+        assert moved(filter_) == pytest.approx(0, abs=TOLERANCE)
+
+
 def write_moving(path):
     lines = ["px,py,pz,qx,qy,qz,time", "0,0,0,2,0,0,2", "0,0,0,0,0,0,0", "0,0,0,1,0,0,1"]
     path.write_text("\n".join(lines))

@@ -162,22 +162,18 @@ def _check_gradient(options):
 def _deform_all(steps, handle_times, deform, options):
     """Deform and write one time step after the other.
 
-    A time step takes the handles of the last of their times that is not later, or else of the
-    first, as VTK's readers do.
+    A time step takes the handles of one of their times, which `step_at` chooses.
     """
+    from vtk_mls.base.time_steps import step_at
     from vtk_mls.commands import series
-    from vtk_mls.files.point_tables import step_at
     from vtk_mls.filters.resampling import backgrounds_of
 
     failures, are_empty, notes = 0, [], {}
     inverted_cells = remarks.InvertedCells(deform)
     series.check_writable(options.output)
     _check_gradient(options)
-    handles = {}
-    if handle_times:
-        moving = map_options.control_points_in_time(options, handle_times)
-        handles = dict(zip(handle_times, moving))
-    map_options.apply(options, deform, handles[handle_times[0]] if handles else None)
+    handles = handle_times and map_options.control_points_in_time(options, handle_times)
+    map_options.apply(options, deform, handles[0] if handles else None)
     times = [time for time, _ in steps]
     with distinct_warnings(), series.writing(options.output, times) as write:
         for index, (time, read_step) in enumerate(steps):

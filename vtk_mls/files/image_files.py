@@ -149,6 +149,7 @@ def image_of(volume, name, header=""):
     metadata.store(image, metadata.FILE_SPACE, [volume.space] * bool(volume.space))
     metadata.store(image, metadata.LABEL_ARRAYS, [name] * volume.is_label)
     metadata.store(image, metadata.LENGTH_UNIT, [volume.unit] * bool(volume.unit))
+    metadata.store(image, metadata.TIME_UNIT, [volume.time_unit] * bool(volume.time_unit))
     if header:
         metadata.store(image, header, volume.header)
         numbers = _grid_numbers(ImageGeometry.of_image(image).grid)
@@ -251,6 +252,7 @@ def _volume_of(image, path, header):
         space=space[0] if space else "",
         header=_true_lines(metadata.load(image, header), image, grid),
         unit="".join(metadata.load(image, metadata.LENGTH_UNIT)),
+        time_unit="".join(metadata.load(image, metadata.TIME_UNIT)),
     )
 
 

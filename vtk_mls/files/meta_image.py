@@ -53,7 +53,8 @@ def open_file(path):
     ----------
     path : Path
         A .mha file, or a .mhd header with its data in other files of its folder. A fourth axis is
-        time.
+        time, in
+        seconds as in ITK.
 
     Returns
     -------
@@ -93,7 +94,9 @@ def _volume(header, origin, spacing, direction, values):
         copied[_ORIENTATION] = header[_ORIENTATION]
         copied[_DIRECTIONS[0]] = _format(direction.T.ravel())
     lines = tuple(f"{key} = {text}" for key, text in copied.items())
-    return Volume(values, origin, direction * spacing, is_label=is_label, header=lines)
+    unit = "s" * (int(header.get("NDims", 3)) == 4)
+    steps = direction * spacing
+    return Volume(values, origin, steps, is_label=is_label, header=lines, time_unit=unit)
 
 
 @contextlib.contextmanager

@@ -12,6 +12,7 @@ FILE_SPACE = "FileSpace"  # frame of the file; the dataset itself is in LPS
 FILE_GRID = "FileGrid"  # of an image whose header is kept: dimensions, origin and steps
 LABEL_ARRAYS = "LabelArrays"  # names of point and cell arrays whose values must not be mixed
 LENGTH_UNIT = "LengthUnit"  # of coordinates, if the file says one that is not converted
+TIME_UNIT = "TimeUnit"  # of the time steps, as in `volumes.Volume`
 NRRD_HEADER = "NrrdHeader"  # lines of the header, such as the names and colors of segments
 NIFTI_HEADER = "NiftiHeader"  # lines `field: value`
 METAIMAGE_HEADER = "MetaImageHeader"  # lines `key = value`

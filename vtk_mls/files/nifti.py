@@ -8,7 +8,9 @@ file is written with the file's codes, sform and qform. On another grid the qfor
 sform. If the file has no qform, the sform is also written as the qform, if its axes are orthogonal.
 
 Units. Lengths are millimeters here, as in ITK, and are written in the unit of the file (meters,
-millimeters or micrometers). A file without a unit is in millimeters.
+millimeters or micrometers). A file without a unit is in millimeters. Times are seconds here if the
+file has a unit of time, and are written in the unit of the file, or else in seconds if their unit
+is known.
 
 Values are scaled if the slope is a finite number other than 0.
 
@@ -29,7 +31,7 @@ import functools
 import numpy as np
 
 from vtk_mls.base.messages import warn
-from vtk_mls.files import frames, paths, volumes
+from vtk_mls.files import frames, paths, units, volumes
 from vtk_mls.files.volumes import Series, Volume
 
 TO_RAS = frames.signs("RAS")  # and back
@@ -47,9 +49,8 @@ _GEOMETRY = {  # lines that a `Volume` keeps: the header's fields
 _LINES = {name: (name,) for name in ("intent_code", "intent_name", "xyzt_units", "toffset")}
 _LINES |= {"intent_p": ("intent_p1", "intent_p2", "intent_p3"), **_GEOMETRY}
 _SCANNER, _MILLIMETERS, _MICROMETERS = 1, 2, 3
-_FOREIGN_UNITS = {"nm": 1e-6, "um": 1e-3, "cm": 10.0, "m": 1e3}  # millimeters per unit
-_SMALL_UNITS = ("nm", "um")  # become micrometers
-_SPATIAL_UNIT = 7  # mask of xyzt_units
+_SPATIAL_UNIT, _TIME_UNIT = 7, 56  # masks of xyzt_units
+_TIME_UNITS = {8: "s", 16: "ms", 24: "us", 32: "Hz", 40: "ppm", 48: "rad/s"}
 _LENGTHS = {1: 1000.0, 3: 0.001}  # millimeters per unit; other codes mean millimeters
 _MAX_SHEAR = 1e-4  # axes closer to orthogonal than this are orthogonal for ITK
 _MAX_SHIFT = 0.01  # voxels between two placements of a vertex without a warning
@@ -121,6 +122,7 @@ def _volume(header, affine, values):
         is_label=is_label,
         is_vector=is_vector,
         header=_to_lines(header),
+        time_unit=_in_seconds(header)[1] * bool(header["dim"][4] > 1),
     )
 
 
@@ -175,21 +177,36 @@ def _header_of(volume, times):
         header[name] = source[name]
     if not header["xyzt_units"] & _SPATIAL_UNIT:
         header["xyzt_units"] |= _MILLIMETERS
-    if volume.unit in _SMALL_UNITS:
-        header["xyzt_units"] = _MICROMETERS
-    affine = np.column_stack([volume.steps, volume.origin]) * _FOREIGN_UNITS.get(volume.unit, 1.0)
+    millimeters = units.NANOMETERS.get(volume.unit, 1e6) / 1e6
+    if millimeters <= 1e-3:
+        header["xyzt_units"] = header["xyzt_units"] & _TIME_UNIT | _MICROMETERS
+    affine = np.column_stack([volume.steps, volume.origin]) * millimeters
     _place(header, source, TO_RAS[:, None] * affine)
     header["toffset"] = source["toffset"]
     if count > 1 and times != _times(source):  # times of another file
-        header["toffset"], header["pixdim"][4] = volumes.steps_of(times)
+        codes = {name: code for code, name in _TIME_UNITS.items()}
+        unit = _time_unit(header) or volume.time_unit
+        header["xyzt_units"] = header["xyzt_units"] & _SPATIAL_UNIT | codes.get(unit, 0)
+        times = units.from_seconds(unit, *volumes.steps_of(times))
+        header["toffset"], header["pixdim"][4] = times
     return header
 
 
 def _times(header):
     """The times of the volumes of a file; without a step they are counted."""
-    count, step = int(header["dim"][4]), float(header["pixdim"][4])
+    (start, step), _ = _in_seconds(header)
+    return tuple(start + step * index for index in range(max(int(header["dim"][4]), 1)))
+
+
+def _in_seconds(header):
+    """First time and time step, in seconds if the header has a unit of time, and their unit."""
+    start, step = (float(str(number)) for number in (header["toffset"], header["pixdim"][4]))
     step = step if np.isfinite(step) and step > 0 else 1.0
-    return tuple(float(header["toffset"]) + step * index for index in range(max(count, 1)))
+    return units.in_seconds(_time_unit(header), start, step)
+
+
+def _time_unit(header):
+    return _TIME_UNITS.get(int(header["xyzt_units"]) & _TIME_UNIT, "")
 
 
 def geometry_lines(lines):

@@ -23,11 +23,12 @@ from __future__ import annotations
 
 import contextlib
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from vtk_mls.files import frames, nrrd_times, nrrd_values, volumes
+from vtk_mls.files.units import NANOMETERS, from_seconds, symbol
 from vtk_mls.files.volumes import Series, Volume
 
 _TWO_WORDS = (
@@ -78,7 +79,8 @@ def open_file(path):
 
     def read_volume(index):
         with _failures_named(path):
-            return _volume(source.read(index), details)
+            volume = _volume(source.read(index), details)
+            return replace(volume, time_unit=time_axis.unit)
 
     return Series(time_axis.times, read_volume)
 
@@ -150,7 +152,14 @@ def _volume(values, details):
         is_vector=is_vector,
         space=details.space,
         header=(*(f"{name}: {value}" for name, value in copied.items()), *details.pairs),
+        unit=_length_unit(copied),
     )
+
+
+def _length_unit(copied):
+    """The unit of length, if it is the same along all axes."""
+    units = re.findall(r'"([^"]*)"', copied.get("space units", ""))[:3]
+    return symbol(units[0]) if len({*units}) == 1 and symbol(units[0]) in NANOMETERS else ""
 
 
 @contextlib.contextmanager
@@ -201,7 +210,7 @@ def _text(path, volume, time_axis):
     copied = dict(line.split(": ", 1) for line in volume.header if _is_field(line))
     values, kinds = volume.values, ["domain"] * 3
     sizes = [*values.shape[3:], *values.shape[2::-1]]
-    if volume.unit:
+    if volume.unit and "space units" not in copied:
         copied["space units"] = " ".join([f'"{volume.unit}"'] * 3)
     units = re.findall(r'"[^"]*"', copied.get("space units", ""))
     if time_axis is None:
@@ -213,13 +222,15 @@ def _text(path, volume, time_axis):
             del copied["space units"]  # of a file with times
     else:
         start, step, count = time_axis
+        unit = "".join(units[3:]).strip('"') or volume.time_unit
+        start, step = from_seconds(unit, start, step)
+        if unit or units:
+            copied["space units"] = " ".join([*(units or ['""'] * 3)[:3], f'"{unit}"'])
         frame = {"space dimension": 4}
         steps, origin = np.zeros((4, 4)), [*volume.origin, start]
         steps[:3, :3], steps[3, 3] = volume.steps.T, step
         kinds, sizes = [*kinds, "time"], [*sizes, count]
         copied.pop("measurement frame", None)
-        if len(units) == 3:  # of a file without times
-            copied["space units"] = " ".join([*units, '""'])
     directions = list(map(_format, steps))
     if values.ndim == 4:
         kinds = [_kind(volume, copied.get("kinds", "")), *kinds]

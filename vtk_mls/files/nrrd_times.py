@@ -12,6 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vtk_mls.files.units import in_seconds
+
 _IN_TIME = ("domain", "space", "time", "???", "none")
 
 
@@ -24,10 +26,13 @@ class TimeAxis:
     index : int
         Of the axis, fastest first.
     times : tuple of float
+    unit : str
+        As of `volumes.Volume`.
     """
 
     index: int
     times: tuple
+    unit: str
 
 
 def without_time(fields, sizes):
@@ -84,10 +89,10 @@ def without_time(fields, sizes):
     if len(vectors) == count:
         rest["space directions"] = " ".join(np.delete(vectors, index))
     _drop_words(rest, fields, index, count, bool(vectors))
-    _move_units(rest, fields, count)
     rest["dimension"] = str(count - 1)
+    (start, step), unit = in_seconds(_unit(rest, fields, index, count), start, step)
     times = _times(start, step, sizes[index])
-    return TimeAxis(index, times), rest, [*sizes[:index], *sizes[index + 1 :]]
+    return TimeAxis(index, times, unit), rest, [*sizes[:index], *sizes[index + 1 :]]
 
 
 def _drop_words(rest, fields, index, count, has_directions):
@@ -105,12 +110,17 @@ def _times(start, step, count):
     return tuple(float(start + step * index) for index in range(count))
 
 
-def _move_units(rest, fields, count):
-    """Keep the units of four axes as units of a space of four dimensions."""
-    units = re.findall(r'"[^"]*"', fields.get("space units", fields.get("units", "")))
-    rest.pop("units", None)
-    if count == len(units) == 4:
-        rest["space units"] = " ".join(units)
+def _unit(rest, fields, index, count):
+    """The unit of time, which becomes the last of four `space units`."""
+    units = re.findall(r'"[^"]*"', rest.pop("units", ""))
+    spatial = re.findall(r'"[^"]*"', fields.get("space units", ""))
+    if len(spatial) != 4 and len(units) == count:
+        if len(spatial) != 3:
+            lengths = [unit for unit in np.delete(units, index) if unit != '""']
+            spatial = lengths if len(lengths) == 3 else ['""'] * 3
+        spatial = [*spatial, units[index]]
+        rest["space units"] = " ".join(spatial)
+    return spatial[3].strip('"') if len(spatial) == 4 else ""
 
 
 def _numbers(text):

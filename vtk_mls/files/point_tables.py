@@ -41,6 +41,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vtk_mls.base.messages import warn
+from vtk_mls.base.time_steps import step_at
 from vtk_mls.files import table_layouts
 from vtk_mls.files.frames import signs
 from vtk_mls.files.landmarks import Landmarks
@@ -203,14 +204,9 @@ def _rows_at(path, table, time, is_alone):
             f"`{path}` has control points at {len({*row_times})} times; `vtk-mls deform` and "
             "MLSControlPoints take them, here give those of one time"
         )
-    step = step_at(sorted({*row_times}), time)
+    steps = sorted({*row_times})
+    step = steps[step_at(steps, time)]
     return [row for row, row_time in zip(rows, row_times) if row_time == step]
-
-
-def step_at(steps, time):
-    """The last of sorted steps that is not after a time, or the first; None is before all."""
-    earlier = [step for step in steps if time is not None and step <= time]
-    return earlier[-1] if earlier else steps[0]
 
 
 def _time(path, layout, number, row):

@@ -1,32 +1,28 @@
 """TIFF stacks, by tifffile: those of ImageJ and Fiji, of OME (one file), and plain pages.
 
-Coordinates are in the unit of the file, which the metadata of ImageJ or OME say; y grows down the
-page. Without such metadata voxels are cubes of size 1, for the resolution of a plain TIFF file says
-nothing about the distance of its pages.
+Coordinates are in the unit of the file along x, which the metadata of ImageJ or OME say; y grows
+down the page. A size that OME metadata leave out is that of another axis, with a warning. Without
+metadata voxels are cubes of size 1, for the resolution of a plain TIFF file says nothing about the
+distance of its pages.
 """
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import logging
-from contextlib import contextmanager
 from xml.etree import ElementTree
 
 import numpy as np
 
+from vtk_mls.base.messages import warn
 from vtk_mls.files import image_files
+from vtk_mls.files.units import NANOMETERS, in_seconds, symbol
 from vtk_mls.files.volumes import Volume
 
 _NAMES = str.maketrans("IQRS", "ZZZC")  # other axes of pages and of components
-# names of units in files: the unit, and nanometers in it
-_UNITS = {
-    **dict.fromkeys(("nm", "nanometer"), ("nm", 1.0)),
-    **dict.fromkeys(("um", "\u00b5m", "\u03bcm", "micron", "microns", "micrometer"), ("um", 1e3)),
-    **dict.fromkeys(("mm", "millimeter"), ("mm", 1e6)),
-    **dict.fromkeys(("cm", "centimeter"), ("cm", 1e7)),
-    **dict.fromkeys(("m", "meter"), ("m", 1e9)),
-}
 _ORDER = "TZYXC"
+_PLAIN_COLORS = 1, 2  # gray and RGB, of which SimpleITK returns the values of the file
 _ERRORS = AttributeError, LookupError, OverflowError, RuntimeError, TypeError, ValueError
 
 
@@ -50,23 +46,38 @@ def open_file(path):
     """
     try:
         with _opened(path) as file:
-            series_count, series = len(file.series), file.series[0]
-            axes, shape = series.axes, series.shape
-            (*spacing, interval), unit = _metadata(file)
+            axes, shape = _stack(file)
+            sizes, names, interval, time_unit = _metadata(file)
     except ElementTree.ParseError as error:  # a SyntaxError
         raise ValueError(f"its OME metadata are not XML: {error}") from None
-    if series_count != 1:
-        raise ValueError(f"it must be one stack, got {series_count} images of different sizes")
     count = _time_count(axes, shape)
+    layers = dict(zip(axes.translate(_NAMES), shape)).get("Z", 1)
+    spacing, unit = _in_one_unit(path, sizes, names, layers)
     whole = functools.cache(lambda: _values(path))
+    (interval,), time_unit = in_seconds(time_unit, interval or 1.0)
 
     def read(index):
-        return image_files.image_of(_volume(whole()[index], spacing, unit), "TIFF")
+        values, place = whole()[index], (np.zeros(3), np.diag(spacing))
+        values = np.ascontiguousarray(values, values.dtype.newbyteorder("="))
+        return image_files.image_of(Volume(values, *place, unit=unit, time_unit=time_unit), "TIFF")
 
     return tuple(interval * n for n in range(count)) if count > 1 else (), read
 
 
-@contextmanager
+def _stack(file):
+    """Axes and shape of the values. Images of one page each are layers if they are alike."""
+    first, count = file.series[0], len(file.series)
+    if count == 1:
+        return first.axes, first.shape
+    is_page = {*first.axes} <= {*"YXS"} and not file.is_ome
+    sizes = {(item.axes, item.shape, item.dtype) for item in file.series}
+    if not is_page or len(sizes) > 1:
+        different = " of different sizes or types" * (len(sizes) > 1)
+        raise ValueError(f"it must be one stack, got {count} images{different}")
+    return f"Z{first.axes}", (count, *first.shape)
+
+
+@contextlib.contextmanager
 def _opened(path):
     """tifffile's file. Errors that it only logs are raised, because it leaves out pages then."""
     import tifffile
@@ -82,6 +93,9 @@ def _opened(path):
             yield file
     except (*_ERRORS, tifffile.TiffFileError) as error:
         text = str(error) or type(error).__name__
+        if "imagecodecs" in text:
+            text = f"it needs the package imagecodecs: pip install imagecodecs ({text})"
+            raise ValueError(text) from None
         raise ValueError(f"it is not a readable TIFF file: {text}") from None
     finally:
         logger.removeHandler(handler)
@@ -113,8 +127,15 @@ def _values(path):
     import tifffile
 
     with _opened(path) as file:
-        series = file.series[0]
-        values, axes = series.asarray(), _long_axes(series.axes, series.shape)
+        axes, shape = _stack(file)
+        try:
+            parts = [series.asarray() for series in file.series]
+            values = parts[0] if len(parts) == 1 else np.stack(parts)
+        except ValueError as error:
+            values = _values_by_itk(path, file) if "imagecodecs" in str(error) else None
+            if values is None:
+                raise
+    values, axes = values.reshape(shape), _long_axes(axes, shape)
     values = tifffile.transpose_axes(np.squeeze(values), axes, _ORDER)
     if values.dtype == np.float16:
         values = values.astype(np.float32)
@@ -125,52 +146,76 @@ def _values(path):
     return values if "C" in axes else values[..., 0]
 
 
-def _volume(values, spacing, unit):
-    values = np.ascontiguousarray(values, values.dtype.newbyteorder("="))
-    return Volume(values, np.zeros(3), np.diag(spacing), unit=unit)
+def _values_by_itk(path, file):
+    """The pages of all series, such as those in LZW, by SimpleITK; None if it cannot read them."""
+    page, count = file.pages[0], len(file.pages)
+    with contextlib.suppress(ImportError, RuntimeError):
+        import SimpleITK
+
+        image = SimpleITK.ReadImage(str(path), imageIO="TIFFImageIO")
+        values = SimpleITK.GetArrayFromImage(image)
+        is_same = values.shape == (*[count] * (count > 1), *page.shape)
+        if is_same and values.dtype == page.dtype and page.photometric in _PLAIN_COLORS:
+            indices = [page.index for series in file.series for page in series.pages]
+            return values.reshape(count, *page.shape)[indices]
+    return None
 
 
 def _metadata(file):
-    """Spacing along x, y and z and the interval of times; the unit of lengths."""
+    """Sizes along x, y and z (None is missing) and their units; the interval of times and its."""
     if file.is_ome and file.ome_metadata:
         return _of_ome(file.ome_metadata)
     if file.is_imagej and file.imagej_metadata:
         return _of_imagej(file)
-    return (1.0, 1.0, 1.0, 1.0), ""
+    return [None] * 3, [""] * 3, None, ""
 
 
 def _of_ome(text):
     root = ElementTree.fromstring(text)
     pixels = next((item for item in root.iter() if item.tag.endswith("}Pixels")), None)
     attributes = {} if pixels is None else pixels.attrib
-    unit, nanometers = _UNITS.get(attributes.get("PhysicalSizeXUnit", "um"), ("", 1.0))
-    spacing = []
-    for axis in "XYZ":
-        name = attributes.get(f"PhysicalSize{axis}Unit", "um")
-        own_nanometers = _UNITS.get(name, (unit, nanometers))[1]
-        size = _positive(attributes.get(f"PhysicalSize{axis}"))
-        spacing.append(size * own_nanometers / nanometers)
-    if "PhysicalSizeX" not in attributes:
-        unit = ""
-    return (*spacing, _positive(attributes.get("TimeIncrement"))), unit
+    sizes = [_positive(attributes.get(f"PhysicalSize{axis}")) for axis in "XYZ"]
+    units = [attributes.get(f"PhysicalSize{axis}Unit", "um") for axis in "XYZ"]
+    interval = _positive(attributes.get("TimeIncrement"))
+    return sizes, units, interval, attributes.get("TimeIncrementUnit", "s") if interval else ""
 
 
 def _of_imagej(file):
     metadata, tags = file.imagej_metadata, file.pages[0].tags
-    name = str(metadata.get("unit", "")).strip().lower().replace("\\u00b5", "\u00b5")
-    unit, _ = _UNITS.get(name, ("", 1.0))
-    spacing = []
+    sizes = []
     for name in ("XResolution", "YResolution"):
         number, divisor = tags[name].value if name in tags else (1, 1)
-        spacing.append(_positive(divisor / number if number else 1))
-    z, interval = _positive(metadata.get("spacing")), _positive(metadata.get("finterval"))
-    return (*spacing, z, interval), unit
+        sizes.append(_positive(divisor / number if number else 1) or 1.0)
+    unit = str(metadata.get("unit", ""))
+    units = [unit, *(str(metadata.get(name, unit)) for name in ("yunit", "zunit"))]
+    interval = _positive(metadata.get("finterval"))
+    time_unit = str(metadata.get("tunit", "s")) if interval else ""
+    return [*sizes, _positive(metadata.get("spacing")) or 1.0], units, interval, time_unit
+
+
+def _in_one_unit(path, sizes, units, layers):
+    """Spacing along x, y and z, and its unit: that of the first size."""
+    known = [(size, symbol(unit)) for size, unit in zip(sizes, units) if size is not None]
+    if not known:
+        return [1.0] * 3, ""
+    (first, unit), spacing = known[0], []
+    for axis, size, name in zip("xyz", sizes, map(symbol, units)):
+        ratio = NANOMETERS.get(name, np.nan) / NANOMETERS.get(unit, np.nan)
+        if size is None or (np.isnan(ratio) and name != unit):
+            if axis != "z" or layers > 1:
+                warn(
+                    f"`{path}` does not state the size of voxels along {axis}, or in no unit of "
+                    f"length; that of another axis is used, {first:g} {unit}"
+                )
+            size, name = first, unit
+        spacing.append(size if name == unit else size * ratio)
+    return spacing, unit if unit in NANOMETERS else ""
 
 
 def _positive(value):
-    """A positive number; 1 for any other value."""
+    """A positive number; None for any other value."""
     try:
         number = float(value)
     except (TypeError, ValueError):
-        return 1.0
-    return number if np.isfinite(number) and number > 0 else 1.0
+        return None
+    return number if np.isfinite(number) and number > 0 else None

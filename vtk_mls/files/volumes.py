@@ -40,7 +40,10 @@ class Volume:
     header : tuple of str
         Lines of the header that a file of the same format gets again.
     unit : str
-        Of lengths, if it is not the unit of the format: "nm", "um", "mm", "cm" or "m".
+        Of lengths, if it is not the unit of the format: one of `units.NANOMETERS`.
+    time_unit : str
+        "s" if the unit of times is stated, which then are in seconds. A unit that is not of time,
+        such as "Hz", or "" for times as in the file.
     """
 
     values: np.ndarray
@@ -51,6 +54,7 @@ class Volume:
     space: str = ""
     header: tuple = ()
     unit: str = ""
+    time_unit: str = ""
 
 
 def decoded(line):
@@ -86,7 +90,7 @@ class Series(NamedTuple):
     Attributes
     ----------
     times : tuple of float
-        In the unit of the file; empty for a file without a time axis.
+        In seconds if the file states a unit of time; empty for a file without a time axis.
     read : callable
         Returns the `Volume` of a time by its index.
     """

@@ -97,6 +97,8 @@ class Algorithm(VTKPythonAlgorithmBase):
                 self._blocks_since = self.GetExecutive().GetPipelineMTime()
                 return 1
         if name == "RequestUpdateExtent":
+            for info in self._information()[0]:
+                pipeline.request_time(info, pipeline.requested_time(info), info)
             self._empty_outdated_outputs(outInfo)
             if _has_composite(inInfo):
                 self._has_reported = self._has_discarded = False
@@ -159,8 +161,8 @@ class Algorithm(VTKPythonAlgorithmBase):
         requests.SetNumberOfInformationObjects(producer.GetNumberOfOutputPorts())
         info = vtkInformation()
         request(info)
-        if time is not None:
-            info.Set(vtkStreamingDemandDrivenPipeline.UPDATE_TIME_STEP(), time)
+        input_info = self.GetExecutive().GetInputInformation(port, index)
+        pipeline.request_time(info, time, input_info)
         requests.SetInformationObject(output_port, info)
         displays_warnings = vtkObject.GetGlobalWarningDisplay()
         if isinstance(producer, Algorithm):  # it reports the same error when data are requested

@@ -12,6 +12,7 @@ from vtkmodules.vtkCommonExecutionModel import (
 )
 
 from vtk_mls.base import interpolation
+from vtk_mls.base.time_steps import step_at
 from vtk_mls.vtk.arrays import ImageGeometry
 
 _KEYS = vtkStreamingDemandDrivenPipeline
@@ -116,7 +117,8 @@ def needed_extent(deformation, geometry, sampling, margin=0):
 def publish_times(inputs, outputs):
     """Set the time steps of the outputs to those of all inputs; VTK takes the first input's only.
 
-    Every input is asked for the time requested of the output, and chooses its own step.
+    Every input is asked for the time requested of the output, and chooses its own step (see
+    `request_time`).
 
     Parameters
     ----------
@@ -146,11 +148,22 @@ def announce_times(info, times):
 
 
 def stamp_step(info, time):
-    """Set the time of a source's data: that of the last step that is not after `time`."""
+    """Set the time of a source's data: that of the step that holds at `time`."""
     steps = info.Get(_STEPS)
     if steps:
-        step = max((step for step in steps if step <= time), default=steps[0])
+        step = steps[step_at(steps, time)]
         info.Get(vtkDataObject.DATA_OBJECT()).GetInformation().Set(_DATA_TIME, step)
+
+
+def request_time(info, time, input_info):
+    """Request a time of an input, or its step that the time misses by rounding.
+
+    VTK's readers would take the step before.
+    """
+    if time is not None:
+        steps = input_info.Get(_STEPS)
+        index = step_at(steps, time)
+        info.Set(_REQUESTED_TIME, max(time, steps[index]) if index else time)
 
 
 def publish_changing_extent(info):

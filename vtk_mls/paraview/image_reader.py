@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from contextlib import suppress
 
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
 from vtk_mls import io
+from vtk_mls.base.time_steps import step_at
 from vtk_mls.filters import pipeline
 from vtk_mls.filters.algorithm import Algorithm, CachedValue
 from vtk_mls.vtk import arrays
@@ -45,7 +45,7 @@ class MLSImageReader(Algorithm):
     def RequestData(self, request, inInfo, outInfo):
         info = outInfo.GetInformationObject(0)
         vtkImageData.GetData(outInfo).ShallowCopy(self._image(info))
-        pipeline.stamp_step(info, self._time_of(info))
+        pipeline.stamp_step(info, pipeline.requested_time(info))
         return 1
 
     def _opened(self):
@@ -57,14 +57,9 @@ class MLSImageReader(Algorithm):
                 raise ValueError(f"`FileName`: {error}") from error
         return self._series
 
-    def _time_of(self, info):
-        """The requested time; before all without one."""
-        time = pipeline.requested_time(info)
-        return -math.inf if time is None else time
-
     def _image(self, info):
         times, read = self._opened()
-        index = max(sum(time <= self._time_of(info) for time in times) - 1, 0)
+        index = step_at(times, pipeline.requested_time(info))
         return self._cached_image.of(index, lambda: along_world_axes(read(index)))
 
 

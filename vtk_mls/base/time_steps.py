@@ -1,0 +1,25 @@
+"""Time steps of data."""
+
+from __future__ import annotations
+
+import numpy as np
+
+_ROUNDING = 0.01  # steps; files round times to float32, or to a few decimal digits
+
+
+def step_at(steps, time):
+    """The index of the step of a time: the last that is not after it, or the first.
+
+    A step that is after it by rounding only, by less than a hundredth of the step, counts.
+
+    Parameters
+    ----------
+    steps : sequence of float
+        Sorted.
+    time : float or None
+        None is before all steps.
+    """
+    if time is None or not steps:
+        return 0
+    rounding = _ROUNDING * np.diff(steps, prepend=steps[0])
+    return max(int(np.sum(np.subtract(steps, rounding) <= time)) - 1, 0)
