@@ -7,6 +7,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import ngff_zarr
@@ -116,28 +117,53 @@ def test_the_displacement_field(folder, rng, small_blocks):
         )
 
 
-KILLED = """
-import os, signal, sys
-sys.path.insert(0, {project!r})
+JOB = """
+import sys, time
+from pathlib import Path
 from vtk_mls import Deformation
 from vtk_mls.ome_zarr import blocks, job
 import numpy as np
 blocks.MAX_VALUES = 6 * 8 * 10
 handles = np.loadtxt("handles.csv", delimiter=",")
 d = Deformation(handles[:, :3], handles[:, 3:], device="reference")
-stop = lambda fraction: fraction > 0.4 and os.kill(os.getpid(), signal.SIGKILL)
-job.deform("in.ome.zarr", "out.ome.zarr", d, {settings!r}, progress=stop)
+
+def wait(fraction):
+    while fraction > 0.4 and Path("wait").exists():
+        Path("waits").touch()
+        time.sleep(0.05)
+
+try:
+    job.deform("in.ome.zarr", "out.ome.zarr", d, {settings!r}, progress=wait)
+except OSError as error:
+    sys.exit(str(error))
 """
+
+
+def start():
+    """A process that deforms in.ome.zarr; it stops in the middle while there is a file `wait`."""
+    code = JOB.format(settings=SETTINGS)
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    return subprocess.Popen([sys.executable, "-c", code], **pipes)
+
+
+def kill(process):
+    """Kill a process that stops in the middle."""
+    while not Path("waits").exists():
+        assert process.poll() is None, process.communicate()
+        time.sleep(0.05)
+    process.send_signal(signal.SIGKILL)
+    process.communicate()
+    Path("wait").unlink()
 
 
 def test_a_killed_process_is_resumed_to_the_same_files(folder, rng, small_blocks, monkeypatch):
     write("in.ome.zarr", halves(values(rng)))
     job.deform("in.ome.zarr", "whole.ome.zarr", D, SETTINGS)
-    code = KILLED.format(project=str(Path(__file__).parents[2]), settings=SETTINGS)
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, check=False)
-    assert done.returncode == -signal.SIGKILL, done.stderr
+    Path("wait").touch()
+    kill(start())
     assert not Path("out.ome.zarr").exists(), "an unfinished output has another name"
-    remains = Path("out.ome.zarr.unfinished/out.ome.zarr/scale0/c/0/0/0.12ab.partial")
+    (place,) = Path("out.ome.zarr.unfinished").glob("*/scale0/c/0/0")
+    remains = place / "0.12ab.partial"
     remains.write_bytes(b"half of a chunk")
     count, run = [], blocks.DeformedBlocks.write
     monkeypatch.setattr(blocks.DeformedBlocks, "write", lambda *a: count.append(run(*a)))
@@ -147,6 +173,36 @@ def test_a_killed_process_is_resumed_to_the_same_files(folder, rng, small_blocks
     assert 3 <= len(count) <= total * 0.6 + 3, "just the blocks that were missing are computed"
     assert files(Path("out.ome.zarr")) == files(Path("whole.ome.zarr"))
     assert not Path("out.ome.zarr.unfinished").exists()
+
+
+def test_one_job_at_a_time_writes_an_output(folder, rng, small_blocks):
+    write("in.ome.zarr", halves(values(rng)))
+    job.deform("in.ome.zarr", "whole.ome.zarr", D, SETTINGS)
+    whole = files(Path("whole.ome.zarr"))
+    Path("wait").touch()
+    first = start()
+    while not Path("waits").exists():
+        time.sleep(0.05)
+    second = start()
+    sentence = "out.ome.zarr` could not be written: another job is writing it; wait for that"
+    assert sentence in second.communicate()[1]
+    with pytest.raises(OSError, match=sentence):  # also a job of other inputs
+        job.write_field("in.ome.zarr", "out.ome.zarr", D)
+    kill(first)
+    assert not Path("out.ome.zarr").exists()
+    assert job.deform("in.ome.zarr", "out.ome.zarr", D, SETTINGS).endswith("was resumed")
+    assert files(Path("out.ome.zarr")) == whole
+    for pause in (0, 0.2, 0.4):
+        shutil.rmtree("out.ome.zarr")
+        jobs = []
+        for _ in range(2):
+            jobs.append(start())
+            time.sleep(pause)
+        said = [running.communicate()[1].strip() for running in jobs]
+        assert "" in said
+        assert all(re.search("^$|another job (is writing|has just written) it", s) for s in said)
+        assert files(Path("out.ome.zarr")) == whole
+        assert not Path("out.ome.zarr.unfinished").exists()
 
 
 def test_other_inputs_start_anew(folder, rng, small_blocks):

@@ -60,16 +60,16 @@ def deform(source, target, transform, settings, *, scheduler=None, progress=None
         paths += [f"{place}/{level.path}".lstrip("/") for level in member.levels]
     check_output(target, [source])
     inputs = hash_of(source, paths, transform, settings, vtk_mls.__version__)
-    unfinished = Unfinished(target, inputs)
-    copy_metadata(Path(source), unfinished.data, [*images, *paths])
-    for place, member in images.items():
-        state_method(unfinished.data / place, "nearest" if member.is_label else "mean")
-    source = Path(source).resolve()
-    parts = [
-        DeformedBlocks(source / place, unfinished.data / place, transform, **settings)
-        for place in images
-    ]
-    return _run(parts, unfinished, scheduler, progress)
+    with Unfinished(target, inputs) as unfinished:
+        copy_metadata(Path(source), unfinished.data, [*images, *paths])
+        for place, member in images.items():
+            state_method(unfinished.data / place, "nearest" if member.is_label else "mean")
+        source = Path(source).resolve()
+        parts = [
+            DeformedBlocks(source / place, unfinished.data / place, transform, **settings)
+            for place in images
+        ]
+        return _run(parts, unfinished, scheduler, progress)
 
 
 def write_field(source, target, transform, *, scheduler=None, progress=None):
@@ -81,11 +81,11 @@ def write_field(source, target, transform, *, scheduler=None, progress=None):
     image = open_image(source)
     check_output(target, [source])
     inputs = hash_of(source, [], "field", image.finest.grid, transform, vtk_mls.__version__)
-    unfinished = Unfinished(target, inputs)
-    if not unfinished.is_resumed:
-        create_field(unfinished.data, image)
-    parts = [FieldBlocks(Path(source).resolve(), unfinished.data, transform)]
-    return _run(parts, unfinished, scheduler, progress)
+    with Unfinished(target, inputs) as unfinished:
+        if not unfinished.done:
+            create_field(unfinished.data, image)
+        parts = [FieldBlocks(Path(source).resolve(), unfinished.data, transform)]
+        return _run(parts, unfinished, scheduler, progress)
 
 
 def _run(parts, unfinished, scheduler, progress):
