@@ -370,8 +370,13 @@ def test_refused_outputs_and_options(folder, rng, capsys):
         ("in.ome.zarr", "none/out.zarr"): "there is no folder",
         ("none.zarr", "out.zarr"): "does not exist; expected the folder of an OME-Zarr",
         ("in.vti", "out.zarr"): "can be made of an OME-Zarr only",
-        ("in.ome.zarr", "out.zarr", "--overlap"): "`--overlap` is not for OME-Zarr",
-        ("in.ome.zarr", "out.zarr", "--grid", "fitted"): "`--grid` must be input",
+        (
+            "in.ome.zarr",
+            "out.zarr",
+            "--overlap",
+        ): "is for images: `in.ome.zarr` is an OME-Z",
+        ("in.ome.zarr", "out.zarr", "--grid", "fitted"): "`--grid` is for images: ",
+        ("in.ome.zarr", "out.zarr", "--reference", "none.vti"): "`--reference` is for images: ",
         ("in.ome.zarr", "out.vti", "--scheduler", "x"): "`--scheduler` is for outputs that end in",
     }.items():
         source, target, *options = arguments

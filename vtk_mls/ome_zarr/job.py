@@ -10,9 +10,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import vtk_mls
-from vtk_mls.base import validation
-from vtk_mls.base.interpolation import INTERPOLATIONS
 from vtk_mls.base.progress import whole
+from vtk_mls.base.sampling import Sampling
 from vtk_mls.files.ome_zarr import open_image, state_method
 from vtk_mls.ome_zarr.blocks import DeformedBlocks, FieldBlocks
 from vtk_mls.ome_zarr.field_metadata import create_field
@@ -48,8 +47,8 @@ def deform(source, target, transform, settings, *, scheduler=None, progress=None
     Aborted, DeviceError, OSError, ValueError
         Naming the folder.
     """
-    validation.choice("interpolation", settings["interpolation"], INTERPOLATIONS)
     image = open_image(source)
+    sampling = Sampling(image.finest.grid, **settings)
     images = {"": image}
     for name in image.labels:
         images[f"{_LABELS}/{name}"] = open_image(Path(source, _LABELS, name))
@@ -60,6 +59,9 @@ def deform(source, target, transform, settings, *, scheduler=None, progress=None
         paths += [f"{place}/{level.path}".lstrip("/") for level in member.levels]
     check_output(target, [source])
     inputs = hash_of(source, paths, transform, settings, vtk_mls.__version__)
+    sampling.warn_of_background(
+        {place or "the image": member.finest.array.dtype for place, member in images.items()}
+    )
     with Unfinished(target, inputs) as unfinished:
         copy_metadata(Path(source), unfinished.data, [*images, *paths])
         for place, member in images.items():
@@ -189,7 +191,7 @@ def _executor(scheduler):
     try:
         client = distributed.Client(scheduler, timeout="10s", set_as_default=False)
     except (OSError, ValueError) as error:
-        raise OSError(f"`{scheduler}` is not a scheduler that answers: {error}") from error
+        raise OSError(f"`--scheduler {scheduler}` does not answer: {error}") from error
     with client:
         threads = sum(client.nthreads().values())
         if not threads:
