@@ -103,6 +103,37 @@ def test_label_images_are_sampled_nearest(folder, rng, small_blocks):
     np.testing.assert_array_equal(opened("out.ome.zarr", "scale0").read().result(), moved)
 
 
+def test_a_large_shard_is_computed_in_parts_and_written_once(folder, rng, monkeypatch):
+    levels = halves(values(rng), 2)
+    file = write("in.ome.zarr", levels)
+    for number, level in enumerate(levels):
+        options = {"chunks": (3, 4, 5), "shards": (6, 8, 10), "dimension_names": [*"zyx"]}
+        file.create_array(f"scale{number}", data=level, overwrite=True, **options)
+    monkeypatch.setattr(blocks, "MAX_VALUES", 70)
+    monkeypatch.setattr(job, "MAX_VALUES", 70)
+    sizes, written = [], []
+    compute, write_values = blocks.DeformedBlocks._values, blocks.write
+
+    def computed(self, stage, place):
+        result = compute(self, stage, place)
+        sizes.append(result.size)
+        return result
+
+    def write_once(array, place, result):
+        written.append((array.path, str(place)))
+        write_values(array, place, result)
+
+    monkeypatch.setattr(blocks.DeformedBlocks, "_values", computed)
+    monkeypatch.setattr(blocks, "write", write_once)
+    assert main(["deform", "in.ome.zarr", "handles.csv", "out.ome.zarr"]) == 0
+    assert max(sizes) <= 70
+    assert len(written) == len(set(written)) == 2 * 3 * 3 + 1 * 2 * 2
+    (moved,) = D.resample([levels[0]], GRID)
+    for number, level in enumerate(halves(moved, 2)):
+        found = opened("out.ome.zarr", f"scale{number}").read().result()
+        np.testing.assert_array_equal(found, level)
+
+
 def test_the_displacement_field(folder, rng, small_blocks):
     for version in ("0.4", "0.5"):
         shutil.rmtree("in.ome.zarr", ignore_errors=True)

@@ -13,7 +13,7 @@ import vtk_mls
 from vtk_mls.base.progress import whole
 from vtk_mls.base.sampling import Sampling
 from vtk_mls.files.ome_zarr import open_image, state_method
-from vtk_mls.ome_zarr.blocks import DeformedBlocks, FieldBlocks
+from vtk_mls.ome_zarr.blocks import MAX_VALUES, DeformedBlocks, FieldBlocks
 from vtk_mls.ome_zarr.field_metadata import create_field
 from vtk_mls.ome_zarr.unfinished import Unfinished, check_output, copy_metadata, hash_of
 
@@ -98,15 +98,20 @@ def _run(parts, unfinished, scheduler, progress):
     job = pickle.dumps((os.urandom(8), parts))  # another job for each run: workers keep the last
     stages = _stages(parts)
     total = sum(map(len, stages))
-    with whole(progress) as part, _executor(scheduler) as (executor, count):
+    with whole(progress) as fraction, _executor(scheduler) as (executor, count):
         finished = 0
-        for stage in stages:
+        for number, stage in enumerate(stages):
+            size = max(part.size(number) for part in parts if number < part.stages)
+            if scheduler or size <= MAX_VALUES:
+                at_once = count
+            else:  # large shards share the memory of usual blocks
+                at_once = max(1, min(count, _MAX_THREADS * MAX_VALUES // size))
             finished += sum(name in unfinished.done for name in stage)
             todo = [(name, *task) for name, task in stage.items() if name not in unfinished.done]
-            for name in _completed(executor, count, job, todo):
+            for name in _completed(executor, at_once, job, todo):
                 unfinished.note(name)
                 finished += 1
-                part.report(min(finished / total, 1))
+                fraction.report(min(finished / total, 1))
     unfinished.finish()
     if unfinished.is_resumed:
         return "an interrupted output was resumed"
