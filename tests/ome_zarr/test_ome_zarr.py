@@ -18,6 +18,7 @@ import zarr
 from zarr_images import HANDLES, ORIGIN, SHAPE, SPACING, files, halves, values, write
 
 from vtk_mls import Aborted, Deformation, Grid, Sampling, io
+from vtk_mls.base.messages import message_handlers
 from vtk_mls.cli import main
 from vtk_mls.commands import view
 from vtk_mls.editor import saving
@@ -262,6 +263,48 @@ def test_workers_of_a_cluster_write_the_same_files(folder, rng, small_blocks):
     with distributed.LocalCluster(2, protocol="tcp", host="127.0.0.1", **options) as cluster:
         command = ["deform", "in.ome.zarr", "handles.csv", "out.ome.zarr"]
         assert main([*command, "--scheduler", cluster.scheduler_address]) == 0
+    assert files(Path("out.ome.zarr")) == files(Path("whole.ome.zarr"))
+
+
+def test_a_cluster_without_workers_is_told_and_goes_on_with_new_ones(
+    folder, rng, small_blocks, monkeypatch
+):
+    import distributed
+
+    write("in.ome.zarr", halves(values(rng)))
+    job.deform("in.ome.zarr", "whole.ome.zarr", D, SETTINGS)
+    monkeypatch.setattr(job, "_PATIENCE", 0.5)
+    said, workers = [], []
+
+    def add_worker():
+        module = "distributed.cli.dask_worker"
+        options = ["--no-nanny", "--no-dashboard", "--nthreads", "1"]
+        command = [sys.executable, "-m", module, address, *options]
+        workers.append(subprocess.Popen(command, stderr=subprocess.DEVNULL))
+
+    def told(sentence):
+        said.append(sentence)
+        add_worker()
+
+    def stop(fraction):
+        if fraction > 0.3 and len(workers) == 1:
+            workers[0].kill()  # SIGKILL
+            workers[0].wait()
+
+    options = {"protocol": "tcp", "host": "127.0.0.1", "dashboard": False}
+    scheduler = {"cls": distributed.Scheduler, "options": options}
+    with distributed.SpecCluster({}, scheduler) as cluster:
+        address = cluster.scheduler_address
+        add_worker()
+        with distributed.Client(address) as client:
+            client.wait_for_workers(1)
+        with message_handlers(None, told):
+            arguments = "in.ome.zarr", "out.ome.zarr", D, SETTINGS
+            job.deform(*arguments, scheduler=address, progress=stop)
+        workers[-1].kill()
+        workers[-1].wait()
+    (sentence,) = said
+    assert sentence.startswith("the cluster has no workers any more; waiting for new ones")
     assert files(Path("out.ome.zarr")) == files(Path("whole.ome.zarr"))
 
 

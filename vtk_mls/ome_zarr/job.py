@@ -6,10 +6,11 @@ import concurrent.futures
 import functools
 import os
 import pickle
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import vtk_mls
+from vtk_mls.base.messages import warn
 from vtk_mls.base.progress import whole
 from vtk_mls.base.sampling import Sampling
 from vtk_mls.files.ome_zarr import open_image, state_method
@@ -18,6 +19,7 @@ from vtk_mls.ome_zarr.field_metadata import create_field
 from vtk_mls.ome_zarr.unfinished import Unfinished, check_output, copy_metadata, hash_of
 
 _LABELS = "labels"
+_PATIENCE = 10.0  # seconds without a block until the workers of a cluster are looked at
 _MAX_THREADS = 4  # each holds a block: while one computes, others read and write
 
 
@@ -98,7 +100,7 @@ def _run(parts, unfinished, scheduler, progress):
     job = pickle.dumps((os.urandom(8), parts))  # another job for each run: workers keep the last
     stages = _stages(parts)
     total = sum(map(len, stages))
-    with whole(progress) as fraction, _executor(scheduler) as (executor, count):
+    with whole(progress) as fraction, _executor(scheduler) as (executor, count, watch):
         finished = 0
         for number, stage in enumerate(stages):
             size = max(part.size(number) for part in parts if number < part.stages)
@@ -108,7 +110,7 @@ def _run(parts, unfinished, scheduler, progress):
                 at_once = max(1, min(count, _MAX_THREADS * MAX_VALUES // size))
             finished += sum(name in unfinished.done for name in stage)
             todo = [(name, *task) for name, task in stage.items() if name not in unfinished.done]
-            for name in _completed(executor, at_once, job, todo):
+            for name in _completed(executor, at_once, job, todo, watch):
                 unfinished.note(name)
                 finished += 1
                 fraction.report(min(finished / total, 1))
@@ -131,8 +133,8 @@ def _stages(parts):
     ]
 
 
-def _completed(executor, count, job, todo):
-    """Names of blocks, as they are written; `count` at a time."""
+def _completed(executor, count, job, todo, watch):
+    """Names of blocks, as they are written; `count` at a time. `watch` is called in long pauses."""
     todo, running = iter(todo), {}
     try:
         while True:
@@ -141,7 +143,9 @@ def _completed(executor, count, job, todo):
                 running[executor.submit(_write, job, *arguments)] = name
             if not running:
                 return
-            done, _ = concurrent.futures.wait(running, return_when="FIRST_COMPLETED")
+            done, _ = concurrent.futures.wait(running, _PATIENCE, "FIRST_COMPLETED")
+            if not done:
+                watch()
             for future in done:
                 _check(future)
                 yield running.pop(future)
@@ -183,11 +187,11 @@ def _parts(job):
 
 @contextmanager
 def _executor(scheduler):
-    """An executor, and the number of blocks to submit at a time."""
+    """An executor, the number of blocks to submit at a time, and a function for long pauses."""
     if not scheduler:
         count = min(_MAX_THREADS, max(2, os.cpu_count() or 1))
         with concurrent.futures.ThreadPoolExecutor(count) as executor:
-            yield executor, count
+            yield executor, count, lambda: None
         return
     try:
         import distributed
@@ -202,4 +206,22 @@ def _executor(scheduler):
         if not threads:
             raise OSError(f"the scheduler `{scheduler}` has no workers")
         with client.get_executor(pure=False) as executor:
-            yield executor, 2 * threads
+            yield executor, 2 * threads, _watch(client)
+
+
+def _watch(client):
+    """A function that warns once while a cluster has no workers."""
+    is_told = False
+
+    def watch():
+        nonlocal is_told
+        with suppress(OSError):  # its blocks fail when the scheduler does not come back
+            has_none = not client.nthreads()
+            if has_none and not is_told:
+                warn(
+                    "the cluster has no workers any more; waiting for new ones (Ctrl-C stops, and "
+                    "the same command resumes)"
+                )
+            is_told = has_none
+
+    return watch
