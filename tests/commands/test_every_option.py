@@ -1,6 +1,7 @@
 """Every option of `vtk-mls deform` and `field`, with every format, has an effect or is refused."""
 
 import re
+from pathlib import Path
 
 import nibabel
 import numpy as np
@@ -208,6 +209,30 @@ def test_no_option_of_deform_is_ignored(flag, name, folder, capsys, caplog):
 @pytest.mark.parametrize("flag", options_of("field"))
 def test_no_option_of_field_is_ignored(flag, name, folder, capsys, caplog):
     check("field", flag, name, folder, capsys, caplog)
+
+
+@pytest.mark.parametrize("command", ["deform", "field"])
+@pytest.mark.parametrize(
+    ("source", "output", "sentence"),
+    [
+        ("in.ome.zarr", "in.ome.zarr", "it is the input"),
+        ("in.ome.zarr", "in.ome.zarr/out.ome.zarr", "it is in the folder of `in.ome.zarr`, which"),
+        ("in.ome.zarr", "in.ome.zarr/0/out.nii.gz", "it is in the folder of `in.ome.zarr`, which"),
+        ("in.vtm", "in/in_0.vti", "it is in the folder of `in.vtm`, which is read"),
+        ("link.vtm", "in/b.vtm", "it is in the folder of `link.vtm`, which is read"),
+        ("in/step_*.vti", "in.pvd", "`in/step_*.vti`, which is read, is in its folder"),
+        ("x.zarr/in.vti", "x.zarr", "`x.zarr/in.vti`, which is read, is in its folder"),
+        ("x.zarr/in.zarr", "x.zarr", "`x.zarr/in.zarr`, which is read, is in its folder"),
+    ],
+)
+def test_an_output_in_its_input_is_refused(command, source, output, sentence, folder, capsys):
+    Path("in").mkdir(exist_ok=True)
+    Path("link.vtm").unlink(missing_ok=True)
+    Path("link.vtm").symlink_to("in.vtm")
+    before = sorted(folder.rglob("*"))
+    assert cli.main([command, source, "h.csv", output]) == 1
+    assert f"vtk-mls: `{output}` cannot be written: {sentence}" in capsys.readouterr().err
+    assert sorted(folder.rglob("*")) == before
 
 
 SAID = {

@@ -75,9 +75,10 @@ def add(commands):
 def run(options):
     """Run the command."""
     from vtk_mls.commands import series
-    from vtk_mls.files.paths import check_replaceable
+    from vtk_mls.files.paths import check_apart, check_replaceable
     from vtk_mls.filters import MLSDeform
 
+    check_apart(options.output, options.input, options.handles)
     if ome_zarr.is_for(options):
         return ome_zarr.deform(options, MLSDeform())
     check_replaceable(options.output)

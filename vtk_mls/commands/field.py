@@ -62,8 +62,10 @@ def add(commands):
 def run(options):
     """Run the command."""
     from vtk_mls import io
+    from vtk_mls.files.paths import check_apart
     from vtk_mls.filters import MLSDisplacementField
 
+    check_apart(options.output, options.input, options.handles)
     field = MLSDisplacementField()
     _check_convention(options)
     if ome_zarr.is_for(options):

@@ -23,6 +23,7 @@ import numpy as np
 
 from vtk_mls.base.messages import warn
 from vtk_mls.files.ome_zarr import SUFFIX, has_metadata
+from vtk_mls.files.paths import check_apart
 
 ENDING = ".unfinished"
 _METADATA = "zarr.json", ".zgroup", ".zattrs", ".zarray"
@@ -173,9 +174,7 @@ def check_output(path, inputs=()):
         raise FileNotFoundError(f"there is no folder `{path.parent}` to write `{path.name}` in")
     if path.exists() and not has_metadata(path):
         raise FileExistsError(f"`{path}` cannot be written: it exists and is not an OME-Zarr")
-    for other in map(Path, inputs):
-        if path.resolve() in (other.resolve(), *other.resolve().parents):
-            raise FileExistsError(f"`{path}` cannot be written: it is the input")
+    check_apart(path, *inputs)
     return path
 
 
