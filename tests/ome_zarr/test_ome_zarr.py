@@ -337,6 +337,15 @@ def test_a_flat_image_and_other_commands(folder, rng):
     assert main(["deform", "in.zarr", "handles.csv", "out.nii.gz"]) == 0
 
 
+def test_one_time_is_asked_for_where_one_is_needed(folder, rng, capsys):
+    write("in.ome.zarr", [values(rng, (2,))], axes="tzyx")
+    for command in ("deform", "field"):
+        assert main([command, "in.ome.zarr", "handles.csv", "out.nii.gz"]) == 1
+        assert "it has 2 times, expected one; only `vtk-mls deform`" in capsys.readouterr().err
+        assert main([command, "in.ome.zarr", "handles.csv", "out.ome.zarr"]) == 0
+        shutil.rmtree("out.ome.zarr")
+
+
 def test_the_editor_shows_a_level_that_fits_and_saves_all(folder, rng, monkeypatch):
     stored = halves(values(rng))
     write("in.ome.zarr", stored)
