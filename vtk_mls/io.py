@@ -88,8 +88,8 @@ def read_dataset(path: _PathLike) -> vtkDataObject:
     times, read = open_dataset(path)
     if len(times) > 1:
         raise ValueError(
-            f"`{path}` has {len(times)} time steps, expected one; `vtk-mls deform` takes all of "
-            "them to a .pvd file, volumes also to a file of the same format"
+            f"`{path}` has {len(times)} time steps, expected one; write one of them to a file, for "
+            "only the input of `vtk-mls deform` may have several"
         )
     return read(0)
 

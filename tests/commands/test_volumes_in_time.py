@@ -217,7 +217,13 @@ def test_memory_is_that_of_one_volume(ending, rng):
     assert peak < 4 * values[0].nbytes
 
 
-def test_one_volume_is_asked_for_where_one_is_needed(rng):
+def test_one_volume_is_asked_for_where_one_is_needed(rng, capsys):
     SimpleITK.WriteImage(itk_image(rng), "in.nii.gz")
-    with pytest.raises(ValueError, match=r"`in\.nii\.gz` has 3 time steps, expected one"):
+    sentence = "`in.nii.gz` has 3 time steps, expected one; write one of them to a file, for only"
+    with pytest.raises(ValueError, match=sentence):
         io.read_dataset("in.nii.gz")
+    assert main(["field", "in.nii.gz", "handles.csv", "out.nii.gz"]) == 1
+    assert sentence in capsys.readouterr().err
+    for option in ("--reference", "--mask"):
+        assert deform("in.nii.gz", "out.nii.gz", option, "in.nii.gz") == 1
+        assert sentence in capsys.readouterr().err

@@ -7,6 +7,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import ngff_zarr
@@ -17,6 +18,7 @@ import zarr
 from zarr_images import HANDLES, ORIGIN, SHAPE, SPACING, files, halves, values, write
 
 from vtk_mls import Aborted, Deformation, Grid, Sampling, io
+from vtk_mls.base.messages import message_handlers
 from vtk_mls.cli import main
 from vtk_mls.commands import view
 from vtk_mls.editor import saving
@@ -108,6 +110,37 @@ def test_label_images_are_sampled_nearest(folder, rng, small_blocks):
     np.testing.assert_array_equal(opened("out.ome.zarr", "scale0").read().result(), moved)
 
 
+def test_a_large_shard_is_computed_in_parts_and_written_once(folder, rng, monkeypatch):
+    levels = halves(values(rng), 2)
+    file = write("in.ome.zarr", levels)
+    for number, level in enumerate(levels):
+        options = {"chunks": (3, 4, 5), "shards": (6, 8, 10), "dimension_names": [*"zyx"]}
+        file.create_array(f"scale{number}", data=level, overwrite=True, **options)
+    monkeypatch.setattr(blocks, "MAX_VALUES", 70)
+    monkeypatch.setattr(job, "MAX_VALUES", 70)
+    sizes, written = [], []
+    compute, write_values = blocks.DeformedBlocks._values, blocks.write
+
+    def computed(self, stage, place):
+        result = compute(self, stage, place)
+        sizes.append(result.size)
+        return result
+
+    def write_once(array, place, result):
+        written.append((array.path, str(place)))
+        write_values(array, place, result)
+
+    monkeypatch.setattr(blocks.DeformedBlocks, "_values", computed)
+    monkeypatch.setattr(blocks, "write", write_once)
+    assert main(["deform", "in.ome.zarr", "handles.csv", "out.ome.zarr"]) == 0
+    assert max(sizes) <= 70
+    assert len(written) == len(set(written)) == 2 * 3 * 3 + 1 * 2 * 2
+    (moved,) = D.resample([levels[0]], GRID)
+    for number, level in enumerate(halves(moved, 2)):
+        found = opened("out.ome.zarr", f"scale{number}").read().result()
+        np.testing.assert_array_equal(found, level)
+
+
 def test_the_displacement_field(folder, rng, small_blocks):
     for version in ("0.4", "0.5"):
         shutil.rmtree("in.ome.zarr", ignore_errors=True)
@@ -132,28 +165,53 @@ def test_a_field_that_is_not_finite_is_an_error(folder, rng, capsys):
     assert not Path("field.ome.zarr").exists()
 
 
-KILLED = """
-import os, signal, sys
-sys.path.insert(0, {project!r})
+JOB = """
+import sys, time
+from pathlib import Path
 from vtk_mls import Deformation
 from vtk_mls.ome_zarr import blocks, job
 import numpy as np
 blocks.MAX_VALUES = 6 * 8 * 10
 handles = np.loadtxt("handles.csv", delimiter=",")
 d = Deformation(handles[:, :3], handles[:, 3:], device="reference")
-stop = lambda fraction: fraction > 0.4 and os.kill(os.getpid(), signal.SIGKILL)
-job.deform("in.ome.zarr", "out.ome.zarr", d, {settings!r}, progress=stop)
+
+def wait(fraction):
+    while fraction > 0.4 and Path("wait").exists():
+        Path("waits").touch()
+        time.sleep(0.05)
+
+try:
+    job.deform("in.ome.zarr", "out.ome.zarr", d, {settings!r}, progress=wait)
+except OSError as error:
+    sys.exit(str(error))
 """
+
+
+def start():
+    """A process that deforms in.ome.zarr; it stops in the middle while there is a file `wait`."""
+    code = JOB.format(settings=SETTINGS)
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    return subprocess.Popen([sys.executable, "-c", code], **pipes)
+
+
+def kill(process):
+    """Kill a process that stops in the middle."""
+    while not Path("waits").exists():
+        assert process.poll() is None, process.communicate()
+        time.sleep(0.05)
+    process.send_signal(signal.SIGKILL)
+    process.communicate()
+    Path("wait").unlink()
 
 
 def test_a_killed_process_is_resumed_to_the_same_files(folder, rng, small_blocks, monkeypatch):
     write("in.ome.zarr", halves(values(rng)))
     job.deform("in.ome.zarr", "whole.ome.zarr", D, SETTINGS)
-    code = KILLED.format(project=str(Path(__file__).parents[2]), settings=SETTINGS)
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, check=False)
-    assert done.returncode == -signal.SIGKILL, done.stderr
+    Path("wait").touch()
+    kill(start())
     assert not Path("out.ome.zarr").exists(), "an unfinished output has another name"
-    remains = Path("out.ome.zarr.unfinished/out.ome.zarr/scale0/c/0/0/0.12ab.partial")
+    (place,) = Path("out.ome.zarr.unfinished").glob("*/scale0/c/0/0")
+    remains = place / "0.12ab.partial"
     remains.write_bytes(b"half of a chunk")
     count, run = [], blocks.DeformedBlocks.write
     monkeypatch.setattr(blocks.DeformedBlocks, "write", lambda *a: count.append(run(*a)))
@@ -163,6 +221,36 @@ def test_a_killed_process_is_resumed_to_the_same_files(folder, rng, small_blocks
     assert 3 <= len(count) <= total * 0.6 + 3, "just the blocks that were missing are computed"
     assert files(Path("out.ome.zarr")) == files(Path("whole.ome.zarr"))
     assert not Path("out.ome.zarr.unfinished").exists()
+
+
+def test_one_job_at_a_time_writes_an_output(folder, rng, small_blocks):
+    write("in.ome.zarr", halves(values(rng)))
+    job.deform("in.ome.zarr", "whole.ome.zarr", D, SETTINGS)
+    whole = files(Path("whole.ome.zarr"))
+    Path("wait").touch()
+    first = start()
+    while not Path("waits").exists():
+        time.sleep(0.05)
+    second = start()
+    sentence = "out.ome.zarr` could not be written: another job is writing it; wait for that"
+    assert sentence in second.communicate()[1]
+    with pytest.raises(OSError, match=sentence):  # also a job of other inputs
+        job.write_field("in.ome.zarr", "out.ome.zarr", D)
+    kill(first)
+    assert not Path("out.ome.zarr").exists()
+    assert job.deform("in.ome.zarr", "out.ome.zarr", D, SETTINGS).endswith("was resumed")
+    assert files(Path("out.ome.zarr")) == whole
+    for pause in (0, 0.2, 0.4):
+        shutil.rmtree("out.ome.zarr")
+        jobs = []
+        for _ in range(2):
+            jobs.append(start())
+            time.sleep(pause)
+        said = [running.communicate()[1].strip() for running in jobs]
+        assert "" in said
+        assert all(re.search("^$|another job (is writing|has just written) it", s) for s in said)
+        assert files(Path("out.ome.zarr")) == whole
+        assert not Path("out.ome.zarr.unfinished").exists()
 
 
 def test_other_inputs_start_anew(folder, rng, small_blocks):
@@ -194,6 +282,48 @@ def test_workers_of_a_cluster_write_the_same_files(folder, rng, small_blocks):
     assert files(Path("out.ome.zarr")) == files(Path("whole.ome.zarr"))
 
 
+def test_a_cluster_without_workers_is_told_and_goes_on_with_new_ones(
+    folder, rng, small_blocks, monkeypatch
+):
+    import distributed
+
+    write("in.ome.zarr", halves(values(rng)))
+    job.deform("in.ome.zarr", "whole.ome.zarr", D, SETTINGS)
+    monkeypatch.setattr(job, "_PATIENCE", 0.5)
+    said, workers = [], []
+
+    def add_worker():
+        module = "distributed.cli.dask_worker"
+        options = ["--no-nanny", "--no-dashboard", "--nthreads", "1"]
+        command = [sys.executable, "-m", module, address, *options]
+        workers.append(subprocess.Popen(command, stderr=subprocess.DEVNULL))
+
+    def told(sentence):
+        said.append(sentence)
+        add_worker()
+
+    def stop(fraction):
+        if fraction > 0.3 and len(workers) == 1:
+            workers[0].kill()  # SIGKILL
+            workers[0].wait()
+
+    options = {"protocol": "tcp", "host": "127.0.0.1", "dashboard": False}
+    scheduler = {"cls": distributed.Scheduler, "options": options}
+    with distributed.SpecCluster({}, scheduler) as cluster:
+        address = cluster.scheduler_address
+        add_worker()
+        with distributed.Client(address) as client:
+            client.wait_for_workers(1)
+        with message_handlers(None, told):
+            arguments = "in.ome.zarr", "out.ome.zarr", D, SETTINGS
+            job.deform(*arguments, scheduler=address, progress=stop)
+        workers[-1].kill()
+        workers[-1].wait()
+    (sentence,) = said
+    assert sentence.startswith("the cluster has no workers any more; waiting for new ones")
+    assert files(Path("out.ome.zarr")) == files(Path("whole.ome.zarr"))
+
+
 def test_a_cluster_that_stops_is_one_sentence():
     future = concurrent.futures.Future()
     future.cancel()
@@ -221,6 +351,15 @@ def test_a_flat_image_and_other_commands(folder, rng):
     assert image.GetDimensions() == (26, 20, 1)
     assert image.GetPointData().GetScalars().GetName() == "OME-Zarr"
     assert main(["deform", "in.zarr", "handles.csv", "out.nii.gz"]) == 0
+
+
+def test_one_time_is_asked_for_where_one_is_needed(folder, rng, capsys):
+    write("in.ome.zarr", [values(rng, (2,))], axes="tzyx")
+    for command in ("deform", "field"):
+        assert main([command, "in.ome.zarr", "handles.csv", "out.nii.gz"]) == 1
+        assert "it has 2 times, expected one; only `vtk-mls deform`" in capsys.readouterr().err
+        assert main([command, "in.ome.zarr", "handles.csv", "out.ome.zarr"]) == 0
+        shutil.rmtree("out.ome.zarr")
 
 
 def test_the_editor_shows_a_level_that_fits_and_saves_all(folder, rng, monkeypatch):
@@ -330,8 +469,13 @@ def test_refused_outputs_and_options(folder, rng, capsys):
         ("in.ome.zarr", "none/out.zarr"): "there is no folder",
         ("none.zarr", "out.zarr"): "does not exist; expected the folder of an OME-Zarr",
         ("in.vti", "out.zarr"): "can be made of an OME-Zarr only",
-        ("in.ome.zarr", "out.zarr", "--overlap"): "`--overlap` is not for OME-Zarr",
-        ("in.ome.zarr", "out.zarr", "--grid", "fitted"): "`--grid` must be input",
+        (
+            "in.ome.zarr",
+            "out.zarr",
+            "--overlap",
+        ): "is for images: `in.ome.zarr` is an OME-Z",
+        ("in.ome.zarr", "out.zarr", "--grid", "fitted"): "`--grid` is for images: ",
+        ("in.ome.zarr", "out.zarr", "--reference", "none.vti"): "`--reference` is for images: ",
         ("in.ome.zarr", "out.vti", "--scheduler", "x"): "`--scheduler` is for outputs that end in",
     }.items():
         source, target, *options = arguments

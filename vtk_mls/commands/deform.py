@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import cache, partial
 
-from vtk_mls.commands import map_options, ome_zarr, property_options, remarks
+from vtk_mls.commands import data_options, map_options, ome_zarr, property_options, remarks
 from vtk_mls.commands.running import distinct_warnings, read, read_image, update
 from vtk_mls.commands.supervision import step
 
@@ -74,17 +74,18 @@ def add(commands):
     add("GenerateCellQuality", flag="--cell-quality")
     map_options.add(deform)
     ome_zarr.add(deform)
-    deform.set_defaults(run=run)
+    deform.set_defaults(run=run, parser=deform)
 
 
 def run(options):
     """Run the command."""
     from vtk_mls.commands import series
-    from vtk_mls.files.paths import check_replaceable
+    from vtk_mls.files.paths import check_apart, check_replaceable
     from vtk_mls.filters import MLSDeform
 
+    check_apart(options.output, options.input, options.handles)
     if ome_zarr.is_for(options):
-        return ome_zarr.deform(options)
+        return ome_zarr.deform(options, MLSDeform())
     check_replaceable(options.output)
     steps = read(series.read_steps, options.input)
     handle_times = map_options.handle_times(options)
@@ -121,6 +122,7 @@ def _deform_one(steps, deform, options):
     from vtk_mls.files.block_files import blocks
 
     dataset = read(lambda _: steps[0][1](), options.input)
+    data_options.check(options, *data_options.kinds_of(dataset))
     is_image = dataset.IsA("vtkImageData")
     if is_image:  # whether a mesh can be written depends on cuts
         io.check_writable(options.output, dataset)
@@ -132,7 +134,7 @@ def _deform_one(steps, deform, options):
     update(deform, options)
     inverted_cells.take()
     output = deform.GetOutput()
-    notes = remarks.background(deform.used_backgrounds) + _notes(deform)
+    notes = remarks.background(deform.used_backgrounds) + remarks.notes(deform)
     are_empty = [remarks.is_empty(deform)]
     with step("write", options.output):
         io.write_dataset(output, options.output)
@@ -146,7 +148,8 @@ def _deform_one(steps, deform, options):
             size = f"{count} block{'s' * (count != 1)}, {size}"
         summary = f"{size}, {options.kind}{_lost_points(_failures(output))}"
         summary += inverted_cells.note() + remarks.dropped_arrays(output, options.output)
-    _report(summary + notes, are_empty, options)
+    print(f"{options.output}: {summary + notes}")
+    remarks.warn_of_emptiness(are_empty, options)
     return 0
 
 
@@ -180,6 +183,7 @@ def _deform_all(steps, handle_times, deform, options):
             if handles:
                 deform.SetInputData(1, handles[step_at(handle_times, time)])
             dataset = read(lambda _, read_step=read_step: read_step(), options.input)
+            data_options.check(options, *data_options.kinds_of(dataset))
             deform.SetInputData(0, dataset)
             if index == 0 and dataset.IsA("vtkImageData"):
                 deform.series_backgrounds = backgrounds_of(dataset)
@@ -189,7 +193,7 @@ def _deform_all(steps, handle_times, deform, options):
             failures += _failures(deform.GetOutput())
             are_empty.append(remarks.is_empty(deform))
             if handles or index + 1 == len(steps):  # else the map is the same for all
-                note = _notes(deform)
+                note = remarks.notes(deform)
                 notes.setdefault(note, f" at time {time:g}" if handles and note else "")
             with step("write", options.output):
                 write(deform.GetOutput())
@@ -197,23 +201,9 @@ def _deform_all(steps, handle_times, deform, options):
     at_times = f", handles at {len(handles)} times" * bool(handles)
     summary += at_times + inverted_cells.note() + remarks.background(deform.used_backgrounds)
     summary += "".join(f"{note}{where}" for note, where in notes.items())
-    _report(summary, are_empty, options)
-    return 0
-
-
-def _notes(deform):
-    """Possible mistakes, for the end of a sentence."""
-    return "".join(
-        note(deform) for note in (remarks.folds_of_images, remarks.separation, remarks.map_note)
-    )
-
-
-def _report(summary, are_empty, options):
-    """Print a summary of the output."""
     print(f"{options.output}: {summary}")
-    emptiness = remarks.emptiness(are_empty, options)
-    if emptiness:
-        remarks.warn(options.output, emptiness)
+    remarks.warn_of_emptiness(are_empty, options)
+    return 0
 
 
 def _opened(image):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vtk_mls.commands import map_options, ome_zarr, property_options, remarks
+from vtk_mls.commands import data_options, map_options, ome_zarr, property_options, remarks
 from vtk_mls.commands.running import read, update
 from vtk_mls.commands.supervision import step
 
@@ -56,36 +56,37 @@ def add(commands):
     )
     map_options.add(field)
     ome_zarr.add(field)
-    field.set_defaults(run=run)
+    field.set_defaults(run=run, parser=field)
 
 
 def run(options):
     """Run the command."""
     from vtk_mls import io
+    from vtk_mls.files.paths import check_apart
     from vtk_mls.filters import MLSDisplacementField
-    from vtk_mls.vtk.arrays import ImageGeometry
 
-    if ome_zarr.is_for(options):
-        return ome_zarr.field(options)
+    check_apart(options.output, options.input, options.handles)
     field = MLSDisplacementField()
+    _check_convention(options)
+    if ome_zarr.is_for(options):
+        return ome_zarr.field(options, field)
     dataset = read(io.read_dataset, options.input)
+    kinds = data_options.kinds_of(dataset)
+    data_options.check(options, *kinds, *[data_options.IMAGES] * (data_options.MESHES in kinds))
     if options.jacobian:
         io.check_writable(options.output, field.GetOutput())
     else:
         io.check_field_writable(options.output)
     field.SetInputData(0, dataset if dataset.IsA("vtkDataSet") else _bounding_points(dataset))
     if options.dimensions is not None:
-        field.SetSampleDimensions(_dimensions(options, dataset))
+        field.SetSampleDimensions(_dimensions(options))
     map_options.apply(options, field)
     field.SetGenerateJacobianDeterminant(options.jacobian)
     update(field, options)
     output = field.GetOutput()
     if options.jacobian:
         output.GetPointData().SetActiveScalars("JacobianDeterminant")
-    notes = remarks.map_note(field, is_field=True)
-    if not (options.jacobian or options.inverse):  # these count folds themselves
-        grid = ImageGeometry.of_image(output).grid
-        notes = remarks.folds(field.updated_deformation(), grid) + notes
+    notes = remarks.field_notes(field)
     with step("write", options.output):
         if options.jacobian:
             io.write_dataset(output, options.output)
@@ -97,12 +98,18 @@ def run(options):
     return 0
 
 
-def _dimensions(options, dataset):
-    """Numbers of points (nx, ny, nz) over a mesh."""
-    if dataset.IsA("vtkImageData"):
+def _check_convention(options):
+    """Raise ValueError if the convention of NIfTI is to be another, of what has none."""
+    is_nifti = options.output.lower().endswith((".nii", ".nii.gz")) and not options.jacobian
+    if options.field_convention != options.parser.get_default("field_convention") and not is_nifti:
         raise ValueError(
-            f"`--dimensions` is for meshes: `{options.input}` is an image, and its grid is taken"
+            f"`--field-convention {options.field_convention}` is for displacements in .nii and "
+            f".nii.gz, got `{options.output}`{' --jacobian' * options.jacobian}; leave it out"
         )
+
+
+def _dimensions(options):
+    """Numbers of points (nx, ny, nz) over a mesh."""
     try:
         dimensions = [int(part) for part in options.dimensions.split(",")]
     except ValueError:

@@ -277,8 +277,8 @@ def _read_control_points(options, time=None):
         files = dict(read(series.timed_files, handles))
         if time is None and len(files) > 1:
             raise ValueError(
-                f"`{handles}` has control points at {len(files)} times; `vtk-mls deform` takes "
-                "them, here give the file of one time"
+                f"`{handles}` has control points at {len(files)} times, which `vtk-mls deform` "
+                "takes, but not for OME-Zarr; here give the file of one time"
             )
         handles = files[min(files) if time is None else time]
     elif time is not None:

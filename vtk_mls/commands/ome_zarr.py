@@ -5,21 +5,12 @@ from __future__ import annotations
 from functools import partial
 
 from vtk_mls.base.sampling import AUTOMATIC
-from vtk_mls.commands import map_options, property_options, remarks
-from vtk_mls.commands.running import progress_bar
+from vtk_mls.commands import data_options, map_options, remarks
+from vtk_mls.commands.running import files_named, progress_bar
 from vtk_mls.commands.supervision import step
 from vtk_mls.files.ome_zarr import SUFFIX, is_ome_zarr, open_image
 
-# Options of `vtk-mls deform` and `vtk-mls field` for data in memory.
-_IN_MEMORY = {
-    "label_arrays": "--label",
-    "gradient_array": "--gradient",
-    "generate_overlap": "--overlap",
-    "generate_cell_quality": "--cell-quality",
-    "inverse": "--inverse",
-    "jacobian": "--jacobian",
-    "dimensions": "--dimensions",
-}
+_MAX_SAMPLES = 256  # points along an axis of the grid on which a filter runs
 
 
 def add(parser):
@@ -38,7 +29,7 @@ def is_for(options):
     Raises
     ------
     ValueError
-        If the input is none, or an option is for clusters only.
+        If the input is none, or an option is for clusters only or not for OME-Zarr.
     """
     if not options.output.lower().endswith(SUFFIX):
         if options.scheduler:
@@ -50,24 +41,27 @@ def is_for(options):
         raise ValueError(
             f"`{options.output}` can be made of an OME-Zarr only, got `{options.input}`"
         )
+    data_options.check(options, data_options.OME_ZARR)
     return True
 
 
-def deform(options):
-    """Deform an OME-Zarr."""
+def deform(options, algorithm):
+    """Deform an OME-Zarr as a filter says."""
     from vtk_mls.ome_zarr import job
     from vtk_mls.ome_zarr.blocks import channel_backgrounds
 
-    if options.output_grid != "input":
-        raise ValueError(f"`--grid` must be input for OME-Zarr, got {options.output_grid}")
-    settings = {
-        "interpolation": options.interpolation,
-        "background": options.background,
-        "void_values": property_options.value("VoidValues"),
-    }
     image = open_image(options.input)
-    run = partial(job.deform, options.input, options.output, settings=settings)
-    note = _run(options, run)
+    _apply(options, algorithm, image)
+    settings = {
+        "interpolation": algorithm.GetInterpolation(),
+        "background": AUTOMATIC
+        if algorithm.GetAutomaticBackground()
+        else algorithm.GetBackground(),
+        "void_values": algorithm.GetVoidValues(),
+    }
+    notes = remarks.notes(algorithm)
+    remarks.warn_of_emptiness([remarks.is_empty(algorithm)], options)  # before long work
+    note = _run(options, algorithm, partial(job.deform, settings=settings))
     size = " x ".join(str(n) for n in image.finest.grid.dimensions)
     parts = f"{size} points, {options.kind}; {_count(len(image.levels), 'resolution')}"
     lead = image.finest.array.shape[: len(image.axes.rstrip("zyx"))]
@@ -76,36 +70,60 @@ def deform(options):
         parts += f", {_count(count, names[axis])}"
     if image.labels:
         parts += f", {_count(len(image.labels), 'label image')}"
-    if options.background == AUTOMATIC:
+    if settings["background"] == AUTOMATIC:
         parts += remarks.background([("the image", channel_backgrounds(image))])
-    print(f"{options.output}: {parts}{note}")
+    print(f"{options.output}: {parts}{note}{notes}")
     return 0
 
 
-def field(options):
-    """Write the displacement field on the grid of an OME-Zarr."""
+def field(options, algorithm):
+    """Write the displacement field of a filter on the grid of an OME-Zarr."""
     from vtk_mls.ome_zarr import job
 
     image = open_image(options.input)
-    note = _run(options, partial(job.write_field, options.input, options.output))
+    _apply(options, algorithm, image)
+    notes = remarks.field_notes(algorithm)
+    note = _run(options, algorithm, job.write_field)
     size = " x ".join(str(n) for n in image.finest.grid.dimensions)
-    print(f"{options.output}: {size} backward displacements, {options.kind}{note}")
+    print(f"{options.output}: {size} backward displacements, {options.kind}{note}{notes}")
     return 0
 
 
-def _run(options, run):
-    """Call `run` of a transform with a progress bar; a note for the end of a sentence."""
-    from vtk_mls import Chain
+def _apply(options, algorithm, image):
+    """Set a filter up, and run it on a cell of the image's grid, without values, as of other files.
 
-    for name, flag in _IN_MEMORY.items():
-        if getattr(options, name, None):
-            raise ValueError(f"`{flag}` is not for OME-Zarr, which is deformed block by block")
-    transform = map_options.deformation(options)
-    initial = map_options.initial_transform(options)
-    if initial is not None:
-        transform = Chain([initial, transform])
+    So options have the same errors and warnings. The output has the whole grid, for remarks; a
+    large grid has fewer points there.
+    """
+    from vtkmodules.vtkCommonDataModel import vtkImageData
+
+    from vtk_mls.filters import pipeline
+    from vtk_mls.filters.updating import update
+    from vtk_mls.queries.arrival import coarse
+    from vtk_mls.vtk.arrays import ImageGeometry
+
+    geometry = ImageGeometry.of_grid(coarse(image.finest.grid, _MAX_SAMPLES))
+    data = vtkImageData()
+    geometry.apply_to(data)
+    algorithm.SetInputData(0, data)
+    map_options.apply(options, algorithm)
+    algorithm.UpdateInformation()
+    pipeline.request_extent(algorithm.GetOutputInformation(0), pipeline.first_cell(geometry))
+    with step("deform", options.input), files_named(options):
+        update(algorithm)
+    algorithm.GetOutput().Initialize()
+    geometry.apply_to(algorithm.GetOutput())
+
+
+def _run(options, algorithm, run):
+    """Run a job with a progress bar; a note for the end of a sentence."""
+    transform = algorithm.updated_deformation()
     with step("deform", options.input), progress_bar(options) as bar:
-        note = run(transform, scheduler=options.scheduler, progress=bar)
+        note = run(
+            *(options.input, options.output, transform),
+            scheduler=options.scheduler,
+            progress=bar,
+        )
     return f"; {note}" if note else ""
 
 

@@ -6,9 +6,26 @@ import sys
 from pathlib import Path
 
 from vtk_mls.commands import property_options
+from vtk_mls.files.ome_zarr import SUFFIX
 
 _COUNTS = ("InvertedCells", "UncheckedCells", "LargestBlend")
 _DETERMINANT = "JacobianDeterminant"
+
+
+def notes(algorithm):
+    """Notes on possible mistakes of an MLSDeform, for the end of a sentence."""
+    return "".join(note(algorithm) for note in (folds_of_images, separation, map_note))
+
+
+def field_notes(algorithm):
+    """The same of an MLSDisplacementField."""
+    from vtk_mls.vtk.arrays import ImageGeometry
+
+    note = map_note(algorithm, is_field=True)
+    if algorithm.GetGenerateJacobianDeterminant() or algorithm.GetInverse():
+        return note  # these count folds themselves
+    grid = ImageGeometry.of_image(algorithm.GetOutput()).grid
+    return folds(algorithm.updated_deformation(), grid) + note
 
 
 def map_note(algorithm, is_field=False):
@@ -49,8 +66,8 @@ def is_empty(algorithm):
     return bool(pairs) and is_complete and not any(arrives(deformation, *pair) for pair in pairs)
 
 
-def emptiness(are_empty, options):
-    """A sentence about outputs for which `is_empty` is true; "" without one.
+def warn_of_emptiness(are_empty, options):
+    """Print a warning about outputs for which `is_empty` is true.
 
     Parameters
     ----------
@@ -59,13 +76,12 @@ def emptiness(are_empty, options):
     options : argparse.Namespace
     """
     if not any(are_empty):
-        return ""
+        return
     part = "" if all(are_empty) else f"{sum(are_empty)} of {len(are_empty)} time steps of "
-    advice = "; --grid fitted puts the output where it goes" * (options.output_grid == "input")
-    return (
-        f"nothing of `{options.input}` is in {part}the output, for the control points move it "
-        f"elsewhere{advice}"
-    )
+    can_fit = options.output_grid == "input" and not options.output.lower().endswith(SUFFIX)
+    advice = "; --grid fitted puts the output where it goes" * can_fit
+    sentence = f"nothing of `{options.input}` is in {part}the output, for the control points move "
+    warn(options.output, f"{sentence}it elsewhere{advice}")
 
 
 def separation(algorithm):

@@ -109,7 +109,8 @@ class Image:
         lead = level.array.shape[: len(self.axes.rstrip("zyx"))]
         if self.axes[0] == "t" and lead[0] > 1:
             raise ValueError(
-                f"it has {lead[0]} times, which only `vtk-mls deform` takes, to another OME-Zarr"
+                f"it has {lead[0]} times, expected one; only `vtk-mls deform` and `vtk-mls field` "
+                "to another OME-Zarr take several"
             )
         count = int(np.prod(lead, dtype=int))
         names = self.names if len(set(self.names)) == count else []

@@ -15,6 +15,10 @@ import tempfile
 from contextlib import contextmanager
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
+from vtk_mls.files.ome_zarr import is_ome_zarr
+
+_INDICES = ".vtm", ".vtmb", ".vtpc", ".pvd"  # their data are in a folder of the same name
+
 
 def existing_file(path: str | os.PathLike[str]) -> Path:
     """`path` as a Path, if it is a file.
@@ -128,6 +132,33 @@ def check_replaceable(path):
     if not os.access(target.parent, os.W_OK | os.X_OK):
         raise PermissionError(f"`{path}` cannot be written: no file can be made in its folder")
     return target
+
+
+def check_apart(path, *inputs):
+    """Raise FileExistsError if an output is in the folder of an input, or the other way round."""
+    target, folder = Path(os.path.realpath(path)), _data_folder(path)
+    for source in inputs:
+        place, data = Path(os.path.realpath(source)), _data_folder(source)
+        if target == place == data:
+            raise FileExistsError(f"`{path}` cannot be written: it is the input; name another")
+        if data in target.parents:
+            raise FileExistsError(
+                f"`{path}` cannot be written: it is in the folder of `{source}`, which is read; "
+                "choose another place"
+            )
+        if folder in place.parents:
+            raise FileExistsError(
+                f"`{path}` cannot be written: `{source}`, which is read, is in its folder; choose "
+                "another place"
+            )
+
+
+def _data_folder(path):
+    """The folder of an OME-Zarr or of the data of an index of files; None for other formats."""
+    target = Path(os.path.realpath(path))
+    if target.suffix.lower() in _INDICES:
+        return target.with_suffix("")
+    return target if is_ome_zarr(target) else None
 
 
 def remove_remains(path, process):

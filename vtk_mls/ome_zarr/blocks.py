@@ -60,12 +60,19 @@ class Blocks:
         shape = self._shape(stage)
         return list(itertools.product(*map(range, [0] * array.ndim, array.shape, shape)))
 
+    def size(self, stage):
+        """The number of values of a block."""
+        return math.prod(self._shape(stage))
+
     def write(self, stage, start):
-        """Compute and write a block."""
+        """Compute a block, a large shard in parts, and write it at once."""
         array = self._output.levels[stage].array
         stops = np.minimum(np.add(start, self._shape(stage)), array.shape).tolist()
-        place = tuple(map(slice, start, stops))
-        write(array, place, self._values(stage, place))
+        values = np.empty(np.subtract(stops, start), array.dtype)
+        for part in _parts([*map(slice, start, stops)]):
+            where = tuple(slice(r.start - a, r.stop - a) for r, a in zip(part, start))
+            values[where] = self._values(stage, part)
+        write(array, tuple(map(slice, start, stops)), values)
 
     def _shape(self, stage):
         return block_shape(self._output.levels[stage].array, self._output.axes)
@@ -201,6 +208,19 @@ def coarsened(values, factors, size, is_label):
             part = part[(slice(None),) * axis + (rows,)]
         total += part
     return interpolation.cast(total / math.prod(factors), values.dtype)
+
+
+def _parts(place):
+    """Halves of slices, of halves and so on, with at most `MAX_VALUES` values each."""
+    sizes = [rows.stop - rows.start for rows in place]
+    if math.prod(sizes) <= MAX_VALUES:
+        yield tuple(place)
+        return
+    axis = int(np.argmax(sizes))
+    first, stop = place[axis].start, place[axis].stop
+    middle = (first + stop) // 2
+    for rows in (slice(first, middle), slice(middle, stop)):
+        yield from _parts([*place[:axis], rows, *place[axis + 1 :]])
 
 
 def _divided(place, axes):

@@ -6,20 +6,20 @@ import concurrent.futures
 import functools
 import os
 import pickle
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import vtk_mls
-from vtk_mls.base import validation
-from vtk_mls.base.interpolation import INTERPOLATIONS
+from vtk_mls.base.messages import warn
 from vtk_mls.base.progress import whole
-from vtk_mls.base.sampling import AUTOMATIC
+from vtk_mls.base.sampling import AUTOMATIC, Sampling
 from vtk_mls.files.ome_zarr import open_image, state_method
-from vtk_mls.ome_zarr.blocks import DeformedBlocks, FieldBlocks, channel_backgrounds
+from vtk_mls.ome_zarr.blocks import MAX_VALUES, DeformedBlocks, FieldBlocks, channel_backgrounds
 from vtk_mls.ome_zarr.field_metadata import create_field
 from vtk_mls.ome_zarr.unfinished import Unfinished, check_output, copy_metadata, hash_of
 
 _LABELS = "labels"
+_PATIENCE = 10.0  # seconds without a block until the workers of a cluster are looked at
 _MAX_THREADS = 4  # each holds a block: while one computes, others read and write
 
 
@@ -49,8 +49,8 @@ def deform(source, target, transform, settings, *, scheduler=None, progress=None
     Aborted, DeviceError, OSError, ValueError
         Naming the folder.
     """
-    validation.choice("interpolation", settings["interpolation"], INTERPOLATIONS)
     image = open_image(source)
+    sampling = Sampling(image.finest.grid, **settings)
     images = {"": image}
     for name in image.labels:
         images[f"{_LABELS}/{name}"] = open_image(Path(source, _LABELS, name))
@@ -61,17 +61,22 @@ def deform(source, target, transform, settings, *, scheduler=None, progress=None
         paths += [f"{place}/{level.path}".lstrip("/") for level in member.levels]
     check_output(target, [source])
     inputs = hash_of(source, paths, transform, settings, vtk_mls.__version__)
-    unfinished = Unfinished(target, inputs)
-    copy_metadata(Path(source), unfinished.data, [*images, *paths])
-    for place, member in images.items():
-        state_method(unfinished.data / place, "nearest" if member.is_label else "mean")
-    source, is_automatic = Path(source).resolve(), settings["background"] == AUTOMATIC
-    parts = []
-    for place, member in images.items():
-        if is_automatic:
-            settings = {**settings, "background": channel_backgrounds(member)}
-        parts.append(DeformedBlocks(source / place, unfinished.data / place, transform, **settings))
-    return _run(parts, unfinished, scheduler, progress)
+    sampling.warn_of_background(
+        {place or "the image": member.finest.array.dtype for place, member in images.items()}
+    )
+    with Unfinished(target, inputs) as unfinished:
+        copy_metadata(Path(source), unfinished.data, [*images, *paths])
+        for place, member in images.items():
+            state_method(unfinished.data / place, "nearest" if member.is_label else "mean")
+        source, is_automatic = Path(source).resolve(), settings["background"] == AUTOMATIC
+        parts = []
+        for place, member in images.items():
+            if is_automatic:
+                settings = {**settings, "background": channel_backgrounds(member)}
+            parts.append(
+                DeformedBlocks(source / place, unfinished.data / place, transform, **settings)
+            )
+        return _run(parts, unfinished, scheduler, progress)
 
 
 def write_field(source, target, transform, *, scheduler=None, progress=None):
@@ -83,11 +88,11 @@ def write_field(source, target, transform, *, scheduler=None, progress=None):
     image = open_image(source)
     check_output(target, [source])
     inputs = hash_of(source, [], "field", image.finest.grid, transform, vtk_mls.__version__)
-    unfinished = Unfinished(target, inputs)
-    if not unfinished.is_resumed:
-        create_field(unfinished.data, image)
-    parts = [FieldBlocks(Path(source).resolve(), unfinished.data, transform)]
-    return _run(parts, unfinished, scheduler, progress)
+    with Unfinished(target, inputs) as unfinished:
+        if not unfinished.done:
+            create_field(unfinished.data, image)
+        parts = [FieldBlocks(Path(source).resolve(), unfinished.data, transform)]
+        return _run(parts, unfinished, scheduler, progress)
 
 
 def _run(parts, unfinished, scheduler, progress):
@@ -98,15 +103,20 @@ def _run(parts, unfinished, scheduler, progress):
     job = pickle.dumps((os.urandom(8), parts))  # another job for each run: workers keep the last
     stages = _stages(parts)
     total = sum(map(len, stages))
-    with whole(progress) as part, _executor(scheduler) as (executor, count):
+    with whole(progress) as fraction, _executor(scheduler) as (executor, count, watch):
         finished = 0
-        for stage in stages:
+        for number, stage in enumerate(stages):
+            size = max(part.size(number) for part in parts if number < part.stages)
+            if scheduler or size <= MAX_VALUES:
+                at_once = count
+            else:  # large shards share the memory of usual blocks
+                at_once = max(1, min(count, _MAX_THREADS * MAX_VALUES // size))
             finished += sum(name in unfinished.done for name in stage)
             todo = [(name, *task) for name, task in stage.items() if name not in unfinished.done]
-            for name in _completed(executor, count, job, todo):
+            for name in _completed(executor, at_once, job, todo, watch):
                 unfinished.note(name)
                 finished += 1
-                part.report(min(finished / total, 1))
+                fraction.report(min(finished / total, 1))
     unfinished.finish()
     if unfinished.is_resumed:
         return "an interrupted output was resumed"
@@ -126,8 +136,8 @@ def _stages(parts):
     ]
 
 
-def _completed(executor, count, job, todo):
-    """Names of blocks, as they are written; `count` at a time."""
+def _completed(executor, count, job, todo, watch):
+    """Names of blocks, as they are written; `count` at a time. `watch` is called in long pauses."""
     todo, running = iter(todo), {}
     try:
         while True:
@@ -136,7 +146,9 @@ def _completed(executor, count, job, todo):
                 running[executor.submit(_write, job, *arguments)] = name
             if not running:
                 return
-            done, _ = concurrent.futures.wait(running, return_when="FIRST_COMPLETED")
+            done, _ = concurrent.futures.wait(running, _PATIENCE, "FIRST_COMPLETED")
+            if not done:
+                watch()
             for future in done:
                 _check(future)
                 yield running.pop(future)
@@ -178,11 +190,11 @@ def _parts(job):
 
 @contextmanager
 def _executor(scheduler):
-    """An executor, and the number of blocks to submit at a time."""
+    """An executor, the number of blocks to submit at a time, and a function for long pauses."""
     if not scheduler:
         count = min(_MAX_THREADS, max(2, os.cpu_count() or 1))
         with concurrent.futures.ThreadPoolExecutor(count) as executor:
-            yield executor, count
+            yield executor, count, lambda: None
         return
     try:
         import distributed
@@ -191,10 +203,28 @@ def _executor(scheduler):
     try:
         client = distributed.Client(scheduler, timeout="10s", set_as_default=False)
     except (OSError, ValueError) as error:
-        raise OSError(f"`{scheduler}` is not a scheduler that answers: {error}") from error
+        raise OSError(f"`--scheduler {scheduler}` does not answer: {error}") from error
     with client:
         threads = sum(client.nthreads().values())
         if not threads:
             raise OSError(f"the scheduler `{scheduler}` has no workers")
         with client.get_executor(pure=False) as executor:
-            yield executor, 2 * threads
+            yield executor, 2 * threads, _watch(client)
+
+
+def _watch(client):
+    """A function that warns once while a cluster has no workers."""
+    is_told = False
+
+    def watch():
+        nonlocal is_told
+        with suppress(OSError):  # its blocks fail when the scheduler does not come back
+            has_none = not client.nthreads()
+            if has_none and not is_told:
+                warn(
+                    "the cluster has no workers any more; waiting for new ones (Ctrl-C stops, and "
+                    "the same command resumes)"
+                )
+            is_told = has_none
+
+    return watch

@@ -1,31 +1,38 @@
 """An output that is not complete: its folder, and the list of its written blocks.
 
-`out.ome.zarr.unfinished` holds the new `out.ome.zarr`, a file with a hash of all inputs, and a file
-with the names of written blocks. When all are written, the new folder is moved to its place. So an
-output with its own name is complete, and an interrupted one is resumed.
+`out.ome.zarr.unfinished` holds the new `out.ome.zarr` in a folder with a hash of all inputs as its
+name, and a file with the names of written blocks. When all are written, the new folder is moved to
+its place. So an output with its own name is complete, and an interrupted one is resumed. One
+process at a time has the lock of the folder, which the system frees when that process ends.
 """
 
 from __future__ import annotations
 
 import dataclasses
+import errno
 import hashlib
 import json
 import os
 import pickle
 import shutil
+import time
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
 
+from vtk_mls.base.messages import warn
 from vtk_mls.files.ome_zarr import SUFFIX, has_metadata
+from vtk_mls.files.paths import check_apart
 
 ENDING = ".unfinished"
 _METADATA = "zarr.json", ".zgroup", ".zattrs", ".zarray"
 _CONSOLIDATED = "consolidated_metadata"
+_PATIENCE = 3.0  # seconds until another job is refused: the child of a killed command ends later
 
 
 class Unfinished:
-    """An unfinished output.
+    """An unfinished output; as a context manager, it is locked until the end of the block.
 
     Parameters
     ----------
@@ -47,34 +54,40 @@ class Unfinished:
     Raises
     ------
     OSError
-        Naming the path, if it cannot be written to.
+        Naming the path, if it cannot be written to, or another job writes it.
     """
 
     def __init__(self, path, inputs):
         self.path = check_output(path)
         self.folder = self.path.with_name(self.path.name + ENDING)
-        self.data = self.folder / self.path.name
-        self._job, self._list = self.folder / "job.json", self.folder / "done.txt"
+        self.data, self._list = self.folder / inputs, self.folder / "done.txt"
+        self._lock = None
         try:
-            self._open(inputs)
+            self._open()
         except OSError as error:
+            self.__exit__()
             raise OSError(f"`{path}` could not be written: {error.strerror or error}") from error
 
-    def _open(self, inputs):
-        self.is_resumed = self.replaced_other = False
-        if self.folder.exists() and any(self.folder.iterdir()):
-            if not self._job.is_file():
-                raise OSError(f"`{self.folder}` is in the way; remove it")
-            self.is_resumed = self.data.is_dir() and _stored_inputs(self._job) == inputs
-            self.replaced_other = not self.is_resumed
-        if self.replaced_other:
-            shutil.rmtree(self.folder)
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        if self._lock is not None:
+            self._lock.close()
+
+    def _open(self):
+        lock = self.folder / "lock"
+        if self.folder.exists() and any(self.folder.iterdir()) and not lock.exists():
+            raise OSError(f"`{self.folder}` is in the way; remove it")
         self.folder.mkdir(exist_ok=True)
-        if not self.is_resumed:
-            self._job.write_text(json.dumps({"inputs": inputs}))
+        self._lock = lock.open("a")
+        _take(self._lock)
+        self.is_resumed = self.data.is_dir()
+        self.replaced_other = not self.is_resumed and len(self._entries()) > 0
+        if self.replaced_other:
+            self._clear()
         self.data.mkdir(exist_ok=True)
-        for remains in self.data.rglob("*.partial"):  # chunks that a killed process began
-            remains.unlink()
+        self._remove_partial()
         # the last line may be incomplete
         lines = self._list.read_text().split("\n")[:-1] if self._list.exists() else []
         self.done = set(lines)
@@ -88,11 +101,62 @@ class Unfinished:
 
     def finish(self):
         """Move the output to its place, where an older one is removed."""
+        self._remove_partial()
         old = self.folder / "old"
         if self.path.exists():
             self.path.rename(old)
         self.data.rename(self.path)
-        shutil.rmtree(self.folder)
+        self._clear()
+        if os.name == "nt":  # where no open file can be removed
+            self._lock.close()
+        with suppress(OSError):  # the next job may have begun
+            Path(self._lock.name).unlink()
+            self.folder.rmdir()
+
+    def _entries(self):
+        """What is in the folder, but the lock."""
+        return [path for path in self.folder.iterdir() if path.name != Path(self._lock.name).name]
+
+    def _clear(self):
+        """Remove all but the lock; first the list, so that nothing is in it that is not there."""
+        for path in sorted(self._entries(), key=Path.is_dir):
+            shutil.rmtree(path) if path.is_dir() else path.unlink()
+
+    def _remove_partial(self):
+        """Remove chunks that a killed process began."""
+        for remains in self.data.rglob("*.partial"):
+            remains.unlink()
+
+
+def _take(lock):
+    """Lock an open file, or raise OSError: another job has it."""
+    end = time.monotonic() + _PATIENCE
+    while not _try(lock):
+        if time.monotonic() > end:
+            raise OSError("another job is writing it; wait for that, or choose another output")
+        time.sleep(0.1)
+    with suppress(FileNotFoundError):
+        if os.path.samestat(os.stat(lock.name), os.fstat(lock.fileno())):
+            return
+    raise OSError("another job has just written it; run the same again to replace that")
+
+
+def _try(lock):
+    """Whether this process now has the lock of an open file."""
+    try:
+        if os.name == "nt":
+            import msvcrt
+
+            msvcrt.locking(lock.fileno(), msvcrt.LK_NBLCK, 1)
+        else:
+            import fcntl
+
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError as error:
+        if error.errno in (errno.EACCES, errno.EAGAIN, errno.EDEADLK):
+            return False
+        warn(f"`{lock.name}` cannot be locked ({error.strerror}): let no other job write there")
+    return True
 
 
 def check_output(path, inputs=()):
@@ -110,9 +174,7 @@ def check_output(path, inputs=()):
         raise FileNotFoundError(f"there is no folder `{path.parent}` to write `{path.name}` in")
     if path.exists() and not has_metadata(path):
         raise FileExistsError(f"`{path}` cannot be written: it exists and is not an OME-Zarr")
-    for other in map(Path, inputs):
-        if path.resolve() in (other.resolve(), *other.resolve().parents):
-            raise FileExistsError(f"`{path}` cannot be written: it is the input")
+    check_apart(path, *inputs)
     return path
 
 
@@ -180,10 +242,3 @@ def _without_copies(file):
         return text
     del content[_CONSOLIDATED]
     return json.dumps(content, indent=2)
-
-
-def _stored_inputs(job):
-    try:
-        return json.loads(job.read_text()).get("inputs")
-    except (ValueError, AttributeError):
-        return None
