@@ -11,7 +11,6 @@ from vtk_mls.files.ome_zarr import SUFFIX, is_ome_zarr, open_image
 
 # Options of `vtk-mls deform` and `vtk-mls field` for data in memory.
 _IN_MEMORY = {
-    "label_arrays": "--label",
     "gradient_array": "--gradient",
     "generate_overlap": "--overlap",
     "generate_cell_quality": "--cell-quality",
@@ -62,6 +61,7 @@ def deform(options):
         "interpolation": options.interpolation,
         "background": options.background,
         "void_values": property_options.value("VoidValues"),
+        "labels": tuple(options.label_arrays or ()),
     }
     image = open_image(options.input)
     run = partial(job.deform, options.input, options.output, settings=settings)

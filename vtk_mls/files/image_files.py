@@ -231,7 +231,7 @@ def read_ome_zarr(path, max_points=None):
 
     Each channel is an array; without such a level it is the coarsest.
     """
-    source = ome_zarr.open_image(path)
+    source = ome_zarr.open_input(path)
     level = source.level_within(max_points)
     image = vtkImageData()
     image.SetDimensions(level.grid.dimensions)
@@ -244,6 +244,8 @@ def read_ome_zarr(path, max_points=None):
         names.append(name)
     image.GetPointData().SetActiveScalars(names[0])
     metadata.store(image, metadata.LABEL_ARRAYS, names * source.is_label)
+    unit = ome_zarr.SHORT_UNITS.get(source.unit, "")
+    metadata.store(image, metadata.LENGTH_UNIT, [unit] * bool(unit))
     return image
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
+import json
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,10 +12,20 @@ import numpy as np
 
 from vtk_mls.base import validation
 from vtk_mls.base.grid import Grid
+from vtk_mls.base.messages import warn
+from vtk_mls.files import frames, volumes
 
 SUFFIX = ".zarr"
+LABELS = "labels"  # name of the group of label images
 _VERSIONS = "0.4", "0.5"
 _AXES = "t", "c", "z", "y", "x"  # in the order of the specification
+# units of lengths in the specification that are in use: meters
+_METERS = {"angstrom": 1e-10, "inch": 0.0254, "foot": 0.3048, "yard": 0.9144}
+_PREFIXES = {"pico": -12, "nano": -9, "micro": -6, "milli": -3, "centi": -2, "": 0, "kilo": 3}
+_METERS |= {f"{prefix}meter": 10.0**power for prefix, power in _PREFIXES.items()}
+_SHORT = {"nano": "nm", "micro": "um", "milli": "mm", "centi": "cm", "": "m"}
+SHORT_UNITS = {f"{prefix}meter": name for prefix, name in _SHORT.items()}  # as of `Volume`
+_ROUNDING = 0.01  # voxels
 _ERRORS = (AttributeError, IndexError, KeyError, OSError, RuntimeError, TypeError, ValueError)
 
 
@@ -28,12 +40,39 @@ class Level:
     array : zarr.Array
         With the axes of the image.
     grid : Grid
-        Of its last axes z, y, x, in the units of the file; z has one point without such an axis.
+        Of its last axes z, y, x, in the unit of the image; z has one point without such an axis. In
+        LPS if the file states the orientation of its axes.
     """
 
     path: str
     array: object
     grid: Grid
+
+
+@dataclass(frozen=True, eq=False)
+class Windows:
+    """The windows in an earlier level whose means are the points of a level, along (z, y, x).
+
+    Attributes
+    ----------
+    source : int
+        Number of the earlier level.
+    steps, first : (3,) float64
+        Between the centers of windows and of the first one, in indices of the earlier level.
+    """
+
+    source: int
+    steps: np.ndarray
+    first: np.ndarray
+
+    @property
+    def widths(self):
+        """Points in a window: a step if windows touch each other without a gap from the border on.
+
+        Else 1: the level was made by sampling.
+        """
+        is_mean = np.abs(self.first - (self.steps - 1) / 2) < _ROUNDING
+        return np.where(is_mean, self.steps, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +85,9 @@ class Image:
     axes : str
         Their names, in order: the end of "tczyx", perhaps without t, c and z.
     unit : str
-        Of the axis x; "" if the file does not say.
+        Of lengths; "" if the file does not say.
+    orientation : dict
+        By the names of axes that have one, what the file says in their entries.
     levels : list of Level
         The finest first.
     names : list of str
@@ -55,41 +96,86 @@ class Image:
         Names of the label images in its group `labels`.
     is_label : bool
         Whether its values are labels.
+    guess : str
+        What had to be guessed, as a sentence; "" for nothing.
     """
 
     folder: Path
     axes: str
     unit: str
+    orientation: dict
     levels: list
     names: list
     labels: list
     is_label: bool
+    guess: str
 
     @property
     def finest(self):
         """The first Level."""
         return self.levels[0]
 
-    def factors(self, index):
-        """How many points of the level before, (z, y, x), are one point of a level.
+    @property
+    def channel_names(self):
+        """The name of each channel; those of the file if they differ."""
+        count = self.finest.array.shape[self.axes.index("c")] if "c" in self.axes else 1
+        if len(self.names) == count == len({*self.names} - {""}):
+            return self.names
+        return ["OME-Zarr"] if count == 1 else [f"channel {n + 1}" for n in range(count)]
+
+    def are_labels(self, settings):
+        """Whether each channel holds labels: (channels,) bool.
+
+        Parameters
+        ----------
+        settings : dict
+            With `interpolation`, and perhaps `labels`, the names of channels.
 
         Raises
         ------
         ValueError
-            If it is not a whole number.
+            For other names.
         """
-        finer, coarser = self.levels[index - 1].grid, self.levels[index].grid
-        ratio = coarser.spacing[::-1] / finer.spacing[::-1]
-        factors = np.maximum(np.rint(ratio), 1).astype(int)
-        size, coarse_size = np.array(finer.shape), np.array(coarser.shape)
-        is_whole = np.abs(ratio - factors) <= factors / np.maximum(coarse_size, 1)
-        is_covered = ((coarse_size - 1) * factors < size) & (size < (coarse_size + 1) * factors)
-        if not (is_whole & is_covered).all():
+        named, names = settings.get("labels", ()), self.channel_names
+        if not {*named} <= {*names}:
             raise ValueError(
-                f"`{self.folder}`: level `{self.levels[index].path}` must be a whole number of "
-                f"times coarser than the one before, got {coarser.shape} after {finer.shape}"
+                f"`--label` must name channels of `{self.folder}`, which are {', '.join(names)}, "
+                f"got {', '.join(named)}"
             )
-        return tuple(factors.tolist())
+        is_label = self.is_label or settings["interpolation"] == "nearest"
+        return np.array([is_label or name in named for name in names])
+
+    def windows(self, index):
+        """The Windows of a level: in the last level before that is a whole number of times finer.
+
+        Without such a level they are in the one before.
+
+        Raises
+        ------
+        ValueError
+            If the level before is coarser, or lies elsewhere.
+        """
+        found = [self._windows(index, source) for source in range(index)][::-1]
+        size, count = (np.array(self.levels[n].grid.shape) for n in (index - 1, index))
+        steps, low = found[0].steps, found[0].first - found[0].steps / 2 + 0.5
+        gaps = np.abs([low, low + steps * count - size])
+        if not ((steps > 1 - _ROUNDING) & (gaps < steps)).all():
+            raise ValueError(
+                f"`{self.folder}`: level `{self.levels[index].path}` must be coarser than the one "
+                f"before and in the same place, got points at steps of {steps.tolist()} points "
+                f"from {found[0].first.tolist()} on (z, y, x)"
+            )
+        return next((w for w in found if (w.steps == np.rint(w.steps)).all()), found[0])
+
+    def _windows(self, index, source):
+        coarser, finer = self.levels[index].grid, self.levels[source].grid
+        matrix, first = coarser.index_transform(finer)
+        steps, count = matrix.diagonal()[::-1], np.array(coarser.shape)
+        whole = np.rint(steps)
+        steps = np.where(np.abs(steps - whole) * count < _ROUNDING, whole, steps)
+        halves = np.rint(2 * first[::-1]) / 2
+        first = np.where(np.abs(first[::-1] - halves) < _ROUNDING, halves, first[::-1])
+        return Windows(source, steps, first)
 
     def level_within(self, max_points):
         """The finest Level of at most so many points, or the coarsest; the finest for None."""
@@ -111,17 +197,14 @@ class Image:
             raise ValueError(
                 f"it has {lead[0]} times, which only `vtk-mls deform` takes, to another OME-Zarr"
             )
-        count = int(np.prod(lead, dtype=int))
-        names = self.names if len(set(self.names)) == count else []
-        for index, place in enumerate(np.ndindex(*lead)):
+        for name, place in zip(self.channel_names, np.ndindex(*lead)):
             try:
                 spatial = map(slice, (0,) * 3, level.array.shape[len(lead) :])
                 rows = (*(slice(n, n + 1) for n in place), *spatial)
                 values = read(level.array, rows).reshape(level.grid.shape)
             except (OSError, RuntimeError, ValueError) as error:
                 raise ValueError(f"its level `{level.path}` is broken: {_text(error)}") from error
-            default = "OME-Zarr" if count == 1 else f"channel {index + 1}"
-            yield (names[index] if names else default), validation.native_array(values)
+            yield name, validation.native_array(values)
 
 
 def is_ome_zarr(path):
@@ -208,13 +291,26 @@ def open_image(path, mode="r"):
         raise ValueError(f"`{path}` is not a readable OME-Zarr: {_text(error)}") from error
 
 
+def open_input(path):
+    """The Image of a folder; a warning says what had to be guessed."""
+    image = open_image(path)
+    if image.guess:
+        warn(f"`{path}`: {image.guess}")
+    return image
+
+
 def state_method(path, method):
     """Write the method of the coarser levels in the metadata of an image, if they name another."""
     group = _zarr(path).open_group(path, mode="r+", use_consolidated=False)
     attributes = dict(group.attrs)
-    entry = attributes.get("ome", attributes)["multiscales"][0]
+    entries = attributes.get("ome", attributes)["multiscales"]
+    entry, image = entries[0], _image(path, group)
+    if entries[1:]:  # other images, which are not deformed
+        del entries[1:]
+        group.attrs.update(attributes)
     if "type" in entry:
-        entry["type"] = method
+        is_sampled = len(image.levels) > 1 and (image.windows(1).widths == 1).all()
+        entry["type"] = "nearest" if is_sampled else method
         entry.pop("metadata", None)  # of that method
         group.attrs.update(attributes)
 
@@ -243,7 +339,15 @@ def _image(path, group):
     if version not in _VERSIONS:
         raise ValueError(f"its version must be {' or '.join(_VERSIONS)}, got {version}")
     axes = _axes(entry["axes"])
-    levels = [_level(group, axes, entry, dataset) for dataset in entry["datasets"]]
+    space, (is_in_labels, whole) = entry["axes"][len(axes.rstrip("zyx")) :], _image_of_labels(path)
+    names = axes[-len(space) :]
+    if whole is not None and not any(map(_orientation, space)):
+        space = [axis | whole.orientation.get(name, {}) for axis, name in zip(space, names)]
+    unit, lengths, no_unit = _lengths(space, whole.unit if whole else "")
+    directions, no_frame = _directions(space)
+    levels = [
+        _level(group, axes, entry, dataset, lengths, directions) for dataset in entry["datasets"]
+    ]
     if not levels:
         raise ValueError("it has no resolutions")
     dtypes = sorted({str(level.array.dtype) for level in levels})
@@ -252,11 +356,17 @@ def _image(path, group):
     sizes = [level.grid.size for level in levels]
     if sizes != sorted(sizes, reverse=True):
         raise ValueError(f"its finest resolution must be the first, got {sizes} points")
-    unit = entry["axes"][-1].get("unit") or ""
     channels = (metadata.get("omero") or {}).get("channels") or ()
-    names = [str(channel.get("label", "")) for channel in channels]
+    channel_names = [str(channel.get("label", "")) for channel in channels]
+    is_label = "image-label" in metadata or is_in_labels or dtypes == ["bool"]
+    orientation = {
+        name: {"orientation": axis["orientation"]}
+        for name, axis in zip(names, space)
+        if "orientation" in axis
+    }
+    guess = "; ".join(filter(None, (no_unit, no_frame)))
     labels = _labels(path, group)
-    return Image(path, axes, unit, levels, names, labels, "image-label" in metadata)
+    return Image(path, axes, unit, orientation, levels, channel_names, labels, is_label, guess)
 
 
 def _check_content(path, metadata):
@@ -270,28 +380,66 @@ def _check_content(path, metadata):
 
 
 def _axes(entries):
-    names = [entry["name"] for entry in entries]
+    names = [str(entry["name"]).lower() for entry in entries]
     is_ordered = names == [name for name in _AXES if name in names]
     if not is_ordered or names[-2:] != ["y", "x"]:
         raise ValueError(
             "its axes must be t, c, z, y, x in this order, where t, c and z are optional, "
             f"got {', '.join(map(str, names))[:80]}"
         )
-    units = {entry.get("unit") for entry in entries if entry["name"] in "zyx"}
-    if len(units) > 1:
-        listed = ", ".join(sorted(map(str, units)))
-        raise ValueError(f"its axes in space must have one unit, got {listed}")
     return "".join(names)
 
 
-def _level(group, axes, entry, dataset):
+def _lengths(space, unit):
+    """The unit of an image, the lengths of the units of its axes in it, and what is guessed.
+
+    Without a given `unit` it is that of the last axis that has one.
+    """
+    units = [axis.get("unit") or "" for axis in space]
+    unit = unit or next(filter(None, units[::-1]), "")
+    missing = ", ".join(axis["name"] for axis, own in zip(space, units) if own != unit and not own)
+    units = [own or unit for own in units]
+    if {*units} == {unit}:
+        lengths = [1.0] * len(units)
+    elif {unit, *units} <= {*_METERS}:
+        lengths = [float(f"{_METERS[own] / _METERS[unit]:.12g}") for own in units]
+    else:
+        raise ValueError(
+            f"its axes in space must have units of length, got {', '.join(sorted({*units}))}"
+        )
+    return unit, lengths, f"{missing} has no unit; {unit} is assumed" if missing else ""
+
+
+def _directions(space):
+    """Columns (3, 3) along x, y, z in LPS (the identity if not stated), and what is guessed."""
+    words = [_orientation(axis) for axis in space[::-1]]
+    if not any(words):
+        return np.eye(3), ""
+    columns = np.zeros((3, 3))
+    columns[:, : len(words)] = np.transpose([frames.direction(word) for word in words])
+    columns = volumes.full_steps(columns, (2, 2, len(words) - 1))
+    if np.linalg.matrix_rank(columns) == 3:
+        return columns, ""
+    listed = ", ".join(f"{axis['name']} {word or '?'}" for axis, word in zip(space[::-1], words))
+    return np.eye(3), f"the orientation ({listed}) does not give LPS; positions are used as LPS"
+
+
+def _orientation(axis):
+    """What an axis states, as "left-to-right"; "" for nothing about a patient."""
+    stated = axis.get("orientation") or ""
+    if isinstance(stated, dict):
+        stated = stated.get("value") if stated.get("type") == "anatomical" else ""
+    return str(stated)
+
+
+def _level(group, axes, entry, dataset, lengths, directions):
     path = dataset["path"]
     array = group[path]
     if not hasattr(array, "dtype"):
         raise ValueError(f"`{path}` must be an array, got a group")
     if array.ndim != len(axes):
         raise ValueError(f"array `{path}` must have the axes {axes}, got {array.ndim} axes")
-    if array.dtype.kind not in "iuf" or array.dtype.itemsize > 8:
+    if array.dtype.kind not in "biuf" or array.dtype.itemsize > 8:
         raise ValueError(f"array `{path}` must hold integers or floats, got {array.dtype}")
     if 0 in array.shape:
         raise ValueError(f"array `{path}` is empty, got {array.shape}")
@@ -301,12 +449,13 @@ def _level(group, axes, entry, dataset):
         scale, shift = _after(transform, scale, shift)
     if not (np.isfinite(scale) & (scale > 0)).all() or not np.isfinite(shift).all():
         raise ValueError(f"scales of `{path}` must be positive, got {scale.tolist()}")
-    count = len(axes.lstrip("tc"))
+    count = len(lengths)
     missing = 3 - count
     shape = [1] * missing + list(array.shape[-count:])
-    spacing = [1.0] * missing + scale[-count:].tolist()
-    origin = [0.0] * missing + shift[-count:].tolist()
-    return Level(path, array, Grid(shape[::-1], origin[::-1], spacing[::-1]))
+    spacing = [1.0] * missing + (scale[-count:] * lengths).tolist()
+    origin = [0.0] * missing + (shift[-count:] * lengths).tolist()
+    grid = Grid(shape[::-1], directions @ origin[::-1], spacing[::-1], directions)
+    return Level(path, array, grid)
 
 
 def _after(transform, scale, shift):
@@ -323,8 +472,34 @@ def _after(transform, scale, shift):
 
 
 def _labels(path, group):
-    """Names of label images."""
-    if not (path / "labels").is_dir() or "labels" not in group:
+    """Names of label images, listed or not."""
+    folder = path / LABELS
+    if not folder.is_dir():
         return []
-    attributes = dict(group["labels"].attrs)
-    return [str(name) for name in attributes.get("ome", attributes).get("labels", [])]
+    attributes = dict(group[LABELS].attrs) if LABELS in group else {}
+    listed = [str(name) for name in attributes.get("ome", attributes).get("labels", [])]
+    found = sorted(child.name for child in folder.iterdir() if has_image(child))
+    return list(dict.fromkeys([*listed, *found]))
+
+
+def _image_of_labels(path):
+    """Whether an image stands in the group `labels` of another, and this Image or None."""
+    for folder in path.resolve().parents:
+        if folder.name == LABELS and has_metadata(folder.parent):
+            with contextlib.suppress(OSError, ValueError):
+                return True, open_image(folder.parent)
+            return True, None
+    return False, None
+
+
+def is_array(folder):
+    """Whether a folder is an array of zarr."""
+    file = folder / "zarr.json"
+    is_v3 = file.is_file() and json.loads(file.read_text()).get("node_type") == "array"
+    return is_v3 or (folder / ".zarray").is_file()
+
+
+def has_image(folder):
+    """Whether a group of zarr is an image, or has one in it."""
+    files = (file for name in ("zarr.json", ".zattrs") for file in folder.rglob(name))
+    return any('"multiscales"' in file.read_text() for file in files)

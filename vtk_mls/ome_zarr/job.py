@@ -7,18 +7,18 @@ import functools
 import os
 import pickle
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 import vtk_mls
 from vtk_mls.base import validation
 from vtk_mls.base.interpolation import INTERPOLATIONS
 from vtk_mls.base.progress import whole
-from vtk_mls.files.ome_zarr import open_image, state_method
+from vtk_mls.files.ome_zarr import LABELS, open_image, open_input, state_method
 from vtk_mls.ome_zarr.blocks import DeformedBlocks, FieldBlocks
 from vtk_mls.ome_zarr.field_metadata import create_field
 from vtk_mls.ome_zarr.unfinished import Unfinished, check_output, copy_metadata, hash_of
 
-_LABELS = "labels"
 _MAX_THREADS = 4  # each holds a block: while one computes, others read and write
 
 
@@ -32,8 +32,8 @@ def deform(source, target, transform, settings, *, scheduler=None, progress=None
     transform : Transform
         In the units of the file.
     settings : dict
-        `interpolation`, `background` and `void_values` of a `Sampling`. Label images are sampled
-        nearest.
+        `interpolation`, `background` and `void_values` of a `Sampling`, and perhaps `labels`, the
+        names of channels with labels. Labels are sampled nearest, as are label images.
     scheduler : str, optional
         Address of a dask.distributed scheduler, whose workers see the same folders.
     progress : callable, optional
@@ -49,14 +49,14 @@ def deform(source, target, transform, settings, *, scheduler=None, progress=None
         Naming the folder.
     """
     validation.choice("interpolation", settings["interpolation"], INTERPOLATIONS)
-    image = open_image(source)
-    images = {"": image}
+    image = open_input(source)
+    images = {"": replace(image, is_label=bool(image.are_labels(settings).all()))}
     for name in image.labels:
-        images[f"{_LABELS}/{name}"] = open_image(Path(source, _LABELS, name))
+        images[f"{LABELS}/{name}"] = open_image(Path(source, LABELS, name))
     paths = []
     for place, member in images.items():
         for index in range(1, len(member.levels)):
-            member.factors(index)  # an error now, not after hours
+            member.windows(index)  # an error now, not after hours
         paths += [f"{place}/{level.path}".lstrip("/") for level in member.levels]
     check_output(target, [source])
     inputs = hash_of(source, paths, transform, settings, vtk_mls.__version__)
@@ -78,7 +78,7 @@ def write_field(source, target, transform, *, scheduler=None, progress=None):
     Parameters and errors are as of `deform`. The field has the axes c, z, y, x: components along
     x, y and z.
     """
-    image = open_image(source)
+    image = open_input(source)
     check_output(target, [source])
     inputs = hash_of(source, [], "field", image.finest.grid, transform, vtk_mls.__version__)
     unfinished = Unfinished(target, inputs)
