@@ -57,13 +57,12 @@ def deform(options):
 
     if options.output_grid != "input":
         raise ValueError(f"`--grid` must be input for OME-Zarr, got {options.output_grid}")
+    image = open_image(options.input)
     settings = {
-        "interpolation": options.interpolation,
+        "interpolation": _methods(options, image),
         "background": options.background,
         "void_values": property_options.value("VoidValues"),
-        "labels": tuple(options.label_arrays or ()),
     }
-    image = open_image(options.input)
     run = partial(job.deform, options.input, options.output, settings=settings)
     note = _run(options, run)
     size = " x ".join(str(n) for n in image.finest.grid.dimensions)
@@ -103,6 +102,17 @@ def _run(options, run):
     with step("deform", options.input), progress_bar(options) as bar:
         note = run(transform, scheduler=options.scheduler, progress=bar)
     return f"; {note}" if note else ""
+
+
+def _methods(options, image):
+    """The interpolation of each channel."""
+    labels, names = options.label_arrays or (), image.channel_names
+    if not {*labels} <= {*names}:
+        raise ValueError(
+            f"`--label` must name channels of `{options.input}`, which are {', '.join(names)}, "
+            f"got {', '.join(labels)}"
+        )
+    return tuple("nearest" if name in labels else options.interpolation for name in names)
 
 
 def _count(count, noun):

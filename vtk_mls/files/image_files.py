@@ -18,6 +18,7 @@ from vtkmodules.vtkIOLegacy import vtkDataSetWriter
 from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLImageDataWriter
 
 from vtk_mls.files import meta_image, metadata, nifti, nrrd, ome_zarr, volumes, vtk_io
+from vtk_mls.files.ome_zarr_axes import SHORT_UNITS
 from vtk_mls.files.volumes import Volume
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
@@ -244,7 +245,7 @@ def read_ome_zarr(path, max_points=None):
         names.append(name)
     image.GetPointData().SetActiveScalars(names[0])
     metadata.store(image, metadata.LABEL_ARRAYS, names * source.is_label)
-    unit = ome_zarr.SHORT_UNITS.get(source.unit, "")
+    unit = SHORT_UNITS.get(source.space[-1].get("unit"), "")
     metadata.store(image, metadata.LENGTH_UNIT, [unit] * bool(unit))
     return image
 

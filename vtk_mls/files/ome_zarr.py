@@ -13,18 +13,11 @@ import numpy as np
 from vtk_mls.base import validation
 from vtk_mls.base.grid import Grid
 from vtk_mls.base.messages import warn
-from vtk_mls.files import frames, volumes
+from vtk_mls.files import ome_zarr_axes
 
 SUFFIX = ".zarr"
 LABELS = "labels"  # name of the group of label images
 _VERSIONS = "0.4", "0.5"
-_AXES = "t", "c", "z", "y", "x"  # in the order of the specification
-# units of lengths in the specification that are in use: meters
-_METERS = {"angstrom": 1e-10, "inch": 0.0254, "foot": 0.3048, "yard": 0.9144}
-_PREFIXES = {"pico": -12, "nano": -9, "micro": -6, "milli": -3, "centi": -2, "": 0, "kilo": 3}
-_METERS |= {f"{prefix}meter": 10.0**power for prefix, power in _PREFIXES.items()}
-_SHORT = {"nano": "nm", "micro": "um", "milli": "mm", "centi": "cm", "": "m"}
-SHORT_UNITS = {f"{prefix}meter": name for prefix, name in _SHORT.items()}  # as of `Volume`
 _ROUNDING = 0.01  # voxels
 _ERRORS = (AttributeError, IndexError, KeyError, OSError, RuntimeError, TypeError, ValueError)
 
@@ -50,32 +43,6 @@ class Level:
 
 
 @dataclass(frozen=True, eq=False)
-class Windows:
-    """The windows in an earlier level whose means are the points of a level, along (z, y, x).
-
-    Attributes
-    ----------
-    source : int
-        Number of the earlier level.
-    steps, first : (3,) float64
-        Between the centers of windows and of the first one, in indices of the earlier level.
-    """
-
-    source: int
-    steps: np.ndarray
-    first: np.ndarray
-
-    @property
-    def widths(self):
-        """Points in a window: a step if windows touch each other without a gap from the border on.
-
-        Else 1: the level was made by sampling.
-        """
-        is_mean = np.abs(self.first - (self.steps - 1) / 2) < _ROUNDING
-        return np.where(is_mean, self.steps, 1.0)
-
-
-@dataclass(frozen=True, eq=False)
 class Image:
     """A group with all resolutions of an image.
 
@@ -84,10 +51,8 @@ class Image:
     folder : Path
     axes : str
         Their names, in order: the end of "tczyx", perhaps without t, c and z.
-    unit : str
-        Of lengths; "" if the file does not say.
-    orientation : dict
-        By the names of axes that have one, what the file says in their entries.
+    space : list of dict
+        What the file says about its axes z, y, x; with one unit, which is that of lengths.
     levels : list of Level
         The finest first.
     names : list of str
@@ -102,8 +67,7 @@ class Image:
 
     folder: Path
     axes: str
-    unit: str
-    orientation: dict
+    space: list
     levels: list
     names: list
     labels: list
@@ -123,59 +87,53 @@ class Image:
             return self.names
         return ["OME-Zarr"] if count == 1 else [f"channel {n + 1}" for n in range(count)]
 
-    def are_labels(self, settings):
-        """Whether each channel holds labels: (channels,) bool.
-
-        Parameters
-        ----------
-        settings : dict
-            With `interpolation`, and perhaps `labels`, the names of channels.
-
-        Raises
-        ------
-        ValueError
-            For other names.
-        """
-        named, names = settings.get("labels", ()), self.channel_names
-        if not {*named} <= {*names}:
-            raise ValueError(
-                f"`--label` must name channels of `{self.folder}`, which are {', '.join(names)}, "
-                f"got {', '.join(named)}"
-            )
-        is_label = self.is_label or settings["interpolation"] == "nearest"
-        return np.array([is_label or name in named for name in names])
+    def methods(self, interpolation):
+        """The interpolation of each channel, given that of all or of each; of labels "nearest"."""
+        count = len(self.channel_names)
+        methods = (interpolation,) * count if isinstance(interpolation, str) else interpolation
+        return ("nearest",) * count if self.is_label else methods
 
     def windows(self, index):
-        """The Windows of a level: in the last level before that is a whole number of times finer.
+        """The windows of a level in an earlier one, along (z, y, x).
 
-        Without such a level they are in the one before.
+        The earlier one is the last that is a whole number of times finer, or else the one before.
+
+        Returns
+        -------
+        source : int
+            Number of the earlier level.
+        steps, first, widths : (3,) float64
+            Distance of the centers of windows, the first of them, and points of a window, in
+            indices of the earlier level. If windows do not touch each other from the border on, the
+            level was made by sampling, and the width is 1.
 
         Raises
         ------
         ValueError
-            If the level before is coarser, or lies elsewhere.
+            If the level is finer than the one before, or lies elsewhere.
         """
         found = [self._windows(index, source) for source in range(index)][::-1]
+        _, steps, first, _ = found[0]
         size, count = (np.array(self.levels[n].grid.shape) for n in (index - 1, index))
-        steps, low = found[0].steps, found[0].first - found[0].steps / 2 + 0.5
+        low = first - steps / 2 + 0.5
         gaps = np.abs([low, low + steps * count - size])
         if not ((steps > 1 - _ROUNDING) & (gaps < steps)).all():
             raise ValueError(
                 f"`{self.folder}`: level `{self.levels[index].path}` must be coarser than the one "
                 f"before and in the same place, got points at steps of {steps.tolist()} points "
-                f"from {found[0].first.tolist()} on (z, y, x)"
+                f"from {first.tolist()} on (z, y, x)"
             )
-        return next((w for w in found if (w.steps == np.rint(w.steps)).all()), found[0])
+        return next((each for each in found if (each[1] == np.rint(each[1])).all()), found[0])
 
     def _windows(self, index, source):
-        coarser, finer = self.levels[index].grid, self.levels[source].grid
-        matrix, first = coarser.index_transform(finer)
-        steps, count = matrix.diagonal()[::-1], np.array(coarser.shape)
-        whole = np.rint(steps)
-        steps = np.where(np.abs(steps - whole) * count < _ROUNDING, whole, steps)
-        halves = np.rint(2 * first[::-1]) / 2
-        first = np.where(np.abs(first[::-1] - halves) < _ROUNDING, halves, first[::-1])
-        return Windows(source, steps, first)
+        coarser = self.levels[index].grid
+        matrix, first = coarser.index_transform(self.levels[source].grid)
+        steps, first = matrix.diagonal()[::-1], first[::-1]
+        whole, half = np.rint(steps), np.rint(2 * first) / 2
+        steps = np.where(np.abs(steps - whole) * coarser.shape < _ROUNDING, whole, steps)
+        first = np.where(np.abs(first - half) < _ROUNDING, half, first)
+        is_mean = np.abs(first - (steps - 1) / 2) < _ROUNDING
+        return source, steps, first, np.where(is_mean, steps, 1.0)
 
     def level_within(self, max_points):
         """The finest Level of at most so many points, or the coarsest; the finest for None."""
@@ -309,7 +267,7 @@ def state_method(path, method):
         del entries[1:]
         group.attrs.update(attributes)
     if "type" in entry:
-        is_sampled = len(image.levels) > 1 and (image.windows(1).widths == 1).all()
+        is_sampled = len(image.levels) > 1 and (image.windows(1)[3] == 1).all()
         entry["type"] = "nearest" if is_sampled else method
         entry.pop("metadata", None)  # of that method
         group.attrs.update(attributes)
@@ -338,13 +296,11 @@ def _image(path, group):
     version = str(metadata.get("version", entry.get("version", _VERSIONS[0])))
     if version not in _VERSIONS:
         raise ValueError(f"its version must be {' or '.join(_VERSIONS)}, got {version}")
-    axes = _axes(entry["axes"])
-    space, (is_in_labels, whole) = entry["axes"][len(axes.rstrip("zyx")) :], _image_of_labels(path)
-    names = axes[-len(space) :]
-    if whole is not None and not any(map(_orientation, space)):
-        space = [axis | whole.orientation.get(name, {}) for axis, name in zip(space, names)]
-    unit, lengths, no_unit = _lengths(space, whole.unit if whole else "")
-    directions, no_frame = _directions(space)
+    axes = ome_zarr_axes.names(entry["axes"])
+    is_in_labels, image_space = _image_of_labels(path)
+    space = entry["axes"][len(axes.rstrip("zyx")) :]
+    space, lengths, no_unit = ome_zarr_axes.in_space(space, image_space)
+    directions, no_frame = ome_zarr_axes.directions(space)
     levels = [
         _level(group, axes, entry, dataset, lengths, directions) for dataset in entry["datasets"]
     ]
@@ -357,16 +313,11 @@ def _image(path, group):
     if sizes != sorted(sizes, reverse=True):
         raise ValueError(f"its finest resolution must be the first, got {sizes} points")
     channels = (metadata.get("omero") or {}).get("channels") or ()
-    channel_names = [str(channel.get("label", "")) for channel in channels]
+    names = [str(channel.get("label", "")) for channel in channels]
     is_label = "image-label" in metadata or is_in_labels or dtypes == ["bool"]
-    orientation = {
-        name: {"orientation": axis["orientation"]}
-        for name, axis in zip(names, space)
-        if "orientation" in axis
-    }
     guess = "; ".join(filter(None, (no_unit, no_frame)))
     labels = _labels(path, group)
-    return Image(path, axes, unit, orientation, levels, channel_names, labels, is_label, guess)
+    return Image(path, axes, space, levels, names, labels, is_label, guess)
 
 
 def _check_content(path, metadata):
@@ -377,59 +328,6 @@ def _check_content(path, metadata):
     if (path / "0").is_dir() and "bioformats2raw.layout" in metadata:
         raise ValueError(f"it is a collection of images; name one, such as `{path / '0'}`")
     raise ValueError("it has no `multiscales`")
-
-
-def _axes(entries):
-    names = [str(entry["name"]).lower() for entry in entries]
-    is_ordered = names == [name for name in _AXES if name in names]
-    if not is_ordered or names[-2:] != ["y", "x"]:
-        raise ValueError(
-            "its axes must be t, c, z, y, x in this order, where t, c and z are optional, "
-            f"got {', '.join(map(str, names))[:80]}"
-        )
-    return "".join(names)
-
-
-def _lengths(space, unit):
-    """The unit of an image, the lengths of the units of its axes in it, and what is guessed.
-
-    Without a given `unit` it is that of the last axis that has one.
-    """
-    units = [axis.get("unit") or "" for axis in space]
-    unit = unit or next(filter(None, units[::-1]), "")
-    missing = ", ".join(axis["name"] for axis, own in zip(space, units) if own != unit and not own)
-    units = [own or unit for own in units]
-    if {*units} == {unit}:
-        lengths = [1.0] * len(units)
-    elif {unit, *units} <= {*_METERS}:
-        lengths = [float(f"{_METERS[own] / _METERS[unit]:.12g}") for own in units]
-    else:
-        raise ValueError(
-            f"its axes in space must have units of length, got {', '.join(sorted({*units}))}"
-        )
-    return unit, lengths, f"{missing} has no unit; {unit} is assumed" if missing else ""
-
-
-def _directions(space):
-    """Columns (3, 3) along x, y, z in LPS (the identity if not stated), and what is guessed."""
-    words = [_orientation(axis) for axis in space[::-1]]
-    if not any(words):
-        return np.eye(3), ""
-    columns = np.zeros((3, 3))
-    columns[:, : len(words)] = np.transpose([frames.direction(word) for word in words])
-    columns = volumes.full_steps(columns, (2, 2, len(words) - 1))
-    if np.linalg.matrix_rank(columns) == 3:
-        return columns, ""
-    listed = ", ".join(f"{axis['name']} {word or '?'}" for axis, word in zip(space[::-1], words))
-    return np.eye(3), f"the orientation ({listed}) does not give LPS; positions are used as LPS"
-
-
-def _orientation(axis):
-    """What an axis states, as "left-to-right"; "" for nothing about a patient."""
-    stated = axis.get("orientation") or ""
-    if isinstance(stated, dict):
-        stated = stated.get("value") if stated.get("type") == "anatomical" else ""
-    return str(stated)
 
 
 def _level(group, axes, entry, dataset, lengths, directions):
@@ -483,13 +381,26 @@ def _labels(path, group):
 
 
 def _image_of_labels(path):
-    """Whether an image stands in the group `labels` of another, and this Image or None."""
+    """Whether an image stands in the group `labels` of another, and the `space` of this Image."""
     for folder in path.resolve().parents:
         if folder.name == LABELS and has_metadata(folder.parent):
             with contextlib.suppress(OSError, ValueError):
-                return True, open_image(folder.parent)
-            return True, None
-    return False, None
+                return True, open_image(folder.parent).space
+            return True, []
+    return False, []
+
+
+def complete_labels(source, target):
+    """Write to a copy of a label image what its place in `labels` says, if it is not there."""
+    if not _image_of_labels(source)[0] or _image_of_labels(target)[0]:
+        return
+    image, group = open_image(source), _zarr(target).open_group(target, mode="r+")
+    attributes = dict(group.attrs)
+    metadata = attributes.get("ome", attributes)
+    metadata.setdefault("image-label", {})
+    for axis, stated in zip(metadata["multiscales"][0]["axes"][::-1], image.space[::-1]):
+        axis |= {**stated, **axis}
+    group.attrs.update(attributes)
 
 
 def is_array(folder):

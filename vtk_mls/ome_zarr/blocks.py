@@ -80,15 +80,12 @@ class DeformedBlocks(Blocks):
     Parameters
     ----------
     interpolation, background, void_values
-        As of `Sampling`.
-    labels : tuple of str
-        Names of channels that hold labels.
+        As of `Sampling`. An interpolation for each channel is one for each of the image's.
     """
 
-    interpolation: str = "linear"
+    interpolation: str | tuple[str, ...] = "linear"
     background: float = 0.0
     void_values: str = "background"
-    labels: tuple[str, ...] = ()
 
     def _values(self, stage, place):
         return self._coarsened(stage, place) if stage else self._deformed(place)
@@ -96,15 +93,14 @@ class DeformedBlocks(Blocks):
     def _deformed(self, place):
         level, array = self._input.finest, self._input.finest.array
         lead, space = _divided(place, self._output.axes)
-        target = _part(self._output.finest.grid, space)
+        target = _part(level.grid, space)
         count = math.prod(rows.stop - rows.start for rows in lead)
 
         def read_part(part):
             values = read(array, lead + slices_of(part)[3 - len(space) :])
             return list(values.reshape(count, *part.shape))
 
-        are_labels = self._are_labels(lead).ravel()
-        methods = ["nearest" if is_label else self.interpolation for is_label in are_labels]
+        methods = self._methods(lead).ravel().tolist()
         sampling = Sampling(level.grid, target, methods, self.background, self.void_values)
         dtype = np.dtype(np.uint8 if array.dtype == bool else array.dtype)
         results = resampled_part(read_part, [dtype] * count, self.transform, sampling)
@@ -112,19 +108,19 @@ class DeformedBlocks(Blocks):
         return values.reshape([rows.stop - rows.start for rows in place])
 
     def _coarsened(self, stage, place):
-        windows = self._output.windows(stage)
-        finer = self._output.levels[windows.source].array
+        source, steps, first, widths = self._output.windows(stage)
+        finer = self._output.levels[source].array
         lead, space = _divided(place, self._output.axes)
-        parts, centers, widths = [], [], windows.widths[-len(space) :]
+        parts, centers, widths = [], [], widths[-len(space) :]
         for axis, (rows, width) in enumerate(zip(space, widths), -len(space)):
-            center = windows.first[axis] + windows.steps[axis] * np.arange(rows.start, rows.stop)
+            center = first[axis] + steps[axis] * np.arange(rows.start, rows.stop)
             last = finer.shape[axis] - 1
             low = min(max(int(center[0] - width / 2 + 0.5), 0), last)
             high = min(max(math.ceil(center[-1] + width / 2 - 0.5), low), last)
             parts.append(slice(low, high + 1))
             centers.append(center - low)
         values = read(finer, (*lead, *parts))
-        are_labels = self._are_labels(lead)
+        are_labels = self._methods(lead) == "nearest"
         if not are_labels.any():
             return coarsened(values, centers, widths)
         nearest = coarsened(values, centers, np.ones(len(space)), is_label=True)
@@ -133,14 +129,12 @@ class DeformedBlocks(Blocks):
         are_labels = are_labels.reshape(*are_labels.shape, *[1] * len(space))
         return np.where(are_labels, nearest, coarsened(values, centers, widths))
 
-    def _are_labels(self, lead):
-        """Whether times and channels in slices hold labels."""
-        settings = {"interpolation": self.interpolation, "labels": self.labels}
-        are_labels = self._output.are_labels(settings)
-        shape = self._output.finest.array.shape[: len(lead)]
-        if "c" not in self._output.axes:
-            are_labels = are_labels[0]
-        return np.broadcast_to(are_labels, shape)[lead]
+    def _methods(self, lead):
+        """The interpolation of times and channels in slices."""
+        methods = np.array(self._input.methods(self.interpolation))
+        shape = self._input.finest.array.shape[: len(lead)]
+        methods = methods if "c" in self._input.axes else methods[0]
+        return np.array(np.broadcast_to(methods, shape)[lead])
 
 
 @dataclass(frozen=True, eq=False)

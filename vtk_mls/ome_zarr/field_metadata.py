@@ -30,10 +30,8 @@ def create_field(folder, image):
 
 def _attributes(image, space, version):
     grid, count = image.finest.grid, len(space)
-    unit = {"unit": image.unit} if image.unit else {}
-    axes = [{"name": "c", "type": "channel"}]
-    for name in space:
-        axes.append({"name": name, "type": "space", **unit, **image.orientation.get(name, {})})
+    axes = [{"name": "c", "type": "channel"}, *image.space]
+    is_oriented = any("orientation" in axis for axis in image.space)
     origin = grid.origin @ grid.direction  # along the axes of the file
     scale = [1.0, *grid.spacing[::-1].tolist()[-count:]]
     shift = [0.0, *origin[::-1].tolist()[-count:]]
@@ -49,7 +47,7 @@ def _attributes(image, space, version):
     window = {"min": -1.0, "max": 1.0, "start": -1.0, "end": 1.0}
     channels = [
         {"label": name, "color": color, "window": window, "active": True}
-        for name, color in zip(_IN_LPS if image.orientation else _COMPONENTS, _COLORS)
+        for name, color in zip(_IN_LPS if is_oriented else _COMPONENTS, _COLORS)
     ]
     if version == 2:
         return {

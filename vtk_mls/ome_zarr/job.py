@@ -11,9 +11,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import vtk_mls
-from vtk_mls.base import validation
-from vtk_mls.base.interpolation import INTERPOLATIONS
 from vtk_mls.base.progress import whole
+from vtk_mls.base.sampling import Sampling
 from vtk_mls.files.ome_zarr import LABELS, open_image, open_input, state_method
 from vtk_mls.ome_zarr.blocks import DeformedBlocks, FieldBlocks
 from vtk_mls.ome_zarr.field_metadata import create_field
@@ -32,8 +31,8 @@ def deform(source, target, transform, settings, *, scheduler=None, progress=None
     transform : Transform
         In the units of the file.
     settings : dict
-        `interpolation`, `background` and `void_values` of a `Sampling`, and perhaps `labels`, the
-        names of channels with labels. Labels are sampled nearest, as are label images.
+        `interpolation` (of all channels, or of each), `background` and `void_values` of a
+        `Sampling`. Label images are sampled nearest.
     scheduler : str, optional
         Address of a dask.distributed scheduler, whose workers see the same folders.
     progress : callable, optional
@@ -48,15 +47,16 @@ def deform(source, target, transform, settings, *, scheduler=None, progress=None
     Aborted, DeviceError, OSError, ValueError
         Naming the folder.
     """
-    validation.choice("interpolation", settings["interpolation"], INTERPOLATIONS)
     image = open_input(source)
-    images = {"": replace(image, is_label=bool(image.are_labels(settings).all()))}
+    Sampling(image.finest.grid, **settings)  # an error now, not after hours
+    methods = {*image.methods(settings["interpolation"])}
+    images = {"": replace(image, is_label=methods == {"nearest"})}
     for name in image.labels:
         images[f"{LABELS}/{name}"] = open_image(Path(source, LABELS, name))
     paths = []
     for place, member in images.items():
         for index in range(1, len(member.levels)):
-            member.windows(index)  # an error now, not after hours
+            member.windows(index)
         paths += [f"{place}/{level.path}".lstrip("/") for level in member.levels]
     check_output(target, [source])
     inputs = hash_of(source, paths, transform, settings, vtk_mls.__version__)

@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from vtk_mls.base.messages import warn
-from vtk_mls.files.ome_zarr import SUFFIX, has_image, has_metadata, is_array
+from vtk_mls.files.ome_zarr import SUFFIX, complete_labels, has_image, has_metadata, is_array
 
 ENDING = ".unfinished"
 _METADATA = "zarr.json", ".zgroup", ".zattrs", ".zarray"
@@ -148,6 +148,7 @@ def copy_metadata(source, target, paths):
                 left_out.append(str(place))
             else:
                 shutil.copytree(other, target / place, dirs_exist_ok=True)
+    complete_labels(source, target)
     if left_out:
         warn(f"`{source}`: {', '.join(left_out)} belong to no deformed image and are not copied")
 
