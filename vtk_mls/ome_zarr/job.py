@@ -76,7 +76,7 @@ def write_field(source, target, transform, *, scheduler=None, progress=None):
     """Write the displacement field of a transform on the finest grid of an image.
 
     Parameters and errors are as of `deform`. The field has the axes c, z, y, x: components along
-    x, y and z.
+    x, y and z of LPS.
     """
     image = open_input(source)
     check_output(target, [source])
