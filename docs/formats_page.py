@@ -99,11 +99,21 @@ ZARR = """**OME-Zarr.** Versions 0.4 and 0.5 are read; plates are not. `vtk-mls 
 `vtk-mls field` write an OME-Zarr if the input is one, in blocks ([Deform a terabyte](large.md)).
 Other commands and `vtk_mls.io` read its finest resolution, which must fit in memory.
 
-- The finest resolution is deformed, with all times and channels. The coarser ones are computed
-  from it, as means, or as middle values for labels.
-- Label images in the group `labels` are deformed too, and never interpolated.
-- Metadata, axes, units, chunks and compression are copied from the input.
-- A displacement field has three channels: x, y and z.
+- Positions are in LPS if all axes state their `orientation` (RFC 4). A coordinate is the distance
+  from 0 toward the second word: -10 on an axis `right-to-left` is 10 to the right. Words such as
+  `dorsal-to-ventral` do not give LPS. Then positions are used as they are, with a warning.
+- Axes with different units are converted to the unit of x, also for handles. NRRD and NIfTI outputs
+  state the unit.
+- The finest resolution is deformed, with all times and channels. The coarser ones lie where their
+  metadata say. They are computed as means, or as middle values for labels. If their metadata say
+  that they were made by sampling (no translation by half a voxel), they are sampled.
+- Label images in the group `labels`, listed or not, are deformed too, and never interpolated. They
+  take orientation and unit from their image if they state none. `--label` names channels that hold
+  labels, or `OME-Zarr` for an image of one channel. Arrays of bool are labels.
+- Metadata, axes, units, chunks and compression are copied from the input, as are other groups, such
+  as `tables` and `OME`. A warning names other images, which are not copied.
+- A displacement field has three channels: x, y and z in LPS, also if its axes state another
+  orientation.
 - Memory use does not depend on the size of the image. A process works on a few blocks at a time,
   of about eight million values each.
 """

@@ -99,6 +99,20 @@ def test_outside_of_the_source_nothing_is_read(rng):
     assert not source.read
 
 
+@pytest.mark.parametrize("kind", ["numpy", "dask", "slices"])
+def test_masked_values_are_refused(kind, rng):
+    values, d = np.ma.masked_less(image("uint16", rng), 30000), Deformation(REST, DEFORMED)
+    array = {"numpy": values, "dask": da.from_array(values, 13), "slices": Counting(values)}[kind]
+    with pytest.raises(ValueError, match="`array` must have no masked values.*ma.filled"):
+        resample(array, d, GRID).compute()
+    with pytest.raises(ValueError, match="`arrays` must have no masked values"):
+        d.resample([values], GRID)
+    with pytest.raises(ValueError, match="`rest` must have no masked values"):
+        Deformation(np.ma.masked_less(REST, 10), DEFORMED)
+    unmasked = np.ma.masked_array(values.data)
+    resample(unmasked, d, GRID)
+
+
 def test_errors_name_the_argument(rng):
     values, d = image("uint16", rng), Deformation(REST, DEFORMED)
     with pytest.raises(ValueError, match="`array` must have the shape of the grid, .24, 40, 52."):

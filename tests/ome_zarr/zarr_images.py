@@ -40,8 +40,11 @@ def halves(array, count=3, is_label=False):
     return levels
 
 
-def write(path, levels, version="0.5", chunks=(6, 8, 10), axes="zyx", **metadata):
-    """Write an image with these resolutions; each has half the size of the previous one."""
+def write(path, levels, version="0.5", chunks=(6, 8, 10), axes="zyx", stated=None, **metadata):
+    """Write an image with these resolutions; each has half the size of the previous one.
+
+    `stated` are other entries of axes, by their names.
+    """
     file = zarr.open_group(path, mode="w", zarr_format=2 if version == "0.4" else 3)
     lead = len(axes) - 3
     datasets = []
@@ -67,7 +70,8 @@ def write(path, levels, version="0.5", chunks=(6, 8, 10), axes="zyx", **metadata
     described = []
     for name in axes:
         kind, unit = kinds.get(name, ("space", "micrometer"))
-        described.append({"name": name, "type": kind, **({"unit": unit} if unit else {})})
+        more = {"unit": unit} if unit else {}
+        described.append({"name": name, "type": kind, **more, **(stated or {}).get(name, {})})
     multiscale = {"name": "frog", "axes": described, "datasets": datasets}
     if version == "0.4":
         file.attrs.update({"multiscales": [{"version": "0.4", **multiscale}], **metadata})

@@ -13,14 +13,26 @@ from numpy.typing import ArrayLike, NDArray
 _MAX_REPR_LENGTH = 60
 
 
+def check_unmasked(name, value):
+    """Raise ValueError, naming it `name`, if values of a numpy or dask array are masked."""
+    is_lazy = np.ma.isMaskedArray(getattr(value, "_meta", None))  # whose masks are not known
+    if is_lazy or np.ma.is_masked(value):
+        raise ValueError(
+            f"`{name}` must have no masked values, got a masked array; fill it first, as by "
+            f"`{'dask.array' if is_lazy else 'numpy'}.ma.filled`"
+        )
+
+
 def as_float(name, value, expected="numbers"):
     """A float64 copy of `value`, of any shape.
 
     Raises
     ------
-    TypeError
-        Naming it `name`, if it is not made of real numbers within the range of floats.
+    TypeError, ValueError
+        Naming it `name`, if it is not made of real numbers within the range of floats, or if values
+        are masked.
     """
+    check_unmasked(name, value)
     try:
         array = np.asarray(value)
         if array.dtype.kind != "c":

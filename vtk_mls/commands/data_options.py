@@ -7,7 +7,7 @@ _ONE = {IMAGES: "an image", MESHES: "a mesh", OME_ZARR: "an OME-Zarr, written bl
 _ONLY = {  # option and kinds of data, by attribute of the options
     "interpolation": ("--interpolation", (IMAGES, OME_ZARR)),
     "background": ("--background", (IMAGES, OME_ZARR)),
-    "label_arrays": ("--label", (IMAGES,)),
+    "label_arrays": ("--label", (IMAGES, OME_ZARR)),
     "output_grid": ("--grid", (IMAGES,)),
     "reference": ("--reference", (IMAGES,)),
     "gradient_array": ("--gradient", (IMAGES,)),

@@ -53,10 +53,8 @@ def deform(options, algorithm):
     image = open_image(options.input)
     _apply(options, algorithm, image)
     settings = {
-        "interpolation": algorithm.GetInterpolation(),
-        "background": AUTOMATIC
-        if algorithm.GetAutomaticBackground()
-        else algorithm.GetBackground(),
+        "interpolation": _methods(options, image),
+        "background": _backgrounds(options, algorithm, image),
         "void_values": algorithm.GetVoidValues(),
     }
     notes = remarks.notes(algorithm)
@@ -70,8 +68,9 @@ def deform(options, algorithm):
         parts += f", {_count(count, names[axis])}"
     if image.labels:
         parts += f", {_count(len(image.labels), 'label image')}"
-    if settings["background"] == AUTOMATIC:
-        parts += remarks.background([("the image", channel_backgrounds(image))])
+    if algorithm.GetAutomaticBackground():
+        used = channel_backgrounds(image, settings["background"])
+        parts += remarks.background([("the image", used)])
     print(f"{options.output}: {parts}{note}{notes}")
     return 0
 
@@ -107,6 +106,8 @@ def _apply(options, algorithm, image):
     geometry.apply_to(data)
     algorithm.SetInputData(0, data)
     map_options.apply(options, algorithm)
+    if hasattr(algorithm, "ClearLabelArrays"):
+        algorithm.ClearLabelArrays()  # they are channels here
     algorithm.UpdateInformation()
     pipeline.request_extent(algorithm.GetOutputInformation(0), pipeline.first_cell(geometry))
     with step("deform", options.input), files_named(options):
@@ -125,6 +126,25 @@ def _run(options, algorithm, run):
             progress=bar,
         )
     return f"; {note}" if note else ""
+
+
+def _methods(options, image):
+    """The interpolation of each channel."""
+    labels, names = options.label_arrays or (), image.channel_names
+    if not {*labels} <= {*names}:
+        raise ValueError(
+            f"`--label` must name channels of `{options.input}`, which are {', '.join(names)}, "
+            f"got {', '.join(labels)}"
+        )
+    return tuple("nearest" if name in labels else options.interpolation for name in names)
+
+
+def _backgrounds(options, algorithm, image):
+    """The background, or one for each channel if some are labels."""
+    if not algorithm.GetAutomaticBackground():
+        return algorithm.GetBackground()
+    labels = options.label_arrays or ()
+    return tuple(0.0 if name in labels else AUTOMATIC for name in image.channel_names)
 
 
 def _count(count, noun):

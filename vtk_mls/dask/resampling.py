@@ -11,7 +11,7 @@ import dask.array as da
 import numpy as np
 from numpy.typing import NDArray
 
-from vtk_mls.base import interpolation
+from vtk_mls.base import interpolation, validation
 from vtk_mls.base.grid import Grid
 from vtk_mls.base.sampling import AUTOMATIC, Sampling, corner_median, corners_of
 from vtk_mls.base.validation import short_repr
@@ -113,6 +113,7 @@ class _Blocks:
         values = self.array[slices_of(part)]
         if dask.is_dask_collection(values):
             (values,) = dask.compute(values, scheduler="synchronous")  # this task has one thread
+        validation.check_unmasked("array", values)
         return [np.asarray(values)]
 
 
@@ -126,6 +127,7 @@ def _checked_dtype(array: Any, sampling: Sampling) -> np.dtype[Any]:
             f"`array` must have the shape of the grid, {grid} or {(*grid, 'components')}, "
             f"got {tuple(shape)}"
         )
+    validation.check_unmasked("array", array)
     dtype = np.dtype(array.dtype)
     if dtype.kind not in "iuf" or dtype.itemsize > 8:
         raise TypeError(f"`array` must hold integers or floats, got {dtype}")

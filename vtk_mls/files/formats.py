@@ -14,6 +14,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from vtk_mls.files.ome_zarr import SUFFIX, has_metadata
+
 # Contents that files are read as or written from.
 IMAGE, MEDICAL = "image", "image of a patient"
 MESH, POLYDATA, STRUCTURED, UNSTRUCTURED = "mesh", "polydata", "structured", "unstructured"
@@ -27,6 +29,7 @@ FIELD, AFFINE = "displacement field", "affine transform"
 AS_IS = "not stated, used as it is"
 LPS, RAS = "LPS", "RAS"
 HEADER = "stated in its header"
+AXES = "`orientation` of its axes, else used as it is"
 SPACE = "`SPACE=` of 3D Slicer, else used as it is"
 CALLER = "`--handles-space`, unless its columns state it"
 
@@ -164,7 +167,7 @@ TABLE = (
     ),
     Format("DICOM, one series", ".dcm", LPS, (IMAGE,), "dicom.read", needs="SimpleITK"),
     Format("TIFF", ".tif .tiff", AS_IS, (IMAGE,), **_TIFF),
-    Format("OME-Zarr", ".ome.zarr .zarr", AS_IS, (IMAGE,), _ZARR, needs="zarr", is_folder=True),
+    Format("OME-Zarr", ".ome.zarr .zarr", AXES, (IMAGE,), _ZARR, needs="zarr", is_folder=True),
     # transforms
     _field("NIfTI", ".nii.gz .nii", RAS, "NIFTI"),
     _field("NRRD", ".nrrd .nhdr", LPS, "NRRD"),
@@ -277,6 +280,8 @@ def choose(path: Path, purpose: str, **contents: tuple[str, ...]) -> Format:
         If there is none, with the endings that are possible; or if it needs a package.
     """
     line = find(path, **contents)
+    if line is None and has_metadata(path):  # an image in an OME-Zarr
+        line = find(Path(SUFFIX), **contents)
     if IMAGE in contents.get("reads", ()) and _is_dicom(path, line):
         line = find(Path(_DICOM), **contents)
     elif line is None and path.is_dir():

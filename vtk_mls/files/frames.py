@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
+_SIDES = ("right", "left"), ("anterior", "posterior"), ("inferior", "superior")  # from, to: LPS
 _SIGNS = ({"L": 1.0, "R": -1.0}, {"P": 1.0, "A": -1.0}, {"S": 1.0, "I": -1.0})
 
 
@@ -31,3 +32,9 @@ def signs(frame):
         return np.array([of[letter] for of, letter in zip(_SIGNS, letters, strict=True)])
     except (KeyError, ValueError):
         raise ValueError(f"must be LPS, RAS or another such frame, got `{frame!s:.40}`") from None
+
+
+def direction(words):
+    """The direction (3,) in LPS of an axis such as "left-to-right"; 0 for other words."""
+    ends = tuple(words.strip().lower().split("-to-"))
+    return np.array([float(ends == sides) - float(ends == sides[::-1]) for sides in _SIDES])

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
+import json
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,10 +12,13 @@ import numpy as np
 
 from vtk_mls.base import validation
 from vtk_mls.base.grid import Grid
+from vtk_mls.base.messages import warn
+from vtk_mls.files import ome_zarr_axes
 
 SUFFIX = ".zarr"
+LABELS = "labels"  # name of the group of label images
 _VERSIONS = "0.4", "0.5"
-_AXES = "t", "c", "z", "y", "x"  # in the order of the specification
+_ROUNDING = 0.01  # voxels
 _ERRORS = (AttributeError, IndexError, KeyError, OSError, RuntimeError, TypeError, ValueError)
 
 
@@ -28,7 +33,8 @@ class Level:
     array : zarr.Array
         With the axes of the image.
     grid : Grid
-        Of its last axes z, y, x, in the units of the file; z has one point without such an axis.
+        Of its last axes z, y, x, in the unit of the image; z has one point without such an axis. In
+        LPS if the file states the orientation of its axes.
     """
 
     path: str
@@ -45,8 +51,8 @@ class Image:
     folder : Path
     axes : str
         Their names, in order: the end of "tczyx", perhaps without t, c and z.
-    unit : str
-        Of the axis x; "" if the file does not say.
+    space : list of dict
+        What the file says about its axes z, y, x; with one unit, which is that of lengths.
     levels : list of Level
         The finest first.
     names : list of str
@@ -55,41 +61,79 @@ class Image:
         Names of the label images in its group `labels`.
     is_label : bool
         Whether its values are labels.
+    guess : str
+        What had to be guessed, as a sentence; "" for nothing.
     """
 
     folder: Path
     axes: str
-    unit: str
+    space: list
     levels: list
     names: list
     labels: list
     is_label: bool
+    guess: str
 
     @property
     def finest(self):
         """The first Level."""
         return self.levels[0]
 
-    def factors(self, index):
-        """How many points of the level before, (z, y, x), are one point of a level.
+    @property
+    def channel_names(self):
+        """The name of each channel; those of the file if they differ."""
+        count = self.finest.array.shape[self.axes.index("c")] if "c" in self.axes else 1
+        if len(self.names) == count == len({*self.names} - {""}):
+            return self.names
+        return ["OME-Zarr"] if count == 1 else [f"channel {n + 1}" for n in range(count)]
+
+    def methods(self, interpolation):
+        """The interpolation of each channel, given that of all or of each; of labels "nearest"."""
+        count = len(self.channel_names)
+        methods = (interpolation,) * count if isinstance(interpolation, str) else interpolation
+        return ("nearest",) * count if self.is_label else methods
+
+    def windows(self, index):
+        """The windows of a level in an earlier one, along (z, y, x).
+
+        The earlier one is the last that is a whole number of times finer, or else the one before.
+
+        Returns
+        -------
+        source : int
+            Number of the earlier level.
+        steps, first, widths : (3,) float64
+            Distance of the centers of windows, the first of them, and points of a window, in
+            indices of the earlier level. If windows do not touch each other from the border on, the
+            level was made by sampling, and the width is 1.
 
         Raises
         ------
         ValueError
-            If it is not a whole number.
+            If the level is finer than the one before, or lies elsewhere.
         """
-        finer, coarser = self.levels[index - 1].grid, self.levels[index].grid
-        ratio = coarser.spacing[::-1] / finer.spacing[::-1]
-        factors = np.maximum(np.rint(ratio), 1).astype(int)
-        size, coarse_size = np.array(finer.shape), np.array(coarser.shape)
-        is_whole = np.abs(ratio - factors) <= factors / np.maximum(coarse_size, 1)
-        is_covered = ((coarse_size - 1) * factors < size) & (size < (coarse_size + 1) * factors)
-        if not (is_whole & is_covered).all():
+        found = [self._windows(index, source) for source in range(index)][::-1]
+        _, steps, first, _ = found[0]
+        size, count = (np.array(self.levels[n].grid.shape) for n in (index - 1, index))
+        low = first - steps / 2 + 0.5
+        gaps = np.abs([low, low + steps * count - size])
+        if not ((steps > 1 - _ROUNDING) & (gaps < steps)).all():
             raise ValueError(
-                f"`{self.folder}`: level `{self.levels[index].path}` must be a whole number of "
-                f"times coarser than the one before, got {coarser.shape} after {finer.shape}"
+                f"`{self.folder}`: level `{self.levels[index].path}` must be coarser than the one "
+                f"before and in the same place, got points at steps of {steps.tolist()} points "
+                f"from {first.tolist()} on (z, y, x)"
             )
-        return tuple(factors.tolist())
+        return next((each for each in found if (each[1] == np.rint(each[1])).all()), found[0])
+
+    def _windows(self, index, source):
+        coarser = self.levels[index].grid
+        matrix, first = coarser.index_transform(self.levels[source].grid)
+        steps, first = matrix.diagonal()[::-1], first[::-1]
+        whole, half = np.rint(steps), np.rint(2 * first) / 2
+        steps = np.where(np.abs(steps - whole) * coarser.shape < _ROUNDING, whole, steps)
+        first = np.where(np.abs(first - half) < _ROUNDING, half, first)
+        is_mean = np.abs(first - (steps - 1) / 2) < _ROUNDING
+        return source, steps, first, np.where(is_mean, steps, 1.0)
 
     def level_within(self, max_points):
         """The finest Level of at most so many points, or the coarsest; the finest for None."""
@@ -112,17 +156,14 @@ class Image:
                 f"it has {lead[0]} times, expected one; only `vtk-mls deform` and `vtk-mls field` "
                 "to another OME-Zarr take several"
             )
-        count = int(np.prod(lead, dtype=int))
-        names = self.names if len(set(self.names)) == count else []
-        for index, place in enumerate(np.ndindex(*lead)):
+        for name, place in zip(self.channel_names, np.ndindex(*lead)):
             try:
                 spatial = map(slice, (0,) * 3, level.array.shape[len(lead) :])
                 rows = (*(slice(n, n + 1) for n in place), *spatial)
                 values = read(level.array, rows).reshape(level.grid.shape)
             except (OSError, RuntimeError, ValueError) as error:
                 raise ValueError(f"its level `{level.path}` is broken: {_text(error)}") from error
-            default = "OME-Zarr" if count == 1 else f"channel {index + 1}"
-            yield (names[index] if names else default), validation.native_array(values)
+            yield name, validation.native_array(values)
 
 
 def is_ome_zarr(path):
@@ -209,13 +250,26 @@ def open_image(path, mode="r"):
         raise ValueError(f"`{path}` is not a readable OME-Zarr: {_text(error)}") from error
 
 
+def open_input(path):
+    """The Image of a folder; a warning says what had to be guessed."""
+    image = open_image(path)
+    if image.guess:
+        warn(f"`{path}`: {image.guess}")
+    return image
+
+
 def state_method(path, method):
     """Write the method of the coarser levels in the metadata of an image, if they name another."""
     group = _zarr(path).open_group(path, mode="r+", use_consolidated=False)
     attributes = dict(group.attrs)
-    entry = attributes.get("ome", attributes)["multiscales"][0]
+    entries = attributes.get("ome", attributes)["multiscales"]
+    entry, image = entries[0], _image(path, group)
+    if entries[1:]:  # other images, which are not deformed
+        del entries[1:]
+        group.attrs.update(attributes)
     if "type" in entry:
-        entry["type"] = method
+        is_sampled = len(image.levels) > 1 and (image.windows(1)[3] == 1).all()
+        entry["type"] = "nearest" if is_sampled else method
         entry.pop("metadata", None)  # of that method
         group.attrs.update(attributes)
 
@@ -243,8 +297,14 @@ def _image(path, group):
     version = str(metadata.get("version", entry.get("version", _VERSIONS[0])))
     if version not in _VERSIONS:
         raise ValueError(f"its version must be {' or '.join(_VERSIONS)}, got {version}")
-    axes = _axes(entry["axes"])
-    levels = [_level(group, axes, entry, dataset) for dataset in entry["datasets"]]
+    axes = ome_zarr_axes.names(entry["axes"])
+    is_in_labels, image_space = _image_of_labels(path)
+    space = entry["axes"][len(axes.rstrip("zyx")) :]
+    space, lengths, no_unit = ome_zarr_axes.in_space(space, image_space)
+    directions, no_frame = ome_zarr_axes.directions(space)
+    levels = [
+        _level(group, axes, entry, dataset, lengths, directions) for dataset in entry["datasets"]
+    ]
     if not levels:
         raise ValueError("it has no resolutions")
     dtypes = sorted({str(level.array.dtype) for level in levels})
@@ -253,11 +313,12 @@ def _image(path, group):
     sizes = [level.grid.size for level in levels]
     if sizes != sorted(sizes, reverse=True):
         raise ValueError(f"its finest resolution must be the first, got {sizes} points")
-    unit = entry["axes"][-1].get("unit") or ""
     channels = (metadata.get("omero") or {}).get("channels") or ()
     names = [str(channel.get("label", "")) for channel in channels]
+    is_label = "image-label" in metadata or is_in_labels or dtypes == ["bool"]
+    guess = "; ".join(filter(None, (no_unit, no_frame)))
     labels = _labels(path, group)
-    return Image(path, axes, unit, levels, names, labels, "image-label" in metadata)
+    return Image(path, axes, space, levels, names, labels, is_label, guess)
 
 
 def _check_content(path, metadata):
@@ -270,29 +331,14 @@ def _check_content(path, metadata):
     raise ValueError("it has no `multiscales`")
 
 
-def _axes(entries):
-    names = [entry["name"] for entry in entries]
-    is_ordered = names == [name for name in _AXES if name in names]
-    if not is_ordered or names[-2:] != ["y", "x"]:
-        raise ValueError(
-            "its axes must be t, c, z, y, x in this order, where t, c and z are optional, "
-            f"got {', '.join(map(str, names))[:80]}"
-        )
-    units = {entry.get("unit") for entry in entries if entry["name"] in "zyx"}
-    if len(units) > 1:
-        listed = ", ".join(sorted(map(str, units)))
-        raise ValueError(f"its axes in space must have one unit, got {listed}")
-    return "".join(names)
-
-
-def _level(group, axes, entry, dataset):
+def _level(group, axes, entry, dataset, lengths, directions):
     path = dataset["path"]
     array = group[path]
     if not hasattr(array, "dtype"):
         raise ValueError(f"`{path}` must be an array, got a group")
     if array.ndim != len(axes):
         raise ValueError(f"array `{path}` must have the axes {axes}, got {array.ndim} axes")
-    if array.dtype.kind not in "iuf" or array.dtype.itemsize > 8:
+    if array.dtype.kind not in "biuf" or array.dtype.itemsize > 8:
         raise ValueError(f"array `{path}` must hold integers or floats, got {array.dtype}")
     if 0 in array.shape:
         raise ValueError(f"array `{path}` is empty, got {array.shape}")
@@ -302,12 +348,13 @@ def _level(group, axes, entry, dataset):
         scale, shift = _after(transform, scale, shift)
     if not (np.isfinite(scale) & (scale > 0)).all() or not np.isfinite(shift).all():
         raise ValueError(f"scales of `{path}` must be positive, got {scale.tolist()}")
-    count = len(axes.lstrip("tc"))
+    count = len(lengths)
     missing = 3 - count
     shape = [1] * missing + list(array.shape[-count:])
-    spacing = [1.0] * missing + scale[-count:].tolist()
-    origin = [0.0] * missing + shift[-count:].tolist()
-    return Level(path, array, Grid(shape[::-1], origin[::-1], spacing[::-1]))
+    spacing = [1.0] * missing + (scale[-count:] * lengths).tolist()
+    origin = [0.0] * missing + (shift[-count:] * lengths).tolist()
+    grid = Grid(shape[::-1], directions @ origin[::-1], spacing[::-1], directions)
+    return Level(path, array, grid)
 
 
 def _after(transform, scale, shift):
@@ -324,8 +371,47 @@ def _after(transform, scale, shift):
 
 
 def _labels(path, group):
-    """Names of label images."""
-    if not (path / "labels").is_dir() or "labels" not in group:
+    """Names of label images, listed or not."""
+    folder = path / LABELS
+    if not folder.is_dir():
         return []
-    attributes = dict(group["labels"].attrs)
-    return [str(name) for name in attributes.get("ome", attributes).get("labels", [])]
+    attributes = dict(group[LABELS].attrs) if LABELS in group else {}
+    listed = [str(name) for name in attributes.get("ome", attributes).get("labels", [])]
+    found = sorted(child.name for child in folder.iterdir() if has_image(child))
+    return list(dict.fromkeys([*listed, *found]))
+
+
+def _image_of_labels(path):
+    """Whether an image stands in the group `labels` of another, and the `space` of this Image."""
+    for folder in path.resolve().parents:
+        if folder.name == LABELS and has_metadata(folder.parent):
+            with contextlib.suppress(OSError, ValueError):
+                return True, open_image(folder.parent).space
+            return True, []
+    return False, []
+
+
+def complete_labels(source, target):
+    """Write to a copy of a label image what its place in `labels` says, if it is not there."""
+    if not _image_of_labels(source)[0] or _image_of_labels(target)[0]:
+        return
+    image, group = open_image(source), _zarr(target).open_group(target, mode="r+")
+    attributes = dict(group.attrs)
+    metadata = attributes.get("ome", attributes)
+    metadata.setdefault("image-label", {})
+    for axis, stated in zip(metadata["multiscales"][0]["axes"][::-1], image.space[::-1]):
+        axis |= {**stated, **axis}
+    group.attrs.update(attributes)
+
+
+def is_array(folder):
+    """Whether a folder is an array of zarr."""
+    file = folder / "zarr.json"
+    is_v3 = file.is_file() and json.loads(file.read_text()).get("node_type") == "array"
+    return is_v3 or (folder / ".zarray").is_file()
+
+
+def has_image(folder):
+    """Whether a group of zarr is an image, or has one in it."""
+    files = (file for name in ("zarr.json", ".zattrs") for file in folder.rglob(name))
+    return any('"multiscales"' in file.read_text() for file in files)

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from vtk_mls.base import interpolation
-from vtk_mls.base.sampling import Sampling, corner_median, corners_of
+from vtk_mls.base.sampling import AUTOMATIC, Sampling, corner_median, corners_of
 from vtk_mls.files.ome_zarr import open_image, read, write
 from vtk_mls.queries import fields
 from vtk_mls.queries.transform import Transform
@@ -81,18 +81,29 @@ class Blocks:
         raise NotImplementedError
 
 
-def channel_backgrounds(image):
-    """The automatic background of an Image: a tuple with one for each channel; 0 for labels.
+def channel_backgrounds(image, background):
+    """The background of an Image, or a tuple with one for each channel.
 
-    It is the `corner_median` of each channel of the finest level at the first time.
+    Parameters
+    ----------
+    image : Image
+        Labels get 0 for "auto".
+    background : number, "auto", or tuple with one of these for each channel
+        "auto" is the `corner_median` of the channel on the finest level at the first time.
     """
-    if image.is_label:
-        return 0.0
     array, lead = image.finest.array, len(image.axes.rstrip("zyx"))
+    has_channels = "c" in image.axes
+    given = background if isinstance(background, tuple) else (background,)
+    if image.is_label and isinstance(background, (str, tuple)):
+        return 0.0
+    if AUTOMATIC not in given:
+        return background if has_channels else given[0]
     first = [slice(0, array.shape[i] if image.axes[i] == "c" else 1) for i in range(lead)]
     corners = [(*first, *(slice(n, n + 1) for n in at)) for at in corners_of(array.shape[lead:])]
-    values = corner_median([read(array, corner).ravel() for corner in corners])
-    return values if "c" in image.axes else values[0]
+    medians = corner_median([read(array, corner).ravel() for corner in corners])
+    given = given * (len(medians) // len(given))
+    values = tuple(m if value == AUTOMATIC else value for m, value in zip(medians, given))
+    return values if has_channels else values[0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,11 +113,11 @@ class DeformedBlocks(Blocks):
     Parameters
     ----------
     interpolation, void_values
-        As of `Sampling`.
+        As of `Sampling`. An interpolation for each channel is one for each of the image's.
     background : number, or tuple with one for each channel
     """
 
-    interpolation: str = "linear"
+    interpolation: str | tuple[str, ...] = "linear"
     background: float | tuple = 0.0
     void_values: str = "background"
 
@@ -116,35 +127,50 @@ class DeformedBlocks(Blocks):
     def _deformed(self, place):
         level, array = self._input.finest, self._input.finest.array
         lead, space = _divided(place, self._output.axes)
-        target = _part(self._output.finest.grid, space)
+        target = _part(level.grid, space)
         count = math.prod(rows.stop - rows.start for rows in lead)
 
         def read_part(part):
             values = read(array, lead + slices_of(part)[3 - len(space) :])
             return list(values.reshape(count, *part.shape))
 
-        method = "nearest" if self._output.is_label else self.interpolation
-        background = self.background
+        methods, background = self._methods(lead).ravel().tolist(), self.background
         if isinstance(background, tuple):  # the last leading axis is that of channels
             background = background[lead[-1]] * (count // (lead[-1].stop - lead[-1].start))
-        sampling = Sampling(level.grid, target, method, background, self.void_values)
-        results = resampled_part(
-            read_part, [np.dtype(array.dtype)] * count, self.transform, sampling
-        )
+        sampling = Sampling(level.grid, target, methods, background, self.void_values)
+        dtype = np.dtype(np.uint8 if array.dtype == bool else array.dtype)
+        results = resampled_part(read_part, [dtype] * count, self.transform, sampling)
         values = results[0] if count == 1 else np.stack(results)
         return values.reshape([rows.stop - rows.start for rows in place])
 
     def _coarsened(self, stage, place):
-        finer = self._output.levels[stage - 1].array
+        source, steps, first, widths = self._output.windows(stage)
+        finer = self._output.levels[source].array
         lead, space = _divided(place, self._output.axes)
-        factors = self._output.factors(stage)[3 - len(space) :]
-        rows = [
-            slice(rows.start * n, min(rows.stop * n, size))
-            for rows, n, size in zip(space, factors, finer.shape[len(lead) :])
-        ]
-        values = read(finer, (*lead, *rows))
-        size = [rows.stop - rows.start for rows in space]
-        return coarsened(values, factors, size, self._output.is_label)
+        parts, centers, widths = [], [], widths[-len(space) :]
+        for axis, (rows, width) in enumerate(zip(space, widths), -len(space)):
+            center = first[axis] + steps[axis] * np.arange(rows.start, rows.stop)
+            last = finer.shape[axis] - 1
+            low = min(max(int(center[0] - width / 2 + 0.5), 0), last)
+            high = min(max(math.ceil(center[-1] + width / 2 - 0.5), low), last)
+            parts.append(slice(low, high + 1))
+            centers.append(center - low)
+        values = read(finer, (*lead, *parts))
+        are_labels = self._methods(lead) == "nearest"
+        if not are_labels.any():
+            return coarsened(values, centers, widths)
+        nearest = coarsened(values, centers, np.ones(len(space)), is_label=True)
+        if are_labels.all():
+            return nearest
+        are_labels = are_labels.reshape(*are_labels.shape, *[1] * len(space))
+        return np.where(are_labels, nearest, coarsened(values, centers, widths))
+
+    def _methods(self, lead):
+        """The interpolation of times and channels in slices."""
+        methods = np.array(self._input.methods(self.interpolation))
+        shape = self._input.finest.array.shape[: len(lead)]
+        methods = methods if "c" in self._input.axes else methods[0]
+        return np.array(np.broadcast_to(methods, shape)[lead])
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,7 +183,7 @@ class FieldBlocks(Blocks):
         vectors = self.transform.displacement_field(part).displacement
         if not np.isfinite(vectors).all():  # warnings of blocks would be lost
             raise ValueError(fields.gaps("displacements", vectors))
-        return np.moveaxis(vectors, -1, 0)[lead]
+        return np.moveaxis(vectors, -1, 0)[lead].reshape([rows.stop - rows.start for rows in place])
 
 
 def block_shape(array, axes):
@@ -179,35 +205,58 @@ def block_shape(array, axes):
         shape[axis] = min(2 * shape[axis], array.shape[axis])
 
 
-def coarsened(values, factors, size, is_label):
-    """Means of windows of `factors` points along the last axes, or for labels their middle values.
+def coarsened(values, centers, widths, is_label=False):
+    """Means of windows along the last axes, or for labels their middle values.
 
     Parameters
     ----------
     values : (..., n) array
-    factors, size : sequences of ints
-        Along the last axes: points of a window, and windows. The last window may be smaller, and
-        points may follow it.
+        The border's value continues, as in `Sampling`.
+    centers : sequence of (count,) arrays
+        Of windows along each of the last axes, in indices of `values`.
+    widths : sequence of floats
+        Points of a window along them; 1 for values between points.
     is_label : bool
     """
-    space = range(values.ndim - len(factors), values.ndim)
+    space = range(values.ndim - len(centers), values.ndim)
     if is_label:
-        for axis, n, count in zip(space, factors, size):
-            index = np.minimum(np.arange(count) * n + (n - 1) // 2, values.shape[axis] - 1)
-            values = values.take(index, axis)
+        for axis, center in zip(space, centers):
+            index = np.ceil(center - 0.5).astype(int)
+            values = values.take(index.clip(0, values.shape[axis] - 1), axis)
         return values
-    is_small = values.dtype.kind in "iu" and values.dtype.itemsize < 8
-    total = np.zeros(values.shape[: space[0]] + tuple(size), np.int64 if is_small else np.float64)
-    for offsets in itertools.product(*map(range, factors)):
-        part = values
-        for axis, n, count, offset in zip(space, factors, size, offsets):
-            # the border's value continues, as in `Sampling`
-            index = np.minimum(np.arange(count) * n + offset, values.shape[axis] - 1)
-            is_regular = index[-1] == (count - 1) * n + offset
-            rows = slice(offset, index[-1] + 1, n) if is_regular else index
+    taps = [list(_taps(*window, values.shape[a])) for a, *window in zip(space, centers, widths)]
+    is_weighted = any(share is not None for axis in taps for _, share in axis)
+    is_small = values.dtype.kind in "iu" and values.dtype.itemsize < 8 and not is_weighted
+    shape = values.shape[: space[0]] + tuple(map(len, centers))
+    total = np.zeros(shape, np.int64 if is_small else np.float64)
+    for place in itertools.product(*taps):
+        part, weight = values, np.ones((), int)
+        for axis, (rows, share) in zip(space, place):
             part = part[(slice(None),) * axis + (rows,)]
-        total += part
-    return interpolation.cast(total / math.prod(factors), values.dtype)
+            if share is not None:
+                weight = weight * share.reshape([-1] + [1] * (values.ndim - 1 - axis))
+        if not is_weighted and math.prod(map(len, taps)) == 1:
+            return part
+        np.add(total, part * weight if is_weighted else part, out=total, where=weight > 0)
+    return interpolation.cast(total / math.prod(widths), values.dtype)
+
+
+def _taps(centers, width, size):
+    """Rows of an axis of `size` points, one for each window, with their shares of a point.
+
+    Shares are None if all are 1.
+    """
+    low, high = centers - width / 2, centers + width / 2
+    first = np.floor(low + 0.5).astype(int)
+    for offset in range(math.ceil(width) + 1):
+        rows = first + offset
+        share = np.minimum(high, rows + 0.5) - np.maximum(low, rows - 0.5)
+        if (share <= 0).all():
+            continue
+        step = rows[1] - rows[0] if len(rows) > 1 else 1
+        is_regular = step > 0 and (np.diff(rows) == step).all() and 0 <= rows[0] <= rows[-1] < size
+        index = slice(rows[0], rows[-1] + 1, step) if is_regular else rows.clip(0, size - 1)
+        yield index, None if (share == 1).all() else share.clip(0)
 
 
 def _parts(place):

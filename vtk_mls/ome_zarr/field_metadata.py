@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 _COMPONENTS = "x", "y", "z"
+_IN_LPS = "to the left", "to posterior", "to superior"
 _COLORS = "FF0000", "00FF00", "0000FF"
 
 
@@ -29,11 +30,11 @@ def create_field(folder, image):
 
 def _attributes(image, space, version):
     grid, count = image.finest.grid, len(space)
-    unit = {"unit": image.unit} if image.unit else {}
-    axes = [{"name": "c", "type": "channel"}]
-    axes += [{"name": name, "type": "space", **unit} for name in space]
+    axes = [{"name": "c", "type": "channel"}, *image.space]
+    is_oriented = any("orientation" in axis for axis in image.space)
+    origin = grid.origin @ grid.direction  # along the axes of the file
     scale = [1.0, *grid.spacing[::-1].tolist()[-count:]]
-    shift = [0.0, *grid.origin[::-1].tolist()[-count:]]
+    shift = [0.0, *origin[::-1].tolist()[-count:]]
     transforms = [
         {"type": "scale", "scale": scale},
         {"type": "translation", "translation": shift},
@@ -46,7 +47,7 @@ def _attributes(image, space, version):
     window = {"min": -1.0, "max": 1.0, "start": -1.0, "end": 1.0}
     channels = [
         {"label": name, "color": color, "window": window, "active": True}
-        for name, color in zip(_COMPONENTS, _COLORS)
+        for name, color in zip(_IN_LPS if is_oriented else _COMPONENTS, _COLORS)
     ]
     if version == 2:
         return {

@@ -12,13 +12,12 @@ from pathlib import Path
 import vtk_mls
 from vtk_mls.base.messages import warn
 from vtk_mls.base.progress import whole
-from vtk_mls.base.sampling import AUTOMATIC, Sampling
-from vtk_mls.files.ome_zarr import open_image, state_method
+from vtk_mls.base.sampling import Sampling
+from vtk_mls.files.ome_zarr import LABELS, open_image, open_input, state_method
 from vtk_mls.ome_zarr.blocks import MAX_VALUES, DeformedBlocks, FieldBlocks, channel_backgrounds
 from vtk_mls.ome_zarr.field_metadata import create_field
 from vtk_mls.ome_zarr.unfinished import Unfinished, check_output, copy_metadata, hash_of
 
-_LABELS = "labels"
 _PATIENCE = 10.0  # seconds without a block until the workers of a cluster are looked at
 _MAX_THREADS = 4  # each holds a block: while one computes, others read and write
 
@@ -33,8 +32,9 @@ def deform(source, target, transform, settings, *, scheduler=None, progress=None
     transform : Transform
         In the units of the file.
     settings : dict
-        `interpolation`, `background` and `void_values` of a `Sampling`. Label images are sampled
-        nearest. The background "auto" is `channel_backgrounds`.
+        `interpolation` and `background` (of all channels, or of each) and `void_values` of a
+        `Sampling`. Label images are sampled nearest. The background "auto" is that of
+        `channel_backgrounds`.
     scheduler : str, optional
         Address of a dask.distributed scheduler, whose workers see the same folders.
     progress : callable, optional
@@ -49,15 +49,16 @@ def deform(source, target, transform, settings, *, scheduler=None, progress=None
     Aborted, DeviceError, OSError, ValueError
         Naming the folder.
     """
-    image = open_image(source)
+    image = open_input(source)
     sampling = Sampling(image.finest.grid, **settings)
+    methods = {*image.methods(settings["interpolation"])}
     images = {"": image}
     for name in image.labels:
-        images[f"{_LABELS}/{name}"] = open_image(Path(source, _LABELS, name))
+        images[f"{LABELS}/{name}"] = open_image(Path(source, LABELS, name))
     paths = []
     for place, member in images.items():
         for index in range(1, len(member.levels)):
-            member.factors(index)  # an error now, not after hours
+            member.windows(index)
         paths += [f"{place}/{level.path}".lstrip("/") for level in member.levels]
     check_output(target, [source])
     inputs = hash_of(source, paths, transform, settings, vtk_mls.__version__)
@@ -67,15 +68,13 @@ def deform(source, target, transform, settings, *, scheduler=None, progress=None
     with Unfinished(target, inputs) as unfinished:
         copy_metadata(Path(source), unfinished.data, [*images, *paths])
         for place, member in images.items():
-            state_method(unfinished.data / place, "nearest" if member.is_label else "mean")
-        source, is_automatic = Path(source).resolve(), settings["background"] == AUTOMATIC
-        parts = []
+            is_nearest = member.is_label or (not place and methods == {"nearest"})
+            state_method(unfinished.data / place, "nearest" if is_nearest else "mean")
+        source, parts = Path(source).resolve(), []
         for place, member in images.items():
-            if is_automatic:
-                settings = {**settings, "background": channel_backgrounds(member)}
-            parts.append(
-                DeformedBlocks(source / place, unfinished.data / place, transform, **settings)
-            )
+            background = channel_backgrounds(member, settings["background"])
+            own = {**settings, "background": background}
+            parts.append(DeformedBlocks(source / place, unfinished.data / place, transform, **own))
         return _run(parts, unfinished, scheduler, progress)
 
 
@@ -83,9 +82,9 @@ def write_field(source, target, transform, *, scheduler=None, progress=None):
     """Write the displacement field of a transform on the finest grid of an image.
 
     Parameters and errors are as of `deform`. The field has the axes c, z, y, x: components along
-    x, y and z.
+    x, y and z of LPS.
     """
-    image = open_image(source)
+    image = open_input(source)
     check_output(target, [source])
     inputs = hash_of(source, [], "field", image.finest.grid, transform, vtk_mls.__version__)
     with Unfinished(target, inputs) as unfinished:

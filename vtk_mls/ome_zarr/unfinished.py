@@ -22,7 +22,7 @@ from pathlib import Path
 import numpy as np
 
 from vtk_mls.base.messages import warn
-from vtk_mls.files.ome_zarr import SUFFIX, has_metadata
+from vtk_mls.files.ome_zarr import SUFFIX, complete_labels, has_image, has_metadata, is_array
 from vtk_mls.files.paths import check_apart
 
 ENDING = ".unfinished"
@@ -179,7 +179,9 @@ def check_output(path, inputs=()):
 
 
 def copy_metadata(source, target, paths):
-    """Copy the metadata of a group, and of groups and arrays in it.
+    """Copy the metadata of a group, and of groups and arrays in it; and other groups, as they are.
+
+    A warning names other arrays and images, which are not copied.
 
     Parameters
     ----------
@@ -187,7 +189,7 @@ def copy_metadata(source, target, paths):
     paths : iterable of str
         Of arrays and groups; groups that they are in are copied, too.
     """
-    folders = {Path()}
+    folders, left_out = {Path()}, []
     for path in map(Path, paths):
         folders |= {path, *path.parents}
     for folder in sorted(folders):
@@ -197,13 +199,27 @@ def copy_metadata(source, target, paths):
             if file.is_file():
                 text = _without_copies(file) if name == "zarr.json" else file.read_text()
                 (target / folder / name).write_text(text)
+        for other in [] if is_array(source / folder) else sorted((source / folder).iterdir()):
+            place = other.relative_to(source)
+            if place in folders or other.name in (*_METADATA, ".zmetadata"):
+                continue
+            if not other.is_dir():
+                shutil.copyfile(other, target / place)
+            elif is_array(other) or has_image(other):
+                left_out.append(str(place))
+            else:
+                shutil.copytree(other, target / place, dirs_exist_ok=True)
+    complete_labels(source, target)
+    if left_out:
+        warn(f"`{source}`: {', '.join(left_out)} belong to no deformed image and are not copied")
 
 
 def hash_of(folder, paths, *values):
-    """A hash of the files of arrays, by their names, sizes and times, and of values."""
+    """A hash of the files of arrays and their groups, by names, sizes and times, and of values."""
     digest = hashlib.sha256()
     for path in paths:
-        for file in sorted(Path(folder, path).rglob("*")):
+        groups = (Path(folder, group, name) for group in Path(path).parents for name in _METADATA)
+        for file in (*filter(Path.is_file, groups), *sorted(Path(folder, path).rglob("*"))):
             state = file.stat()
             if file.is_file():
                 name = file.relative_to(folder)

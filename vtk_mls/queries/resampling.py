@@ -14,6 +14,9 @@ from vtk_mls.queries.face_gradients import gradients_near_faces
 
 def checked_arrays(arrays, sampling):
     """The argument `arrays`: numbers at the points of the source grid."""
+    arrays = list(arrays)
+    for array in arrays:
+        validation.check_unmasked("arrays", array)
     arrays, shape = [np.asarray(array) for array in arrays], sampling.source.shape
     for array in arrays:
         if array.ndim not in (3, 4) or array.shape[:3] != shape:
@@ -28,6 +31,7 @@ def checked_arrays(arrays, sampling):
 
 def checked_scalars(array, grid):
     """The argument `array`: a real number at each point of a grid."""
+    validation.check_unmasked("array", array)
     array = np.asarray(array)
     if array.dtype.kind not in "biuf" or array.shape != grid.shape:
         raise ValueError(

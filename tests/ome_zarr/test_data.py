@@ -1,0 +1,213 @@
+"""What OME-Zarr holds beside one image: labels, other groups, sampled levels, other axes."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import zarr
+from zarr_images import HANDLES, ORIGIN, SHAPE, SPACING, halves, values, write
+
+from vtk_mls import Deformation, Grid, Sampling, io
+from vtk_mls.cli import main
+from vtk_mls.files.ome_zarr import open_image
+from vtk_mls.ome_zarr import blocks, job
+
+GRID = Grid(SHAPE[::-1], ORIGIN[::-1], SPACING[::-1])
+D = Deformation(HANDLES[:, :3], HANDLES[:, 3:], device="reference")
+SETTINGS = {"interpolation": "linear", "background": 0.0, "void_values": "background"}
+REST = Deformation(HANDLES[:, :3], HANDLES[:, :3], device="reference")
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("VTK_MLS_DEVICE", "reference")
+    np.savetxt("handles.csv", HANDLES, delimiter=",")
+
+
+def level(path, number=0):
+    return open_image(path).levels[number].array[...]
+
+
+def nearest(stored):
+    (moved,) = D.resample([stored], Sampling(GRID, interpolation="nearest"))
+    return moved
+
+
+def change(path, edit):
+    """Edit the metadata of an image of version 0.5."""
+    file = Path(path, "zarr.json")
+    content = json.loads(file.read_text())
+    edit(content["attributes"]["ome"])
+    file.write_text(json.dumps(content))
+
+
+@pytest.mark.parametrize("version", ["0.4", "0.5"])
+@pytest.mark.parametrize("is_listed", [True, False])
+@pytest.mark.parametrize("is_declared", [True, False])
+def test_no_label_image_is_blended(version, is_listed, is_declared, rng):
+    file = write("in.ome.zarr", halves(values(rng), 2), version)
+    if is_listed:
+        listed = {"labels": ["cells"]}
+        listed = listed if version == "0.4" else {"ome": {"version": version, **listed}}
+        file.create_group("labels").attrs.update(listed)
+    labels = 100 * rng.integers(0, 4, SHAPE, dtype="uint16")
+    more = {"image-label": {}} if is_declared else {}
+    write("in.ome.zarr/labels/cells", halves(labels, is_label=True), version, **more)
+    assert main(["deform", "in.ome.zarr", "handles.csv", "out.ome.zarr"]) == 0
+    for number, expected in enumerate(halves(nearest(labels), is_label=True)):
+        np.testing.assert_array_equal(level("out.ome.zarr/labels/cells", number), expected)
+    assert np.unique(level("out.ome.zarr")).size > 1000
+    # by itself, it is still a label image, in other formats and in its own
+    for target in ("cells.nrrd", "cells.ome.zarr", "again.ome.zarr"):
+        source = "cells.ome.zarr" if target == "again.ome.zarr" else "in.ome.zarr/labels/cells"
+        assert main(["deform", source, "handles.csv", target]) == 0
+    assert io.read_dataset("cells.nrrd").GetFieldData().HasArray("LabelArrays")
+    np.testing.assert_array_equal(level("cells.ome.zarr", 1), level("out.ome.zarr/labels/cells", 1))
+    assert {*np.unique(level("again.ome.zarr", 1))} <= {0, 100, 200, 300}
+
+
+@pytest.mark.parametrize("options", [["--interpolation", "nearest"], ["--label", "OME-Zarr"]])
+def test_what_is_asked_as_labels_is_not_blended(options, rng):
+    labels = 100 * rng.integers(0, 4, SHAPE, dtype="uint16")
+    file = write("in.ome.zarr", halves(labels, is_label=True))
+    change("in.ome.zarr", lambda ome: ome["multiscales"][0].update(type="gaussian"))
+    assert main(["deform", "in.ome.zarr", "handles.csv", "out.ome.zarr", *options]) == 0
+    for number, expected in enumerate(halves(nearest(labels), is_label=True)):
+        np.testing.assert_array_equal(level("out.ome.zarr", number), expected)
+    out = dict(zarr.open_group("out.ome.zarr", mode="r").attrs)["ome"]["multiscales"][0]
+    assert (file.name, out["type"]) == ("/", "nearest")
+
+
+def test_channels_of_labels_among_others(rng, capsys):
+    stored = np.stack([values(rng), 100 * rng.integers(0, 4, SHAPE)]).astype("uint16")
+    channels = [{"label": "raw"}, {"label": "cells"}]
+    write("in.ome.zarr", halves(stored), axes="czyx", omero={"channels": channels})
+    command = ["deform", "in.ome.zarr", "handles.csv", "out.ome.zarr", "--label"]
+    assert main([*command, "cells"]) == 0
+    (moved,) = D.resample([stored[0]], GRID)
+    means, labels = halves(moved), halves(nearest(stored[1]), is_label=True)
+    for number, expected in enumerate(zip(means, labels)):
+        np.testing.assert_array_equal(level("out.ome.zarr", number), expected)
+    assert main([*command, "cell"]) == 1
+    assert "`--label` must name channels of `in.ome.zarr`, which are raw, cells, got cell" in (
+        capsys.readouterr().err
+    )
+
+
+def test_other_groups_are_copied_and_other_images_are_named(rng, caplog):
+    file = write("in.ome.zarr", [values(rng)])
+    file.create_group("tables").attrs["tables"] = ["regions"]
+    file.create_array("tables/regions/x", data=np.arange(5.0))
+    file.create_group("OME")
+    Path("in.ome.zarr/OME/METADATA.ome.xml").write_text("<OME/>")
+    write("in.ome.zarr/other", [values(rng)])
+    file.create_array("more", data=np.arange(3))
+    job.deform("in.ome.zarr", "out.ome.zarr", D, SETTINGS)
+    out = zarr.open_group("out.ome.zarr", mode="r")
+    assert out["tables"].attrs["tables"] == ["regions"]
+    np.testing.assert_array_equal(out["tables/regions/x"], np.arange(5))
+    assert Path("out.ome.zarr/OME/METADATA.ome.xml").read_text() == "<OME/>"
+    assert "more, other belong to no deformed image and are not copied" in caplog.text
+    assert {*out} == {"scale0", "tables", "OME"}
+
+
+@pytest.mark.parametrize("factors", [(1, 2, 4), (1, 2, 3, 4), (1, 3, 9), (1, 2.5, 5)])
+@pytest.mark.parametrize("is_label", [False, True])
+def test_levels_lie_where_their_metadata_say(factors, is_label, rng):
+    """Levels made by sampling are sampled: at rest, the output is the input."""
+    places = [[np.arange(0, n, f) for n in SHAPE] for f in factors]
+    ramp = np.add.outer(np.add.outer(np.arange(12.0) * 40, np.arange(20) * 20), np.arange(26) * 2)
+    stored = [np.add.outer(np.add.outer(z * 40, y * 20), x * 2) for z, y, x in places]
+    stored = [array.astype("float32") for array in stored]
+    assert np.array_equal(stored[0], ramp)
+    write("in.ome.zarr", stored, **({"image-label": {}} if is_label else {}))
+
+    def place(ome):
+        for dataset, factor in zip(ome["multiscales"][0]["datasets"], factors):
+            scale = [n * factor for n in SPACING]
+            dataset["coordinateTransformations"] = [
+                {"type": "scale", "scale": scale},
+                {"type": "translation", "translation": ORIGIN},
+            ]
+        ome["multiscales"][0]["type"] = "mean"
+
+    change("in.ome.zarr", place)
+    job.deform("in.ome.zarr", "out.ome.zarr", REST, SETTINGS)
+    for number, (factor, expected) in enumerate(zip(factors, stored)):
+        tolerance = 31 if is_label and factor % 1 else 1e-3
+        np.testing.assert_allclose(level("out.ome.zarr", number), expected, atol=tolerance)
+    out = dict(zarr.open_group("out.ome.zarr", mode="r").attrs)["ome"]["multiscales"][0]
+    assert out["type"] == "nearest"
+
+
+@pytest.mark.parametrize("factor", [1.5, 2.0, 2.5, 3.0])
+def test_windows_are_means_of_what_they_cover(factor, rng):
+    fine = rng.random(30)
+    count = int(30 / factor)
+    centers = factor * np.arange(count) + (factor - 1) / 2
+    parts = np.repeat(fine, 10).reshape(-1)[: int(count * factor * 10)].reshape(count, -1)
+    found = blocks.coarsened(fine, [centers], [factor])
+    np.testing.assert_allclose(found, parts.mean(axis=1), rtol=1e-12)
+
+
+UNITS = {
+    "nm": ({"z": "micrometer", "y": "nanometer", "x": "nanometer"}, (4000, 2, 3), ""),
+    "inch": ({"z": "inch", "y": "centimeter", "x": "millimeter"}, (101.6, 20, 3), ""),
+    "none": ({"z": None, "y": "nanometer", "x": None}, (4, 2, 3), "z, x has no unit; nanometer is"),
+    "other": ({"z": "pixel", "y": "pixel", "x": "pixel"}, (4, 2, 3), ""),
+}
+
+
+@pytest.mark.parametrize("case", UNITS)
+@pytest.mark.parametrize("are_capitals", [False, True])
+def test_units_that_differ_and_names_in_capitals(case, are_capitals, rng, caplog):
+    units, spacing, said = UNITS[case]
+    stated = {name: {"unit": unit} for name, unit in units.items()}
+    write("in.ome.zarr", halves(values(rng), 2), stated=stated)
+
+    def raise_names(ome):
+        for axis in ome["multiscales"][0]["axes"]:
+            axis["name"] = axis["name"].upper() if are_capitals else axis["name"]
+
+    change("in.ome.zarr", raise_names)
+    image = io.read_dataset("in.ome.zarr")
+    np.testing.assert_allclose(image.GetSpacing(), spacing[::-1])
+    assert said.upper() in caplog.text.upper()
+    job.deform("in.ome.zarr", "out.ome.zarr", D, SETTINGS)
+    job.write_field("in.ome.zarr", "field.ome.zarr", D)
+    for path in ("out.ome.zarr", "field.ome.zarr"):
+        np.testing.assert_allclose(open_image(path).finest.grid.spacing, spacing[::-1])
+
+
+def test_masks_of_bool_are_labels(rng):
+    mask = values(rng) > 15000
+    write("in.ome.zarr", halves(mask, is_label=True))
+    assert main(["deform", "in.ome.zarr", "handles.csv", "out.ome.zarr"]) == 0
+    for number, expected in enumerate(halves(nearest(mask.astype("uint8")), is_label=True)):
+        found = level("out.ome.zarr", number)
+        assert found.dtype == bool
+        np.testing.assert_array_equal(found, expected)
+    image = io.read_dataset("in.ome.zarr")
+    assert image.GetFieldData().HasArray("LabelArrays")
+
+
+@pytest.mark.parametrize("axes", ["yx", "cyx", "tyx", "tcyx"])
+def test_the_field_of_a_flat_image(axes, monkeypatch):
+    monkeypatch.setattr(blocks, "MAX_VALUES", 3 * 8 * 10)
+    lead, flat = axes[:-2], SHAPE[1:]
+    shape = (*[2] * len(lead), *flat)
+    file = zarr.open_group("in.ome.zarr", mode="w", zarr_format=3)
+    file.create_array("0", shape=shape, dtype="u1", chunks=(*[1] * len(lead), 8, 10))
+    kinds = {"c": "channel", "t": "time"}
+    scale = {"type": "scale", "scale": [*[1.0] * len(lead), *SPACING[1:]]}
+    entry = {
+        "axes": [{"name": name, "type": kinds.get(name, "space")} for name in axes],
+        "datasets": [{"path": "0", "coordinateTransformations": [scale]}],
+    }
+    file.attrs["ome"] = {"version": "0.5", "multiscales": [entry]}
+    assert main(["field", "in.ome.zarr", "handles.csv", "field.ome.zarr"]) == 0
+    grid = Grid((*flat[::-1], 1), (0, 0, 0), (*SPACING[:0:-1], 1))
+    field = D.displacement_field(grid).displacement[0]
+    np.testing.assert_array_equal(np.moveaxis(level("field.ome.zarr"), 0, -1), field)
