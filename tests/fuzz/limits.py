@@ -237,7 +237,7 @@ def _mask(scene):
         return BoxMask(low, high, size * rng.uniform(0.3, 1))
     if kind == 2:
         grid = Grid((3, 2, 4), scene.low, [size / 2, size, size / 3])
-        return ImageMask(rng.random(grid.shape), grid)
+        return ImageMask(rng.uniform(0.7, 1, grid.shape), grid)  # gentle: few folds
     return None
 
 
