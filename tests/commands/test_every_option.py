@@ -1,6 +1,7 @@
 """Every option of `vtk-mls deform` and `field`, with every format, has an effect or is refused."""
 
 import re
+import shutil
 from pathlib import Path
 
 import nibabel
@@ -162,6 +163,8 @@ def contents(path):
 
 def result(arguments, folder, capsys, caplog):
     """Exit status, numbers and text of a command."""
+    for remains in folder.glob("out.*"):
+        shutil.rmtree(remains) if remains.is_dir() else remains.unlink()
     capsys.readouterr()
     caplog.clear()
     status = cli.main(arguments)
