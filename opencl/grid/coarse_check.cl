@@ -38,35 +38,19 @@ inline integer is_separated(const map_t *map, const grid_t *grid, const coarse_t
 }
 #endif
 
-// Whether lanes of the cell at `at` need a check: those that are not `sure`, if that is not null.
-inline integer needs_check(__global const uchar *sure, long at, int lanes) {
-  integer needs = lane_indices() < lanes;
-  if (sure)
-    for (int l = 0; l < min(LANES, lanes); ++l)
-      if (sure[at + l]) LANE_INT(needs, l) = 0;
-  return needs;
-}
-
-// Compares the map in the `middles` of cells with its interpolation: bits of structs.h. Cells that are `sure`
-// have no middle, and none of the bits.
+// Compares the map in the `middles` of cells with its interpolation: bits of structs.h.
 __kernel EXPLICIT_VECTORS void coarse_check(
     const map_params_t map_params, __global const float *restrict map_tables,
     const cut_params_t cut_params, __global const float *restrict cut_tables,
     const grid_t grid, const coarse_t coarse, const check_t check,
     __global const float *restrict node_planes, __global const float *restrict middles,
-    __global const uchar *restrict sure, __global uchar *restrict flags) {
+    __global uchar *restrict flags) {
   const map_t map = map_of(map_params, map_tables, cut_params, cut_tables);
   band_t band;
   if (!find_band(&coarse, &band)) return;
   const int middle = COARSE_STEP / 2, x = band.x - coarse.first_cell[0];
   const long first = x + coarse.cells[0] * (band.y - coarse.first_cell[1] +
                                            (long)coarse.cells[1] * (band.z - coarse.first_cell[2]));
-  integer needs[BAND], any = 0;
-  for (int b = 0; b < band.count; ++b) {
-    needs[b] = needs_check(sure, first + b * coarse.cells[0], coarse.cells[0] - x);
-    any |= needs[b];
-  }
-  if (!ANY(any)) return;
   const long along = coarse.nodes[0], deep = along * coarse.nodes[1];
   __global const float *corner =
       node_planes + node_of(&coarse, &band, 0) - BEFORE * (1 + along + deep);
@@ -92,10 +76,10 @@ __kernel EXPLICIT_VECTORS void coarse_check(
     const vec index = first_corners(&band, b), d = {exact[0], exact[1], exact[2]};
     const integer separated = is_separated(&map, &grid, &coarse, node_planes,
                                            node_of(&coarse, &band, b), index, d, exact[3]);
-    bits = select(bits, (integer)(INACCURATE | SEPARATED | ROUGH | SPREADS), separated);
+    bits = select(bits, (integer)(INACCURATE | SPREADS), separated);
     bits |= select((integer)(OTHER_REGION), (integer)(0), may_be_in_region(&map.cuts, index));
 #endif
-    for (int l = 0; l < LANES; ++l)
-      if (LANE_INT(needs[b], l)) flags[at + l] = (uchar)LANE_INT(bits, l);
+    for (int l = 0; l < min(LANES, coarse.cells[0] - x); ++l)
+      flags[at + l] = (uchar)LANE_INT(bits, l);
   }
 }

@@ -80,14 +80,11 @@ inline int has_region(const cuts_t *cuts, const band_t *band) {
 }
 #endif
 
-// Between nodes twice as dense the error of a smooth map is 64 times smaller, so that it is accurate where
-// the error is at most ROUGH_RATIO times the limit. Up to SPREAD_RATIO times the limit, cells beside may be
-// accurate.
-#define ROUGH_RATIO 8
+// Up to so many times the limit, cells beside may be accurate.
 #define SPREAD_RATIO 2
 
-// The flags INACCURATE where interpolated values of nodes are too far from `exact` ones, SPREADS where this may
-// be so beside the cell, and ROUGH where nodes twice as dense may not be enough.
+// The flags INACCURATE where interpolated values of nodes are too far from `exact` ones, and SPREADS where
+// this may be so beside the cell.
 inline integer accuracy_flags(const check_t *check, const real interpolated[PLANES],
                               const real exact[PLANES]) {
   real error[PLANES];
@@ -97,11 +94,9 @@ inline integer accuracy_flags(const check_t *check, const real interpolated[PLAN
   integer flags = select((integer)(INACCURATE), (integer)(0), error2 <= check->limit2);
   flags |= select((integer)(SPREADS), (integer)(0),
                   error2 <= SPREAD_RATIO * SPREAD_RATIO * check->limit2);
-  flags |= select((integer)(ROUGH), (integer)(0),
-                  error2 <= ROUGH_RATIO * ROUGH_RATIO * check->limit2);
 #if CUTS
   const integer is_void_accurate = fabs(error[3]) <= 0.25f * fabs(exact[3]);
-  flags = select((integer)(INACCURATE | ROUGH | SPREADS), flags, is_void_accurate);
+  flags = select((integer)(INACCURATE | SPREADS), flags, is_void_accurate);
 #endif
   return flags;
 }
