@@ -8,7 +8,6 @@ import numpy as np
 from images import check_image_file
 from scenes import CONSTANT, Scene, properties_text
 from series import TIMES, Series, series
-from tables import check_table
 from tolerance import check_tolerance
 from vtkmodules.vtkCommonCore import vtkOutputWindow, vtkStringOutputWindow
 from vtkmodules.vtkCommonDataModel import (
@@ -42,7 +41,6 @@ _SEAM = "what crosses a border between them is lost"
 
 def check(seed, device):
     """Run a case; an AssertionError describes a failure."""
-    check_table(np.random.default_rng([seed, 1]))
     check_image_file(np.random.default_rng([seed, 2]))
     rng = np.random.default_rng(seed)
     crashes, device = [], "reference" if rng.random() < 0.15 else device
