@@ -51,7 +51,7 @@ The header of a table names its columns, in any order, in upper or lower case:
 | `px py pz qx qy qz` | control points, from p at rest to q |
 | `x y z dx dy dz` | p and q - p; also `Displacement:0 ..` of ParaView |
 | `x y z`, `l p s`, `r a s` | positions |
-| `label use x y z x1 y1 z1` | landmarks of BigWarp: the moving points are p, the fixed points are q |
+| `label use x y z x1 y1 z1` | landmarks of BigWarp: p in the moving image, q in the fixed one |
 | `weight` | a factor of each control point |
 | `time` | control points move in time: lines with one time are the points of that time |
 | `label` or `name` | texts by which the points of two files are paired |
