@@ -1,15 +1,10 @@
 #include "on_grid.cl"
 #include "coarse_map.cl"
 
-#if CUTS
 // The point from which cuts see the material at `index` with the displacement d before limits.
 inline vec viewpoint_of(const map_t *map, const grid_t *grid, vec index, vec d) {
   const vec v = transformed(grid->frame, index);
-#if AT_REST
-  return origin_of(&map->cuts, v, limited_on_grid(map, grid, index, d));
-#else
-  return v;
-#endif
+  return AT_REST ? origin_of(&map->cuts, v, limited_on_grid(map, grid, index, d)) : v;
 }
 
 // Whether a cut may be in a cell: it separates the middle from a corner, or is no farther from the
@@ -22,7 +17,7 @@ inline integer is_separated(const map_t *map, const grid_t *grid, const coarse_t
   const real share = COARSE_STEP / 2;
   const vec middle = viewpoint_of(map, grid, vec_add(index, (vec){share, share, share}), d);
   integer separated = 0;
-  if (cuts->params.regions_compete) separated |= distance < 0;
+  if (regions_compete(cuts)) separated |= distance < 0;
   for (int corner = 0; corner < 8; ++corner) {
     const int i = corner & 1, j = corner >> 1 & 1, k = corner >> 2;
     __global const float *at =
@@ -31,12 +26,11 @@ inline integer is_separated(const map_t *map, const grid_t *grid, const coarse_t
     const vec end = viewpoint_of(map, grid, vec_add(index, step),
                                  (vec){LOAD(at), LOAD(at + plane), LOAD(at + 2 * plane)});
     const vec apart = vec_sub(end, middle);
-    separated |= (LOAD(at + 3 * plane) < 0) != (distance < 0);
+    separated |= (LOAD(at + (PLANES - 1) * plane) < 0) != (distance < 0);
     separated |= blocked(cuts, middle, end) | !(dot3(apart, apart) < distance * distance);
   }
   return separated;
 }
-#endif
 
 // Compares the map in the `middles` of cells with its interpolation: bits of structs.h.
 __kernel EXPLICIT_VECTORS void coarse_check(
@@ -72,13 +66,14 @@ __kernel EXPLICIT_VECTORS void coarse_check(
       interpolated[p] = interpolate(tap, middle, 0);
     }
     integer bits = accuracy_flags(&check, interpolated, exact);
-#if CUTS
-    const vec index = first_corners(&band, b), d = {exact[0], exact[1], exact[2]};
-    const integer separated = is_separated(&map, &grid, &coarse, node_planes,
-                                           node_of(&coarse, &band, b), index, d, exact[3]);
-    bits = select(bits, (integer)(INACCURATE | SPREADS), separated);
-    bits |= select((integer)(OTHER_REGION), (integer)(0), may_be_in_region(&map.cuts, index));
-#endif
+    if (CUTS) {
+      const vec index = first_corners(&band, b), d = {exact[0], exact[1], exact[2]};
+      const integer separated = is_separated(&map, &grid, &coarse, node_planes,
+                                             node_of(&coarse, &band, b), index, d, exact[PLANES - 1]);
+      bits = select(bits, (integer)(INACCURATE | SPREADS), separated);
+      bits |= select((integer)(OTHER_REGION), (integer)(0),
+                     may_be_in_region(&map.cuts, index, COARSE_STEP));
+    }
     for (int l = 0; l < min(LANES, coarse.cells[0] - x); ++l)
       flags[at + l] = (uchar)LANE_INT(bits, l);
   }

@@ -93,13 +93,12 @@ inline item_t item_of(const map_t *map, const grid_t *grid, const coarse_t *coar
     else
       item.index = grid_index(grid, grid->first + item.first);
   }
-#if CUTS
+  if (!CUTS) return item;
   item.mask &= in_region(&map->cuts, item.index);
-  if (map->cuts.params.second_pass)
+  if (is_second_pass(&map->cuts))
     item.mask = !item.mask & (load_plane(void_distance, item.count, item.first) < 0);
   item.is_scattered |= !ALL(item.mask);
   if (!ANY(item.mask)) item.lanes = 0;
-#endif
   return item;
 }
 
@@ -156,14 +155,13 @@ inline void store_masked_points(__global float *points, vec value, const item_t 
 // masks points where it is not larger.
 inline void store_void_distance(item_t *item, const map_t *map, const fit_t *fit,
                                 __global float *void_distance, float scale) {
-#if CUTS
+  if (!CUTS) return;
   real distance = scale * void_distance_at(map, fit, map_displacement(map, fit));
-  if (map->cuts.params.second_pass) {
+  if (is_second_pass(&map->cuts)) {
     item->mask &= distance > load_plane(void_distance, item->count, item->first);
     item->is_scattered |= !ALL(item->mask);
   }
   store_masked(void_distance, distance, item);
-#endif
 }
 
 // The fit at the points of a work item. In the rest frame searches start from nodes.
