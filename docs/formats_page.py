@@ -50,12 +50,9 @@ The header of a table names its columns, in any order, in upper or lower case:
 | columns | meaning |
 |---|---|
 | `px py pz qx qy qz` | control points, from p at rest to q |
-| `x_moving ..`, `x_fixed ..` | the same: BigWarp's moving points are p, its fixed points are q |
-| `x_rest ..`, `x_deformed ..` | the same; also `rest_x` and `x (rest)` |
-| `source`, `target` instead | the same; also old, new; before, after; pre, post |
-| `x y z`, `x1 y1 z1` | p, q; also `x y z new_x new_y new_z`, `x1 .. x2 ..`, `x.1` of pandas |
 | `x y z dx dy dz` | p and q - p; also `Displacement:0 ..` of ParaView |
 | `x y z`, `l p s`, `r a s` | positions |
+| `label use x y z x1 y1 z1` | landmarks of BigWarp: p in the moving image, q in the fixed one |
 | `weight` | a factor of each control point |
 | `time` | control points move in time: lines with one time are the points of that time |
 | `label` or `name` | texts by which the points of two files are paired |
@@ -66,16 +63,9 @@ before them. Or they are those of BigWarp: name, `true` or `false`, moving x,y,z
 Cells are separated by commas, tabs, blanks or semicolons. Numbers between semicolons or tabs may
 have decimal commas.
 
-**Ambiguous tables are errors**, because nothing is guessed:
-
-- Columns of numbers that fit none of these rules. The error asks for column names.
-- Rows of seven numbers if the first or last column can be an index.
-- Control points in `x,y,z` with other columns that may be a position (`u,v,w` or
-  `x_sym,y_sym,z_sym`). The error says how to rename them.
-
-pandas writes the header `0,1,2,..` for columns without names. It is recognized by an index
-column, by a column with texts in all other lines, or if the other lines have no integers (`40`,
-not `40.0`). Otherwise it may be a point, which is also an error.
+**Other tables are errors**, because nothing is guessed. The sentence says which columns are not
+known. So are rows of seven numbers whose first or last column counts the rows, and the header
+`0,1,2,..` that pandas writes for columns without names: write names into the header.
 
 ### Other formats of landmarks
 

@@ -12,6 +12,8 @@ import pytest
 from control_point_sets import KINDS_AND_DEGREES
 from pairwise import few_with_each_value
 
+_FEW_CASES = {}  # cases that run and all cases, by test
+
 
 @pytest.fixture(params=KINDS_AND_DEGREES, ids=lambda k: f"{k[0]}{k[1]}")
 def kind_and_degree(request):
@@ -30,16 +32,36 @@ def pytest_collection_modifyitems(items):
     for item in items:
         if hasattr(item, "callspec") and not item.get_closest_marker("matrix"):
             cases[item.nodeid.partition("[")[0]].append(item)
-    for found in cases.values():
+    for test, found in cases.items():
         rows = [item.callspec._idlist for item in found]
         few = few_with_each_value(rows)
+        if len(few) < len(found):
+            _FEW_CASES[test] = len(few), len(found)
         for number, item in enumerate(found):
             if number not in few:
                 item.add_marker(pytest.mark.matrix)
 
 
+def pytest_sessionfinish(session):
+    """A worker of pytest-xdist collects, and tells the process that prints."""
+    if hasattr(session.config, "workeroutput"):
+        session.config.workeroutput["few cases"] = _FEW_CASES
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_testnodedown(node):
+    """Take what a worker of pytest-xdist tells."""
+    _FEW_CASES.update(getattr(node, "workeroutput", {}).get("few cases", {}))
+
+
 def pytest_terminal_summary(terminalreporter):
-    """Say loudly what was not tested on this machine, and why."""
+    """Say loudly what was not tested, and why."""
+    if _FEW_CASES and "not matrix" in terminalreporter.config.option.markexpr:
+        ran, total = map(sum, zip(*_FEW_CASES.values()))
+        tests = f"{len(_FEW_CASES)} tests" if len(_FEW_CASES) > 10 else ", ".join(_FEW_CASES)
+        terminalreporter.write_line(
+            f"{ran} of {total} cases of {tests}; all of them: `make matrix`", yellow=True
+        )
     skipped = terminalreporter.stats.get("skipped", [])
     reasons = Counter(report.longrepr[2].replace("Skipped: ", "", 1) for report in skipped)
     if reasons:

@@ -1,13 +1,28 @@
 // A map of several steps: G = G_1 o ... o G_N. Step k leads from stage k to stage k - 1. All steps have
 // the local frame of the whole, without a mean displacement.
+//
+// Build constants: CUTS, AT_REST.
 
-// Sets the point v at which step `map` is evaluated.
+// Step k of a map, as a map of one step.
+inline map_t step_of(const map_t *map, int k) {
+  __global const step_t *at = map->steps + k;
+  map_t step = *map;
+  step.params.step_count = 1;
+  step.params.rank = at->rank;
+  for (int axis = 0; axis < 3; ++axis) step.params.flip_axis[axis] = at->flip_axis[axis];
+  step.control_points += at->control_point;
+  step.kind_table += at->kind_value;
+  step.regions += at->region;
+  step.segments += at->segment;
+  step.cuts = cuts_of_step(&map->cuts, k);
+  return step;
+}
+
+// Sets the point v at which step `map` is evaluated. In the rest frame cuts see from the origin in all
+// steps.
 inline void set_step_point(const map_t *map, evaluation_point_t *point, vec v) {
-#if AT_REST
-  point->v = v;  // cuts see from the origin in all steps
-#else
-  set_point_at(map, point, v);
-#endif
+  point->v = v;
+  if (!AT_REST) set_view(&map->cuts, &point->view, v);
 }
 
 // Fits the steps at fit->point, last to first; the fit is that of the first step then.
@@ -21,13 +36,11 @@ inline void fit_map(const map_t *map, fit_t *fit) {
     if (k == 0) break;
     const vec d = step_displacement(&step, fit);
     done.moved = vec_add(done.moved, d);
-#if CUTS && !AT_REST
-    if (!map->cuts.params.regions_compete) {  // cuts that stay may be crossed in any step
+    if (CUTS && !AT_REST && !regions_compete(&map->cuts)) {  // cuts that stay may be crossed in any
       const real distance =
           void_distance_of(&step.cuts, point->v, vec_add(point->v, d), (integer)(0));
       done.void_distance = fast_min(done.void_distance, distance);
     }
-#endif
   }
   point->steps = done;
 }
@@ -66,10 +79,7 @@ inline weight_jacobian_t composed_jacobian(const map_t *map, const fit_t *fit,
   at.point = fit->point;
   vec v = start_of(fit);
   weight_jacobian_t total;
-  total.by_v = (mat){{0}};
-#if AT_REST
-  total.by_x = (mat){{0}};
-#endif
+  total.by_v = total.by_x = (mat){{0}};
   *least_determinant = FLT_MAX;
   for (int k = map->params.step_count - 1; k >= 0; --k) {
     const map_t step = k > 0 ? step_of(map, k) : *map;
@@ -79,11 +89,10 @@ inline weight_jacobian_t composed_jacobian(const map_t *map, const fit_t *fit,
     const weight_jacobian_t jacobian = step_jacobian(&step, &at);
     *least_determinant = fast_min(*least_determinant, determinant_of(&jacobian.by_v));
     total.by_v = mat_composed(&jacobian.by_v, &total.by_v);
-#if AT_REST
+    if (!AT_REST) continue;
     // (I + A) B + C = (I + A) (I + B) - I - A + C
     total.by_x = mat_composed(&jacobian.by_v, &total.by_x);
     for (int i = 0; i < 9; ++i) total.by_x.a[i] += jacobian.by_x.a[i] - jacobian.by_v.a[i];
-#endif
   }
   return total;
 }

@@ -1,5 +1,7 @@
 // The terms of the sums of a fit as points: a control point is one, a rigid region its proxies, a
 // segment of a curve a few that have the moments of its weight along it (segments.cl).
+//
+// Build constants: CUTS, AT_REST, REGIONS, SEGMENTS, STEPS, LIMITS, LANES, TWICE_ALPHA.
 
 // A point of a term, relative to k: q, u, and its weight relative to that of the second nearest.
 typedef struct {
@@ -8,10 +10,9 @@ typedef struct {
 } pair_t;
 
 // The most points of a term; REGIONS is that of a region.
-#define PAIRS (SEGMENTS > REGIONS ? SEGMENTS : REGIONS ? REGIONS : 1)
+#define PAIRS (SEGMENT_POINTS > REGIONS ? SEGMENT_POINTS : REGIONS)
 #define CHANGES (2 * SEGMENTS > PAIRS ? 2 * SEGMENTS : PAIRS)
 
-#if SEGMENTS
 // The weight of a segment along it as seen from v: moments about a share of its length, which is
 // `from_nearest` from that of the nearest point, `t`. For degree 1 it is the mean, without slopes;
 // else that of the nearest point, or 1/2.
@@ -27,28 +28,15 @@ HOT segment_weight_t segment_weight(const map_t *map, int i, const pivot_t *pivo
   const float smoothing2 = map->params.smoothing2;
   segment_weight_t weight;
   weight.t = nearest.t;
-  real e2 = pivot->e2;
-#if CUTS
-  e2 = select(e2, (real)(1), e2 >= UNREACHABLE);  // no segment but the pivot can be reached
-#endif
-  real c = at->c;
-#if CUTS
-  integer hides_any = 0;
-#if CACHED
-  const real damping =
-      i < CACHED ? point->distance2[i] : segment_damping(map, i, point, &hides_any);
-#else
-  const real damping = segment_damping(map, i, point, &hides_any);
-#endif
-  c = select(c / whole_power(damping, INTEGER_ALPHA), (real)(0), damping >= UNREACHABLE);
-#endif
-#if SEGMENTS == 2
-  if (!slopes) {
-    weight.from_nearest = central_moments(at, &nearest, smoothing2, e2, c, weight.m);
-    return weight;
+  real e2 = pivot->e2, c = at->c;
+  if (CUTS) {
+    e2 = select(e2, (real)(1), is_unreachable(e2));  // no segment but the pivot can be reached
+    integer hides_any = 0;
+    const real damping =
+        i < CACHED ? point->distance2[i] : segment_damping(map, i, point, &hides_any);
+    c = select(c / whole_power(damping, INTEGER_ALPHA), (real)(0), is_unreachable(damping));
   }
-#endif
-  weight.from_nearest = moments_of(at, &nearest, smoothing2, e2, slopes, top, c, weight.m);
+  weight.from_nearest = weight_moments(at, &nearest, smoothing2, e2, slopes, top, c, weight.m);
   return weight;
 }
 
@@ -91,13 +79,12 @@ HOT void segment_pairs(const map_t *map, int i, const pivot_t *pivot, const eval
   const segment_weight_t weight = segment_weight(map, i, pivot, point, slopes, top);
   const placed_segment_t along = placed_segment(map, i, pivot, &weight);
   const rule_t rule = rule_of(weight.m, slopes);
-  UNROLL_ALL for (int j = 0; j < SEGMENTS; ++j) {
+  UNROLL_ALL for (int j = 0; j < SEGMENT_POINTS; ++j) {
     pairs[j].q = vec_madd(rule.t[j], along.along_q, along.q);
     pairs[j].u = vec_madd(rule.t[j], along.along_u, along.u);
     pairs[j].w = rule.w[j];
   }
 }
-#endif
 
 // Control points that are summed at once. Vectors have their weights computed in one loop and added in
 // others: 16 registers do not hold all sums, which would be stored and loaded at each control point. A
@@ -107,20 +94,14 @@ HOT void segment_pairs(const map_t *map, int i, const pivot_t *pivot, const eval
 
 HOT void set_weights(real weights[TERM_GROUP], const map_t *map, int first, int count,
                      const pivot_t *pivot, const evaluation_point_t *point) {
-#if LANES > 1
-  for (int j = 0; j < count; ++j)
+  for (int j = 0; LANES > 1 && j < count; ++j)
     weights[j] = control_point_weight(map, first + j, pivot, point);
-#endif
 }
 
 // The weight j of a group, in one lane computed now.
 HOT real weight_in_group(const real weights[TERM_GROUP], const map_t *map, int first, int j,
                          const pivot_t *pivot, const evaluation_point_t *point) {
-#if LANES > 1
-  return weights[j];
-#else
-  return control_point_weight(map, first + j, pivot, point);
-#endif
+  return LANES > 1 ? weights[j] : control_point_weight(map, first + j, pivot, point);
 }
 
 // Sets the place of a control point relative to k.
@@ -132,15 +113,12 @@ HOT void set_pair(pair_t *pair, __global const control_point_t *at, const pivot_
 // The points of term i; returns how many.
 HOT int pairs_of(const map_t *map, int i, const pivot_t *pivot, const evaluation_point_t *point,
                  pair_t pairs[PAIRS]) {
-#if SEGMENTS
-  if (i >= map->params.count) {
+  if (is_segment(map, i)) {
     segment_pairs(map, i, pivot, point, 0, pairs);
     return SEGMENTS;
   }
-#endif
   __global const control_point_t *at = control_point_of(map, i);
   pairs->w = control_point_weight(map, i, pivot, point);
-#if REGIONS
   if (is_region(map, i)) {
     __global const region_t *region = map->regions + i;
     const real share = pairs->w / at->c;
@@ -151,17 +129,13 @@ HOT int pairs_of(const map_t *map, int i, const pivot_t *pivot, const evaluation
     }
     return region->proxy_count;
   }
-#endif
   set_pair(pairs, at, pivot);
   return 1;
 }
 
 // A point of a term, relative to k, and the change of its weight: by v, and by the origin x.
 typedef struct {
-  vec q, u, by_v;
-#if AT_REST
-  vec by_x;
-#endif
+  vec q, u, by_v, by_x;
 } change_t;
 
 // The changes of the first `count` points of term i by what changes the weight of all of them.
@@ -169,16 +143,13 @@ HOT void set_changes(const map_t *map, int i, const evaluation_point_t *point,
                      const weight_jacobian_t *jacobian, const pair_t *pairs, int count,
                      change_t *changes) {
   const vec slope = vec_sub(weight_slope(map, i, point), jacobian->near);
-#if AT_REST
-  const vec slope_by_x = vec_sub(origin_slope(map, i, point), jacobian->near_x);
-#endif
+  vec slope_by_x = {0, 0, 0};
+  if (AT_REST) slope_by_x = vec_sub(origin_slope(map, i, point), jacobian->near_x);
   for (int j = 0; j < count; ++j) {
     changes[j].q = pairs[j].q;
     changes[j].u = pairs[j].u;
     changes[j].by_v = vec_scale(pairs[j].w, slope);
-#if AT_REST
-    changes[j].by_x = vec_scale(pairs[j].w, slope_by_x);
-#endif
+    if (AT_REST) changes[j].by_x = vec_scale(pairs[j].w, slope_by_x);
   }
 }
 
@@ -199,37 +170,27 @@ HOT int changes_of(const map_t *map, int i, const pivot_t *pivot, const evaluati
   pair_t pairs[PAIRS];
   const int count = pairs_of(map, i, pivot, point, pairs);
   set_changes(map, i, point, jacobian, pairs, count, changes);
-#if SEGMENTS
-  if (i >= map->params.count) {
-    segment_pairs(map, i, pivot, point, 1, pairs);
-    for (int j = 0; j < SEGMENTS; ++j) {
-      change_t *change = changes + count + j;
-      change->q = pairs[j].q;
-      change->u = pairs[j].u;
-      change->by_v =
-          vec_scale(TWICE_ALPHA * pairs[j].w, vec_sub(pairs[j].q, pivot->x));
-#if AT_REST
-      change->by_x = (vec){0, 0, 0};
-#endif
-    }
-    return 2 * SEGMENTS;
+  if (!is_segment(map, i)) return count;
+  segment_pairs(map, i, pivot, point, 1, pairs);
+  for (int j = 0; j < SEGMENTS; ++j) {
+    change_t *change = changes + count + j;
+    change->q = pairs[j].q;
+    change->u = pairs[j].u;
+    change->by_v = vec_scale(TWICE_ALPHA * pairs[j].w, vec_sub(pairs[j].q, pivot->x));
+    change->by_x = (vec){0, 0, 0};
   }
-#endif
-  return count;
+  return 2 * SEGMENTS;
 }
 
 // Adds the influence of a point times the change of its weight.
 inline void add_influence(weight_jacobian_t *jacobian, const change_t *change, vec influence) {
   add_outer(&jacobian->by_v, influence, change->by_v);
-#if AT_REST
-  add_outer(&jacobian->by_x, influence, change->by_x);
-#endif
+  if (AT_REST) add_outer(&jacobian->by_x, influence, change->by_x);
 }
 
-#if !(CUTS || REGIONS || SEGMENTS || STEPS || LIMITS)
 // Products with the transposed Jacobian, for maps of control points alone. Each control point adds its
 // influence on one number, its gain, times the change of its weight.
-#define ONLY_CONTROL_POINTS 1
+#define ONLY_CONTROL_POINTS (!(CUTS || REGIONS || SEGMENTS || STEPS || LIMITS))
 
 // Sums of gains times weights w, and of these times (q - v) / |q - v|^2.
 typedef struct {
@@ -253,4 +214,3 @@ inline vec slope_of_gains(const gains_t *gains, const map_t *map, const pivot_t 
   return vec_madd(-gains->total, pivot_slope(map, pivot, point),
                   vec_scale(2 * map->params.alpha, gains->along));
 }
-#endif

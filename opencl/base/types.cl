@@ -80,23 +80,6 @@ inline integer lane_indices() {
 typedef struct { real x, y, z; } vec;
 typedef struct { real a[9]; } mat;  // row by row
 
-// Segments whose place relative to v is kept between the two passes over them; a GPU has too few registers.
-#if SEGMENTS && LANES > 1
-#define CACHED_SEGMENTS 64
-typedef struct { real projection[CACHED_SEGMENTS], off2[CACHED_SEGMENTS]; } cached_segments_t;
-#else
-#define CACHED_SEGMENTS 0
-#endif
-
-#if STEPS
-// The steps of a map before the last one evaluated: where they began, their displacements together, and
-// for cuts in the deformed frame the smallest void distance.
-typedef struct {
-  vec start, moved;
-  real void_distance;
-} steps_done_t;
-#endif
-
 // One instruction each, unlike fmin() and fmax() with their rules for NaN.
 inline real fast_min(real a, real b) { return a < b ? a : b; }
 inline real fast_max(real a, real b) { return a > b ? a : b; }

@@ -7,6 +7,8 @@
 // weight of k. Coordinates are relative to k: k adds to the total weight only, and r = 0 (v on a
 // control point) is exact.
 
+// Build constants: CUTS, AT_REST, REGIONS, SEGMENTS, STEPS, TWICE_ALPHA.
+
 // The map of a region. `kind_table` is that of `Kind.table`.
 typedef struct {
   map_params_t params;
@@ -16,16 +18,10 @@ typedef struct {
   __global const segment_t *segments;
   __global const limit_t *limits;
   __global const float *images;
-#if STEPS
   __global const step_t *steps;
-#endif
-#if CUTS
   cuts_t cuts;
-#endif
-#if CUTS && STEPS
   __global const control_point_t *rest_control_points;  // of the first step, which begins at rest
   __global const segment_t *rest_segments;
-#endif
 } map_t;
 
 // The map of a launch, from the first four arguments of each kernel of the map; `cut_tables` is null
@@ -40,92 +36,51 @@ inline map_t map_of(const map_params_t params, __global const float *map_tables,
   map.segments = (__global const segment_t *)(map_tables + params.segment_start);
   map.limits = (__global const limit_t *)(map_tables + params.limit_start);
   map.images = map_tables + params.image_start;
-#if STEPS
   map.steps = (__global const step_t *)(map_tables + params.step_start);
-#endif
-#if CUTS
   map.cuts = cuts_of(cut_params, (__global const plane_t *)cut_tables,
                      cut_tables + cut_params.obstacle_start);
-#endif
-#if CUTS && STEPS
   map.rest_control_points = map.control_points;
   map.rest_segments = map.segments;
-#endif
   return map;
 }
 
-#if STEPS
-// Step k of a map, as a map of one step.
-inline map_t step_of(const map_t *map, int k) {
-  __global const step_t *at = map->steps + k;
-  map_t step = *map;
-  step.params.step_count = 1;
-  step.params.rank = at->rank;
-  for (int axis = 0; axis < 3; ++axis) step.params.flip_axis[axis] = at->flip_axis[axis];
-  step.control_points += at->control_point;
-  step.kind_table += at->kind_value;
-#if REGIONS
-  step.regions += at->region;
-#endif
-#if SEGMENTS
-  step.segments += at->segment;
-#endif
-#if CUTS
-  step.cuts = cuts_of(map->cuts.params, map->cuts.planes,
-                      map->cuts.obstacles + k * map->cuts.params.obstacle_stride);
-#endif
-  return step;
-}
-#endif
+#include REGION_FILE
+#include SEGMENT_FILE
 
-#if REGIONS || LIMITS
-#include "images.cl"
-#endif
-#if REGIONS
-#include "regions.cl"
-#endif
-#if SEGMENTS
-#include "segments.cl"
-#endif
+// Control points whose squared distances are kept between the two passes over them, of segments their
+// damping; a GPU has too few registers.
+#define CACHED (LANES > 1 ? CACHED_BY_CUTS : 0)
+#define CACHE_SIZE (CACHED > 0 ? CACHED : 1)
 
-#if !CUTS
-// Distances from regions are cached, as with cuts.
-#if REGIONS && LANES > 1
-#define CACHED 16
-#else
-#define CACHED 0
-#endif
+// The steps of a map before the last one evaluated: where they began, their displacements together, and
+// for cuts in the deformed frame the smallest void distance.
+typedef struct {
+  vec start, moved;
+  real void_distance;
+} steps_done_t;
+
+// A point at which the map is evaluated, with the values that are used again.
 typedef struct {
   vec v;
-#if STEPS
+  view_t view;
   steps_done_t steps;
-#endif
-#if CACHED
-  real distance2[CACHED];
-#endif
-#if CACHED_SEGMENTS
+  real distance2[CACHE_SIZE];
   cached_segments_t segments;
-#endif
 } evaluation_point_t;
-#endif
 
-// Sets the evaluation point v, from which cuts see.
-inline void set_point_at(const map_t *map, evaluation_point_t *point, vec v) {
-#if CUTS
-  set_point(&map->cuts, point, v, v);
-#else
+// Sets the evaluation point v; in the rest frame cuts see from `origin`, else from v = `origin`.
+inline void set_point(const cuts_t *cuts, evaluation_point_t *point, vec v, vec origin) {
   point->v = v;
-#endif
+  set_view(cuts, &point->view, origin);
 }
 
 // Terms of the sums: control points, then segments of curves.
 inline int term_count(const map_t *map) {
-#if SEGMENTS
-  return map->params.count + map->params.segment_count;
-#else
-  return map->params.count;
-#endif
+  return SEGMENTS ? map->params.count + map->params.segment_count : map->params.count;
 }
+
+// Whether term i is a segment.
+inline int is_segment(const map_t *map, int i) { return SEGMENTS && i >= map->params.count; }
 
 // Terms are summed in blocks, then the blocks: rounding grows with the fourth root of their number.
 inline int block_of(const map_t *map) { return max(16, (int)sqrt((float)term_count(map))); }
@@ -140,9 +95,7 @@ typedef struct {
   real d2;    // its damped squared distance
   real e2;    // squared distance of the second nearest
   real r;     // (d_k / e)^(2 alpha), 1 for a segment or a region
-#if SEGMENTS
   real t;     // of a segment the share of its length at q_k
-#endif
 } pivot_t;
 
 inline __global const control_point_t *control_point_of(const map_t *map, int i) {
@@ -150,13 +103,7 @@ inline __global const control_point_t *control_point_of(const map_t *map, int i)
 }
 
 // Whether term i is a rigid region: all its proxies.
-inline int is_region(const map_t *map, int i) {
-#if REGIONS
-  return i < map->params.region_count;
-#else
-  return 0;
-#endif
-}
+inline int is_region(const map_t *map, int i) { return REGIONS && i < map->params.region_count; }
 
 inline vec point_of(__global const control_point_t *at) {
   return (vec){at->q[0], at->q[1], at->q[2]};
@@ -168,87 +115,62 @@ inline real straight_distance2(__global const control_point_t *at, vec v, float 
   return fma(dx, dx, fma(dy, dy, fma(dz, dz, (real)(smoothing2))));
 }
 
-#if SEGMENTS
 inline __global const segment_t *segment_of(const map_t *map, int i) {
   return map->segments + i - map->params.count;
 }
-#endif
 
-#if CUTS
+// The middle of segment i as cuts see it.
+inline vec segment_target(const map_t *map, int i) {
+  __global const segment_t *along =
+      (AT_REST && STEPS ? map->rest_segments : map->segments) + i - map->params.count;
+  const vec middle = {along->q[0] + 0.5f * along->along_q[0], along->q[1] + 0.5f * along->along_q[1],
+                      along->q[2] + 0.5f * along->along_q[2]};
+  if (!AT_REST) return middle;
+  const vec mean = mean_displacement_of(&map->cuts);
+  return (vec){middle.x + (along->u[0] + 0.5f * along->along_u[0] + mean.x),
+               middle.y + (along->u[1] + 0.5f * along->along_u[1] + mean.y),
+               middle.z + (along->u[2] + 0.5f * along->along_u[2] + mean.z)};
+}
+
 // Where cuts see a term: at p if they belong to the material, else at q; a segment in its middle.
 inline vec cut_target(const map_t *map, int i) {
-#if SEGMENTS
-  if (i >= map->params.count) {
-#if AT_REST && STEPS
-    __global const segment_t *along = map->rest_segments + i - map->params.count;
-#else
-    __global const segment_t *along = segment_of(map, i);
-#endif
-    float middle[3];
-    for (int axis = 0; axis < 3; ++axis) {
-      middle[axis] = along->q[axis] + 0.5f * along->along_q[axis];
-#if AT_REST
-      middle[axis] += along->u[axis] + 0.5f * along->along_u[axis] +
-                      map->cuts.params.mean_displacement[axis];
-#endif
-    }
-    return (vec){middle[0], middle[1], middle[2]};
-  }
-#endif
-  __global const control_point_t *at = control_point_of(map, i);
-#if REGIONS
+  if (is_segment(map, i)) return segment_target(map, i);
   if (is_region(map, i)) {
     __global const float *anchor = map->regions[i].anchor;
     return (vec){anchor[0], anchor[1], anchor[2]};
   }
-#endif
-#if AT_REST
-#if STEPS
-  at = map->rest_control_points + i;
-#endif
+  __global const control_point_t *at =
+      AT_REST && STEPS ? map->rest_control_points + i : control_point_of(map, i);
+  if (!AT_REST) return point_of(at);
   return origin_of(&map->cuts, point_of(at), (vec){at->u[0], at->u[1], at->u[2]});
-#else
-  return point_of(at);
-#endif
 }
-#endif
 
 HOT real control_point_distance2(const map_t *map, int i, const int of_region,
                                  const evaluation_point_t *point, integer *hides_any) {
   __global const control_point_t *at = control_point_of(map, i);
   real d2;
-#if REGIONS
   if (of_region)
     d2 = distance_from_region(map->regions + i, map->images, point->v, 0).square;
   else
-#endif
     d2 = straight_distance2(at, point->v, map->params.smoothing2);
-#if CUTS
-  d2 = damped_distance2(&map->cuts, point, i, cut_target(map, i), d2, hides_any);
-#endif
-  return d2;
+  if (!CUTS) return d2;
+  return damped_distance2(&map->cuts, &point->view, i, cut_target(map, i), d2, hides_any);
 }
 
-#if SEGMENTS
 // v relative to segment i, after `find_pivot`.
 HOT nearest_t found_on_segment(const map_t *map, int i, const evaluation_point_t *point) {
   __global const segment_t *at = segment_of(map, i);
-#if CACHED_SEGMENTS
   const int s = i - map->params.count;
   if (s < CACHED_SEGMENTS)
     return nearest_by_projection(at, point->segments.projection[s], point->segments.off2[s]);
-#endif
   return nearest_on_segment(at, point->v);
 }
 
 // The factor of the squared distance of segment i by cuts; `UNREACHABLE` and more behind closed ones.
 HOT real segment_damping(const map_t *map, int i, const evaluation_point_t *point,
                          integer *hides_any) {
-#if CUTS
-  return damped_distance2(&map->cuts, point, i, cut_target(map, i), (real)(1), hides_any);
-#else
-  return 1;
-#endif
+  if (!CUTS) return 1;
+  return damped_distance2(&map->cuts, &point->view, i, cut_target(map, i), (real)(1), hides_any);
 }
 
 // Weights are relative to at least this squared distance where the nearest is a segment.
@@ -271,7 +193,6 @@ inline void pivot_on_segments(const map_t *map, real t, integer on_segment, pivo
   pivot->u = vec_madd(t, along_u, u);
   pivot->c = select(pivot->c, (real)(0), on_segment);
 }
-#endif
 
 // Sets the values of the control points k of the lanes.
 HOT void set_nearest(pivot_t *pivot, const map_t *map, integer k) {
@@ -313,64 +234,51 @@ HOT void update_by_control_point(nearest_two_t *two, const map_t *map, int i, co
   const real d2 = control_point_distance2(map, i, of_region, point, hides_any);
   update_nearest(two, i, d2);
   if (of_region) two->second = fast_min(two->second, d2);
-#if CACHED
   if (i < CACHED) point->distance2[i] = d2;
-#endif
 }
 
-inline pivot_t find_pivot(const map_t *map, evaluation_point_t *point) {
-  nearest_two_t two = {0, FLT_MAX, FLT_MAX};
-  integer hides_any = 0;
-  int i = 0;
-#if REGIONS
-  for (; i < map->params.region_count; ++i)
-    update_by_control_point(&two, map, i, 1, point, &hides_any);
-#endif
-  for (; i < map->params.count; ++i)
-    update_by_control_point(&two, map, i, 0, point, &hides_any);
-#if SEGMENTS
-  real t = 0;
-  for (; i < term_count(map); ++i) {
+// Updates the nearest terms by the segments, and t by the share of the length at the nearest one.
+HOT void update_by_segments(nearest_two_t *two, real *t, const map_t *map, evaluation_point_t *point,
+                            integer *hides_any) {
+  for (int i = map->params.count; i < term_count(map); ++i) {
     const nearest_t nearest = nearest_on_segment(segment_of(map, i), point->v);
-#if CACHED_SEGMENTS
     const int s = i - map->params.count;
     if (s < CACHED_SEGMENTS) {
       point->segments.projection[s] = nearest.projection;
       point->segments.off2[s] = nearest.off2;
     }
-#endif
-    const real damping = segment_damping(map, i, point, &hides_any);
+    const real damping = segment_damping(map, i, point, hides_any);
     real damped = (nearest.d2 + map->params.smoothing2) * damping;
-#if CUTS
-    damped = select(damped, (real)(2 * UNREACHABLE), damping >= UNREACHABLE);
-#endif
-    t = select(t, nearest.t, update_nearest(&two, i, damped));
-#if CUTS && CACHED
-    if (i < CACHED) point->distance2[i] = damping;
-#endif
+    if (CUTS) damped = select(damped, (real)(2 * UNREACHABLE), is_unreachable(damping));
+    *t = select(*t, nearest.t, update_nearest(two, i, damped));
+    if (CUTS && i < CACHED) point->distance2[i] = damping;
   }
-  const integer on_segment = two.k >= map->params.count;
-#endif
-#if AT_REST
-  point->hides_any = hides_any;
-#endif
+}
+
+inline pivot_t find_pivot(const map_t *map, evaluation_point_t *point) {
+  nearest_two_t two = {0, FLT_MAX, FLT_MAX};
+  integer hides_any = 0;
+  real t = 0;
+  int i = 0;
+  for (; is_region(map, i); ++i) update_by_control_point(&two, map, i, 1, point, &hides_any);
+  for (; i < map->params.count; ++i)
+    update_by_control_point(&two, map, i, 0, point, &hides_any);
+  if (SEGMENTS) update_by_segments(&two, &t, map, point, &hides_any);
+  set_hiding(&point->view, hides_any);
+  const integer on_segment = SEGMENTS ? two.k >= map->params.count : (integer)(0);
   pivot_t pivot;
   pivot.k = two.k;
-#if SEGMENTS
-  set_nearest(&pivot, map, select(two.k, (integer)(0), on_segment));
-  if (ANY(on_segment)) pivot_on_segments(map, t, on_segment, &pivot);
-#else
-  set_nearest(&pivot, map, two.k);
-#endif
+  set_nearest(&pivot, map, SEGMENTS ? select(two.k, (integer)(0), on_segment) : two.k);
+  if (SEGMENTS && ANY(on_segment)) pivot_on_segments(map, t, on_segment, &pivot);
   pivot.x = vec_sub(point->v, pivot.q);
   pivot.d2 = two.first;
   pivot.e2 = fast_max(two.second, 1e-30f);
   pivot.r = power(two.first / pivot.e2, map->params.alpha);
-#if SEGMENTS
-  const real second = fast_max(fast_min(two.second, (real)(1e6f)), (real)(MIN_SECOND));
-  pivot.e2 = select(pivot.e2, second, on_segment);
-  pivot.r = select(pivot.r, (real)(1), on_segment);
-#endif
+  if (SEGMENTS) {
+    const real second = fast_max(fast_min(two.second, (real)(1e6f)), (real)(MIN_SECOND));
+    pivot.e2 = select(pivot.e2, second, on_segment);
+    pivot.r = select(pivot.r, (real)(1), on_segment);
+  }
   return pivot;
 }
 
@@ -378,70 +286,53 @@ inline pivot_t find_pivot(const map_t *map, evaluation_point_t *point) {
 HOT real control_point_weight(const map_t *map, int i, const pivot_t *pivot,
                                  const evaluation_point_t *point) {
   integer hides_any = 0;
-#if CACHED
   real d2 = i < CACHED ? point->distance2[i]
                        : control_point_distance2(map, i, is_region(map, i), point, &hides_any);
-#else
-  real d2 = control_point_distance2(map, i, is_region(map, i), point, &hides_any);
-#endif
   real w = control_point_of(map, i)->c *
            power(pivot->e2 / fast_max(d2, pivot->e2), map->params.alpha);
-#if CUTS
-  w = select(w, (real)(0), d2 >= UNREACHABLE);
-#endif
-  return w;
+  return CUTS ? select(w, (real)(0), is_unreachable(d2)) : w;
 }
 
-// d log(w_i)/dv; of a segment by the damping alone.
-inline vec weight_slope(const map_t *map, int i, const evaluation_point_t *point) {
-#if SEGMENTS
-  if (i >= map->params.count) {
-#if CUTS && !AT_REST
-    return damping_slope(&map->cuts, point, i, cut_target(map, i));
-#else
-    return (vec){0, 0, 0};
-#endif
-  }
-#endif
+// d log(w_i)/dv of a control point or a region, without damping.
+inline vec distance_slope(const map_t *map, int i, const evaluation_point_t *point) {
   __global const control_point_t *at = control_point_of(map, i);
   real d2 = straight_distance2(at, point->v, map->params.smoothing2);
   vec to = vec_sub(point_of(at), point->v);
-#if REGIONS
   if (is_region(map, i)) {
     const region_distance_t distance =
         distance_from_region(map->regions + i, map->images, point->v, 1);
     d2 = distance.square;
     to = vec_scale((real)(-1), distance.away);
   }
-#endif
-  vec slope = vec_scale(2 * map->params.alpha / fast_max(d2, 1e-30f), to);
-#if CUTS && !AT_REST
-  slope = vec_add(slope, damping_slope(&map->cuts, point, i, cut_target(map, i)));
-#endif
-  return slope;
+  return vec_scale(2 * map->params.alpha / fast_max(d2, 1e-30f), to);
 }
 
-// d log(w_k)/dv, which is subtracted from all slopes: a common factor of all weights has no effect.
+// d log(w_i)/dv; of a segment by the damping alone.
+inline vec weight_slope(const map_t *map, int i, const evaluation_point_t *point) {
+  const vec none = {0, 0, 0};
+  const vec slope = is_segment(map, i) ? none : distance_slope(map, i, point);
+  if (!CUTS || AT_REST) return slope;
+  return vec_add(slope, damping_slope(&map->cuts, &point->view, i, cut_target(map, i)));
+}
+
+// The slope of the pivot's weight by v, which is subtracted from all slopes: a common factor of all
+// weights has no effect.
 inline vec pivot_slope(const map_t *map, const pivot_t *pivot, const evaluation_point_t *point) {
-#if REGIONS || SEGMENTS || (CUTS && !AT_REST)
-  vec slope = {0, 0, 0};
-  for (int i = 0; i < term_count(map); ++i)
-    if (ANY(pivot->k == i))  // as a rule once
-      slope = vec_select(slope, weight_slope(map, i, point), pivot->k == i);
-  return slope;
-#elif AT_REST
-  // not pivot->d2, which is longer where a cut hides k
-  real d2 = dot3(pivot->x, pivot->x) + map->params.smoothing2;
+  if (REGIONS || SEGMENTS || (CUTS && !AT_REST)) {
+    vec slope = {0, 0, 0};
+    for (int i = 0; i < term_count(map); ++i)
+      if (ANY(pivot->k == i))  // as a rule once
+        slope = vec_select(slope, weight_slope(map, i, point), pivot->k == i);
+    return slope;
+  }
+  // in the rest frame pivot->d2 is longer where a cut hides k
+  const real d2 = AT_REST ? dot3(pivot->x, pivot->x) + map->params.smoothing2 : pivot->d2;
   return vec_scale(-2 * map->params.alpha / fast_max(d2, 1e-30f), pivot->x);
-#else
-  return vec_scale(-2 * map->params.alpha / fast_max(pivot->d2, 1e-30f), pivot->x);
-#endif
 }
 
-#if AT_REST
-// d log(w_i)/dx for the origin x of the material.
+// d log(w_i)/dx for the origin x of the material, in the rest frame.
 inline vec origin_slope(const map_t *map, int i, const evaluation_point_t *point) {
-  return damping_slope(&map->cuts, point, i, cut_target(map, i));
+  return damping_slope(&map->cuts, &point->view, i, cut_target(map, i));
 }
 
 inline vec pivot_origin_slope(const map_t *map, const pivot_t *pivot,
@@ -452,27 +343,22 @@ inline vec pivot_origin_slope(const map_t *map, const pivot_t *pivot,
       slope = vec_select(slope, origin_slope(map, i, point), pivot->k == i);
   return slope;
 }
-#endif
 
 // Change of the fit with the weights: by v, and in the rest frame of cuts by the origin x, from which
-// the cuts see the control points. `near` is the slope of the pivot's weight.
+// the cuts see the control points. `near` and `near_x` are the slopes of the pivot's weight.
 typedef struct {
   mat by_v;
   vec near;
-#if AT_REST
   mat by_x;
   vec near_x;
-#endif
 } weight_jacobian_t;
 
 inline weight_jacobian_t no_weight_jacobian(const map_t *map, const pivot_t *pivot,
                                             const evaluation_point_t *point) {
   weight_jacobian_t jacobian;
-  jacobian.by_v = (mat){{0}};
+  jacobian.by_v = jacobian.by_x = (mat){{0}};
   jacobian.near = pivot_slope(map, pivot, point);
-#if AT_REST
-  jacobian.by_x = (mat){{0}};
-  jacobian.near_x = pivot_origin_slope(map, pivot, point);
-#endif
+  jacobian.near_x = (vec){0, 0, 0};
+  if (AT_REST) jacobian.near_x = pivot_origin_slope(map, pivot, point);
   return jacobian;
 }

@@ -3,6 +3,8 @@
 // Full planes are no obstacles here: the host gives each of their sides its own control points, and a
 // launch computes the points of one side (`in_region`). SHAPES(X) expands to X(shape) for each other
 // shape of the deformation; each has a table of cuts.
+//
+// Build constants: SHAPE_FILES, SHAPES(X), AT_REST, those of the shapes.
 
 #define SHAPE_TABLE(shape) __global const float *shape;
 typedef struct {
@@ -22,6 +24,11 @@ inline cuts_t cuts_of(const cut_params_t params, __global const plane_t *planes,
 #define SET_TABLE(shape) cuts.shape = obstacles + as_int(obstacles[shape_index++]);
   SHAPES(SET_TABLE)
   return cuts;
+}
+
+// The cuts as step k sees them.
+inline cuts_t cuts_of_step(const cuts_t *cuts, int k) {
+  return cuts_of(cuts->params, cuts->planes, cuts->obstacles + k * cuts->params.obstacle_stride);
 }
 
 // A table of cuts: number of cuts, start of each record, the records.
@@ -54,6 +61,7 @@ inline real clamp01(real x) { return fast_min(fast_max(x, (real)(0)), (real)(1))
 
 // Squared distances from here on are those of control points that a closed surface separates from v.
 #define UNREACHABLE 1e29f
+inline integer is_unreachable(real d2) { return d2 >= UNREACHABLE; }
 
 #include SHAPE_FILES
 
@@ -68,6 +76,21 @@ inline integer in_region(const cuts_t *cuts, vec index) {
   for (int i = 0; i < cuts->params.plane_count; ++i) {
     integer below = plane_height(vload4(0, cuts->planes[i].index_plane), index) < 0;
     inside &= cuts->planes[i].side < 0 ? below : !below;
+  }
+  return inside;
+}
+
+// Whether cells of `step` points, the first of them `index`, may have points on this launch's side of all
+// planes: with a margin of one point, so that rounding loses none.
+inline integer may_be_in_region(const cuts_t *cuts, vec index, int step) {
+  integer inside = (real)(0) == 0;
+  for (int i = 0; i < cuts->params.plane_count; ++i) {
+    const float4 plane = vload4(0, cuts->planes[i].index_plane);
+    const float side = cuts->planes[i].side;
+    const float reach = fabs(plane.x) + fabs(plane.y) + fabs(plane.z) +
+                        step * (fmax(side * plane.x, 0) + fmax(side * plane.y, 0) +
+                                fmax(side * plane.z, 0));
+    inside &= side * plane_height(plane, index) + reach >= 0;
   }
   return inside;
 }
@@ -121,69 +144,28 @@ inline integer crossed(const cuts_t *cuts, vec v, vec g) {
   return bits;
 }
 
-// Distances cached between the two passes over the control points; a GPU has too few registers.
-#if LANES > 1
-#define CACHED 64
-#else
-#define CACHED 0
-#endif
+// Control points whose damped squared distances are cached.
+#define CACHED_BY_CUTS 64
 
-// A point at which the map is evaluated, with the values that the cuts reuse.
+// The point from which cuts see, and the values of it that they reuse.
 #define SHAPE_CACHE(shape) shape##_cache_t shape;
 typedef struct {
-  vec v;
-#if STEPS
-  steps_done_t steps;
-#endif
-#if CACHED
-  real distance2[CACHED];  // damped squared distances of the first control points
-#endif
-#if CACHED_SEGMENTS
-  cached_segments_t segments;
-#endif
-#if AT_REST
-  vec origin;            // of the material, in the undeformed space: cuts see from there
+  vec from;              // v, or in the rest frame the origin of the material
   integer crossed_cuts;  // bit i: the material is behind cut i, but as if in front (rest_frame.cl)
   integer hides_any;     // whether a cut hides any control point
-#endif
   SHAPES(SHAPE_CACHE)
-} evaluation_point_t;
+} view_t;
 
-// Sets the evaluation point v; in the rest frame cuts see from `origin`, else from v = `origin`.
-inline void set_point(const cuts_t *cuts, evaluation_point_t *point, vec v, vec origin) {
-  point->v = v;
-#if AT_REST
-  point->origin = origin;
-  point->crossed_cuts = point->hides_any = (integer)(0);
-#endif
-#define SET_CACHE(shape) point->shape = shape##_cache(cuts->shape, origin);
+inline void set_view(const cuts_t *cuts, view_t *view, vec from) {
+  view->from = from;
+  view->crossed_cuts = view->hides_any = (integer)(0);
+#define SET_CACHE(shape) view->shape = shape##_cache(cuts->shape, from);
   SHAPES(SET_CACHE)
-}
-
-// The point from which cuts see the control points.
-inline vec viewpoint(const evaluation_point_t *point) {
-#if AT_REST
-  return point->origin;
-#else
-  return point->v;
-#endif
 }
 
 // Whether cut `cut_index` counts as in front of the viewpoint while it is behind, or the reverse.
 inline integer is_exchanged(integer crossed_cuts, int cut_index) {
-#if AT_REST
-  return (crossed_cuts & (1 << cut_index)) != 0;
-#else
-  return 0;
-#endif
-}
-
-inline integer crossed_cuts_of(const evaluation_point_t *point) {
-#if AT_REST
-  return point->crossed_cuts;
-#else
-  return 0;
-#endif
+  return AT_REST ? (crossed_cuts & (1 << cut_index)) != 0 : (integer)(0);
 }
 
 // ratio^damping; the common powers, nu / alpha = 2, 3 and 4, without logarithms.
@@ -211,10 +193,10 @@ inline void add_detour(detours_t *detours, integer blocked, real length2, real d
 // it sees at q: `blocked` lanes, squared length `length2` and bend `bend` of the detour.
 #define FOR_EACH_DETOUR(shape, statement)                                                         \
   FOR_EACH_CUT(shape,                                                                             \
-               const shape##_point_t from = shape##_cached(&point->shape, i);                     \
+               const shape##_point_t from = shape##_cached(&view->shape, i);                      \
                const shape##_point_t to = shape##_control_point(cut, k, q);                       \
                const integer blocked = shape##_blocks(cut, from, to) ^                            \
-                                       is_exchanged(crossed_cuts_of(point), cut_index);           \
+                                       is_exchanged(view->crossed_cuts, cut_index);               \
                if (ANY(blocked)) {                                                                \
                  vec bend;                                                                        \
                  const real length2 = shape##_detour(cut, from, to, &bend);                       \
@@ -222,11 +204,11 @@ inline void add_detour(detours_t *detours, integer blocked, real length2, real d
                })
 
 // Whether a cut is between the viewpoint and control point k, which it sees at q.
-inline integer is_hidden(const cuts_t *cuts, const evaluation_point_t *point, int k, vec q) {
+inline integer is_hidden(const cuts_t *cuts, const view_t *view, int k, vec q) {
   integer hidden = 0;
   int cut_index = 0;
 #define HIDE(shape)                                                                               \
-  FOR_EACH_CUT(shape, hidden |= shape##_blocks(cut, shape##_cached(&point->shape, i),             \
+  FOR_EACH_CUT(shape, hidden |= shape##_blocks(cut, shape##_cached(&view->shape, i),              \
                                                shape##_control_point(cut, k, q));)
   SHAPES(HIDE)
   return hidden;
@@ -237,8 +219,8 @@ inline integer is_hidden(const cuts_t *cuts, const evaluation_point_t *point, in
 
 // Squared distance that gives a control point the weight of Eq. 27 without damping: d2 times the
 // product of (detour / distance)^(nu / alpha) over the cuts between. The cuts see it at q.
-HOT real damped_distance2(const cuts_t *cuts, const evaluation_point_t *point, int k, vec q, real d2,
-                             integer *hides_any) {
+HOT real damped_distance2(const cuts_t *cuts, const view_t *view, int k, vec q, real d2,
+                          integer *hides_any) {
   detours_t detours = {1, 0, 0};
   int cut_index = 0;
 #define LENGTHEN(shape)                                                                           \
@@ -258,13 +240,13 @@ inline vec detour_slope(vec leg, real length2, vec away) {
 }
 
 // d log(d)/dv for the damping d of Eq. 28; in the rest frame d log(d)/dx.
-inline vec damping_slope(const cuts_t *cuts, const evaluation_point_t *point, int k, vec q) {
-  vec segment = vec_sub(viewpoint(point), q), slope = {0, 0, 0};
+inline vec damping_slope(const cuts_t *cuts, const view_t *view, int k, vec q) {
+  vec segment = vec_sub(view->from, q), slope = {0, 0, 0};
   int cut_index = 0;
 #define INCLINE(shape)                                                                            \
   FOR_EACH_DETOUR(shape,                                                                          \
                   vec away = vec_scale(1 / fast_max(SEGMENT2(shape), 1e-30f), segment);           \
-                  vec change = detour_slope(vec_sub(viewpoint(point), bend), length2, away);      \
+                  vec change = detour_slope(vec_sub(view->from, bend), length2, away);            \
                   slope = vec_select(slope, vec_add(slope, change), blocked);)
   SHAPES(INCLINE)
   return vec_scale((real)(cuts->params.nu), slope);
@@ -289,3 +271,11 @@ inline real void_distance_of(const cuts_t *cuts, vec v, vec g, integer crossed_c
   SHAPES(OPEN)
   return void_distance;
 }
+
+// Planes of nodes (coarse_map.cl): a displacement, and a void distance.
+#define PLANES 4
+
+inline void set_hiding(view_t *view, integer hides_any) { view->hides_any = hides_any; }
+
+inline int regions_compete(const cuts_t *cuts) { return cuts->params.regions_compete; }
+inline int is_second_pass(const cuts_t *cuts) { return cuts->params.second_pass; }

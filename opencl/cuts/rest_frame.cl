@@ -15,11 +15,11 @@
 #define ACCURATE_START 4e-7f
 #define MAX_DEPTH_RATIO2 (4 * 4)  // squared depth behind a cut, in residuals, at which a search fails
 
-// Whether a cut hides any of the control points from point->origin.
+// Whether a cut hides any of the control points from the point's view.
 inline integer hides_any(const map_t *map, const evaluation_point_t *point) {
   integer hidden = 0;
   for (int i = 0; i < term_count(map); ++i)
-    hidden |= is_hidden(&map->cuts, point, i, cut_target(map, i));
+    hidden |= is_hidden(&map->cuts, &point->view, i, cut_target(map, i));
   return hidden;
 }
 
@@ -114,13 +114,13 @@ inline integer evaluate_searches(const map_t *map, searches_t *searches, fit_t *
   search_t *search = &searches->search;
   const integer none = 0, is_first = (search->rounds == 0) & !searches->second;
   set_point(cuts, &fit->point, searches->v, search->x);
-  fit->point.crossed_cuts = search->crossed_cuts;
+  fit->point.view.crossed_cuts = search->crossed_cuts;
   fit_map(map, fit);
   vec y = origin_of(cuts, searches->v, map_displacement(map, fit));
   integer ended = has_converged(search, y) | (search->rounds >= MAX_ROUNDS - 1);
   const start_t start = {search->x, searches->slope};
   ended |= is_first & is_accurate_start(&start, y);
-  integer clear = is_first & !ended & !fit->point.hides_any;
+  integer clear = is_first & !ended & !fit->point.view.hides_any;
   if (ANY(active & clear)) {  // no cut may hide any control point from y, either
     evaluation_point_t point;
     set_point(cuts, &point, searches->v, y);

@@ -17,11 +17,10 @@
 
 // With a larger alpha most points need double, and float only adds to the time. The searches for an
 // origin and for an inverse do not end before rounding is below their own tolerances.
-#if AT_REST || defined(INVERSE)
-#define MAX_FLOAT_ALPHA (FUNCTIONS == 3 ? 4.0f : 2.0f)
-#else
-#define MAX_FLOAT_ALPHA (FUNCTIONS == 3 ? 4.0f : 3.0f)
+#ifndef INVERSE
+#define INVERSE 0
 #endif
+#define MAX_FLOAT_ALPHA (FUNCTIONS == 3 ? 4.0f : AT_REST || INVERSE ? 2.0f : 3.0f)
 
 inline real absolute_sum(vec a) { return fabs(a.x) + fabs(a.y) + fabs(a.z); }
 

@@ -36,24 +36,19 @@ inline __global const float *values_at(const map_t *map, int i) {
 
 #define REGION_SIZE (4 * FUNCTIONS + GRAM_SIZE)
 
-#if REGIONS
 // The moments of the functions f over the proxies of a region, which follow the means in the table: f
 // at the mean of the proxies, the lower triangle of the means of f f^T, and the means of f (p - q)^T,
 // both about their means. Then, for double, their rounding errors.
 inline __global const float *moments_of_region(const map_t *map, int i) {
   return values_at(map, map->params.count + 1) + (long)i * 2 * REGION_SIZE;
 }
-#endif
 
 // The basis functions at the pivot k.
 inline __global const float *values_at_pivot(const map_t *map, int k) {
-#if REGIONS
   if (is_region(map, k)) return moments_of_region(map, k);
-#endif
   return values_at(map, min(k, map->params.count));
 }
 
-#if SEGMENTS
 // The basis functions less those at k, at a point q of a segment relative to k.
 inline void functions_along(const map_t *map, const pivot_t *pivot, vec q, real f[FUNCTIONS]) {
   real m[MONOMIALS];
@@ -66,21 +61,21 @@ inline void functions_along(const map_t *map, const pivot_t *pivot, vec q, real 
 inline __global const float *powers_along(const map_t *map, int i) {
   const long regions = REGIONS ? (long)map->params.region_count * 2 * REGION_SIZE : 0;
   return values_at(map, map->params.count + 1) + regions +
-         (long)(i - map->params.count) * SEGMENTS * FUNCTIONS;
+         (long)(i - map->params.count) * SEGMENT_POINTS * FUNCTIONS;
 }
 
 // Function j along a segment, less that at k, by powers of t about the share along->t of its length, from
 // those about its start. In lanes where it `is_pivot`, k is `from_nearest` before along->t, and nothing
 // cancels; `has_pivot` is a constant: whether there are such lanes.
-HOT void set_powers(real c[SEGMENTS], __global const float *powers, int j, real f_k,
+HOT void set_powers(real c[SEGMENT_POINTS], __global const float *powers, int j, real f_k,
                     const placed_segment_t *along, integer is_pivot, real from_nearest, const int has_pivot) {
   c[0] = powers[j] - f_k;
-  UNROLL_ALL for (int k = 1; k < SEGMENTS; ++k) c[k] = powers[k * FUNCTIONS + j];
-  UNROLL_ALL for (int k = 0; k + 1 < SEGMENTS; ++k)
-    UNROLL_ALL for (int l = SEGMENTS - 2; l >= k; --l) c[l] = fma(along->t, c[l + 1], c[l]);
+  UNROLL_ALL for (int k = 1; k < SEGMENT_POINTS; ++k) c[k] = powers[k * FUNCTIONS + j];
+  UNROLL_ALL for (int k = 0; k + 1 < SEGMENT_POINTS; ++k)
+    UNROLL_ALL for (int l = SEGMENT_POINTS - 2; l >= k; --l) c[l] = fma(along->t, c[l + 1], c[l]);
   if (has_pivot) {
-    real change = c[SEGMENTS - 1];
-    UNROLL_ALL for (int k = SEGMENTS - 2; k > 0; --k) change = fma(-from_nearest, change, c[k]);
+    real change = c[SEGMENT_POINTS - 1];
+    UNROLL_ALL for (int k = SEGMENT_POINTS - 2; k > 0; --k) change = fma(-from_nearest, change, c[k]);
     c[0] = select(c[0], from_nearest * change, is_pivot);
   }
 }
@@ -91,14 +86,13 @@ inline void functions_on_segments(const map_t *map, const pivot_t *pivot, real *
     if (LANE_INT(pivot->k, l) < map->params.count) continue;
     __global const float *powers = powers_along(map, LANE_INT(pivot->k, l));
     for (int j = 0; j < functions_of(map); ++j) {
-      float f = powers[(SEGMENTS - 1) * FUNCTIONS + j];
-      for (int k = SEGMENTS - 2; k >= 0; --k)
+      float f = powers[(SEGMENT_POINTS - 1) * FUNCTIONS + j];
+      for (int k = SEGMENT_POINTS - 2; k >= 0; --k)
         f = fma(f, LANE(pivot->t, l), powers[k * FUNCTIONS + j]);
       LANE(f_k[j], l) = f;
     }
   }
 }
-#endif
 
 // The names of polynomial_sums.cl with a suffix: sum_t_float, sum_t_double.
 #define TYPED(name) GLUE(GLUE(name, _), SUM)
@@ -214,16 +208,13 @@ inline vec displacement_of(const map_t *map, const fit_t *fit) {
 inline weight_jacobian_t jacobian_select(weight_jacobian_t a, weight_jacobian_t b, integer c) {
   for (int i = 0; i < 9; ++i) {
     a.by_v.a[i] = select(a.by_v.a[i], b.by_v.a[i], c);
-#if AT_REST
-    a.by_x.a[i] = select(a.by_x.a[i], b.by_x.a[i], c);
-#endif
+    if (AT_REST) a.by_x.a[i] = select(a.by_x.a[i], b.by_x.a[i], c);
   }
   return a;
 }
 #endif
 
-#if ONLY_CONTROL_POINTS
-#define HAS_TRANSPOSED_JACOBIAN 1
+#define HAS_TRANSPOSED_JACOBIAN ONLY_CONTROL_POINTS
 // Whether transposed_displacement_jacobian() is as exact as displacement_jacobian().
 inline int is_transposed_jacobian_exact(const map_t *map, const fit_t *fit) {
 #if MIXED
@@ -260,7 +251,6 @@ inline vec transposed_displacement_jacobian(const map_t *map, const fit_t *fit, 
   return vec_add(transposed_mat_vec(&slopes, n),
                  slope_of_gains(&gains, map, &fit->pivot, &fit->point));
 }
-#endif
 
 // d(G - v)/dv, rows by the component of G.
 inline weight_jacobian_t displacement_jacobian(const map_t *map, const fit_t *fit) {

@@ -3,6 +3,8 @@
 // Where two control points outweigh all others by far, or all are near a line, rounding of C loses the
 // twist about that line. There C is summed again with p and q reflected so that the line is the x axis:
 // the twist then has rows and columns of its own.
+//
+// Build constants: SIMILARITY, CUTS, AT_REST, REGIONS, SEGMENTS.
 
 #include "rotation.cl"
 
@@ -29,9 +31,7 @@ typedef struct {
   real weight;
   vec q, u;
   mat c;
-#if SIMILARITY
-  real spread;
-#endif
+  real spread;  // of similarities
 } sums_t;
 
 // A point: q and u = p - q, relative to k.
@@ -41,20 +41,15 @@ HOT void add_pair(sums_t *sums, real w, vec q, vec u) {
   sums->q = vec_madd(w, q, sums->q);
   sums->u = vec_madd(w, u, sums->u);
   add_outer(&sums->c, vec_add(q, u), wq);
-#if SIMILARITY
-  sums->spread = fma(w, dot3(q, q), sums->spread);
-#endif
+  if (SIMILARITY) sums->spread = fma(w, dot3(q, q), sums->spread);
 }
 
-#if SEGMENTS
 // A segment, whose points are q + t along_q, by the moments of its weight about the mean.
 HOT void add_segment(sums_t *sums, const placed_segment_t *at, const real m[MOMENTS]) {
   add_pair(sums, m[0], at->q, at->u);
   const vec wtq = vec_scale(m[2], at->along_q);
   add_outer(&sums->c, vec_add(at->along_q, at->along_u), wtq);
-#if SIMILARITY
-  sums->spread += dot3(at->along_q, wtq);
-#endif
+  if (SIMILARITY) sums->spread += dot3(at->along_q, wtq);
 }
 
 inline void add_segments(sums_t *sums, const map_t *map, int first, int stop, const pivot_t *pivot,
@@ -70,16 +65,13 @@ inline void add_segments(sums_t *sums, const map_t *map, int first, int stop, co
     }
   }
 }
-#endif
 
 inline void add_sums(sums_t *total, const sums_t *part) {
   total->weight += part->weight;
   total->q = vec_add(total->q, part->q);
   total->u = vec_add(total->u, part->u);
   UNROLL_ALL for (int i = 0; i < 9; ++i) total->c.a[i] += part->c.a[i];
-#if SIMILARITY
-  total->spread += part->spread;
-#endif
+  if (SIMILARITY) total->spread += part->spread;
 }
 
 // Adds a control point to the sums of weights, q and u.
@@ -92,21 +84,16 @@ HOT void add_means(sums_t *sums, real w, vec q, vec u) {
 // Adds the products p q^T of a control point, of a region those of its proxies.
 HOT void add_products(sums_t *sums, const map_t *map, int i, real w, vec q, vec u) {
   add_outer(&sums->c, vec_add(q, u), vec_scale(w, q));
-#if REGIONS
   if (!is_region(map, i)) return;
   UNROLL_ALL for (int j = 0; j < 9; ++j)
     sums->c.a[j] = fma((real)(map->regions[i].moments[j]), w, sums->c.a[j]);
-#endif
 }
 
 // The same of the squares of q.
 HOT void add_squares(sums_t *sums, const map_t *map, int i, real w, vec q) {
-#if SIMILARITY
+  if (!SIMILARITY) return;
   sums->spread = fma(w, dot3(q, q), sums->spread);
-#if REGIONS
   if (is_region(map, i)) sums->spread = fma((real)(map->regions[i].spread), w, sums->spread);
-#endif
-#endif
 }
 
 // A control point relative to a k that all lanes share: q, and u after the difference of the factors c.
@@ -249,13 +236,11 @@ inline void fit_step(const map_t *map, fit_t *fit) {
     }
   }
   if (block > TERM_GROUP) add_sums(&sums, &of_many);
-#if SEGMENTS
-  for (int start = map->params.count; start < term_count(map); start += block) {
+  for (int start = map->params.count; SEGMENTS && start < term_count(map); start += block) {
     sums_t part = {0};
     add_segments(&part, map, start, min(start + block, term_count(map)), pivot, &fit->point);
     add_sums(&sums, &part);
   }
-#endif
   // k itself, in the sum with weight c, has its own share
   real total = fma(pivot->r, sums.weight - pivot->c, pivot->c);
   fit->share = pivot->r / total;
@@ -281,23 +266,20 @@ inline void fit_step(const map_t *map, fit_t *fit) {
     fit->between = fit->rotation = (quaternion_t){1, 0, 0, 0};
   }
   fit->factor = 0;
-#if SIMILARITY
+  if (!SIMILARITY) return;
   mat change = rotation_change(fit->between);
   mat s = rotated_back(&change, &fit->c);
   fit->spread = sums.spread - dot3(q, sums.q);
   integer flat = fit->spread <= 1e-30f;
   real r_max = s.a[0] + s.a[4] + s.a[8];
   fit->factor = select((r_max - fit->spread) / fit->spread, (real)(0), flat);
-#endif
 }
 
 // G(v) - v - mean displacement.
 inline vec displacement_of(const map_t *map, const fit_t *fit) {
   mat change = rotation_change(fit->rotation);
   vec moved = mat_vec(&change, fit->s);
-#if SIMILARITY
-  moved = vec_madd(fit->factor, vec_add(moved, fit->s), moved);
-#endif
+  if (SIMILARITY) moved = vec_madd(fit->factor, vec_add(moved, fit->s), moved);
   return vec_add(fit->u, moved);
 }
 
@@ -381,35 +363,29 @@ inline weight_jacobian_t displacement_jacobian(const map_t *map, const fit_t *fi
         vec omega = vec_sub(transposed_mat_vec(&rotation, cross3(both, da)), cross3(both, db));
         influence = vec_madd(gain, cross3(omega, moved), influence);
       }
-#if SIMILARITY
-      real stretch = dot3(turned, q) - mu * dot3(q, q);
-      integer flat = fit->spread <= 1e-30f;
-      influence = vec_madd(select(stretch / fit->spread, (real)(0), flat), at, influence);
-#endif
+      if (SIMILARITY) {
+        real stretch = dot3(turned, q) - mu * dot3(q, q);
+        integer flat = fit->spread <= 1e-30f;
+        influence = vec_madd(select(stretch / fit->spread, (real)(0), flat), at, influence);
+      }
       add_influence(&jacobian, changes + j, influence);
     }
   }
   turn_columns(fit, &rotation, &jacobian.by_v);
-#if AT_REST
-  turn_columns(fit, &rotation, &jacobian.by_x);
-#endif
+  if (AT_REST) turn_columns(fit, &rotation, &jacobian.by_x);
   const mat change = rotation_change(fit->rotation);
   for (int i = 0; i < 9; ++i)
     jacobian.by_v.a[i] += change.a[i] + fit->factor * (change.a[i] + (i % 4 == 0 ? 1.0f : 0.0f));
   return jacobian;
 }
 
-#if ONLY_CONTROL_POINTS
-#define HAS_TRANSPOSED_JACOBIAN 1
+#define HAS_TRANSPOSED_JACOBIAN ONLY_CONTROL_POINTS
 // The influence of a control point on n . G(v), as a function of p and q relative to k:
 // p . (form q + offset) - linear . q + rest, of a similarity less squares |q - q*|^2.
 typedef struct {
   mat form;
   vec offset, linear;
-  real rest;
-#if SIMILARITY
-  real squares;
-#endif
+  real rest, squares;
 } influence_t;
 
 inline influence_t influence_of(const fit_t *fit, vec n) {
@@ -418,19 +394,18 @@ inline influence_t influence_of(const fit_t *fit, vec n) {
   const vec back = vec_scale(mu, transposed_mat_vec(&flexible.rotation, n));
   const vec turn = symmetric_vec(flexible.flexibility, cross3(fit->s, back));
   influence_t influence;
-#if SIMILARITY
-  const integer flat = fit->spread <= 1e-30f;
-  const real stretch = select(dot3(fit->s, back) / (mu * fit->spread), (real)(0), flat);
+  real stretch = 0;
+  if (SIMILARITY) {
+    const integer flat = fit->spread <= 1e-30f;
+    stretch = select(dot3(fit->s, back) / (mu * fit->spread), (real)(0), flat);
+  }
   influence.squares = mu * stretch;
-#endif
   // R ([turn]x + stretch I)
   UNROLL_ALL for (int i = 0; i < 9; i += 3) {
     const real *r = flexible.rotation.a + i;
     const vec row = {r[0], r[1], r[2]};
     vec turned = cross3(row, turn);
-#if SIMILARITY
-    turned = vec_madd(stretch, row, turned);
-#endif
+    if (SIMILARITY) turned = vec_madd(stretch, row, turned);
     influence.form.a[i] = turned.x;
     influence.form.a[i + 1] = turned.y;
     influence.form.a[i + 2] = turned.z;
@@ -456,10 +431,10 @@ inline vec transposed_displacement_jacobian(const map_t *map, const fit_t *fit, 
     set_pair(&pair, control_point_of(map, i), &fit->pivot);
     const vec q = pair.q, by_p = vec_add(influence.offset, mat_vec(&influence.form, q));
     real gain = dot3(vec_add(q, pair.u), by_p) - dot3(influence.linear, q) + influence.rest;
-#if SIMILARITY
-    const vec off = vec_sub(q, fit->q);
-    gain = fma(-influence.squares, dot3(off, off), gain);
-#endif
+    if (SIMILARITY) {
+      const vec off = vec_sub(q, fit->q);
+      gain = fma(-influence.squares, dot3(off, off), gain);
+    }
     add_gain(&gains, map, i, &fit->pivot, q, gain);
   }
   const mat change = rotation_change(fit->rotation);
@@ -467,4 +442,3 @@ inline vec transposed_displacement_jacobian(const map_t *map, const fit_t *fit, 
   const vec fixed = vec_madd(fit->factor, vec_add(turned, n), turned);  // at fixed weights
   return vec_add(fixed, slope_of_gains(&gains, map, &fit->pivot, &fit->point));
 }
-#endif

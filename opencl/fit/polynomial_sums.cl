@@ -110,7 +110,6 @@ inline void add_group(const map_t *map, sums_t *sums, int first, int stop, const
   add_values(map, sums, w, u, f);
 }
 
-#if SEGMENTS
 // Adds segment i. The functions and p - q along it are sums of the polynomials of t that are
 // orthogonal for its weight; so their products are sums over these polynomials. Functions beyond the
 // rank add zeros: their number is a constant. `has_pivot` is a constant, too: whether k is on the segment
@@ -121,37 +120,35 @@ HOT void add_segment(const map_t *map, sums_t *sums, int i, const segment_weight
   const factors_t factors = factors_of(weight->m);
   __global const float *powers = powers_along(map, i);
   const integer is_pivot = fit->pivot.k == i;
-  const vec middle = SEGMENTS > 2 ? vec_madd(factors.l[1][0], along.along_u, along.u) : along.u;
+  const vec middle =
+      SEGMENTS > 2 ? vec_madd(factors.l[SEGMENT_POINTS > 1][0], along.along_u, along.u) : along.u;
   const sum_vec u = {TO_SUM(middle.x), TO_SUM(middle.y), TO_SUM(middle.z)};
   const sum_vec du = {TO_SUM(along.along_u.x), TO_SUM(along.along_u.y), TO_SUM(along.along_u.z)};
-  sum_t w[SEGMENTS], f[SEGMENTS][FUNCTIONS];
-  UNROLL_ALL for (int k = 0; k < SEGMENTS; ++k) w[k] = TO_SUM(factors.norm[k]);
+  sum_t w[SEGMENT_POINTS], f[SEGMENT_POINTS][FUNCTIONS];
+  UNROLL_ALL for (int k = 0; k < SEGMENT_POINTS; ++k) w[k] = TO_SUM(factors.norm[k]);
   sums->weight += w[0];
   sums->u = sum_madd(w[0], u, sums->u);
   UNROLL_SEGMENT for (int j = 0; j < FUNCTIONS; ++j) {
-    real c[SEGMENTS];
+    real c[SEGMENT_POINTS];
     set_powers(c, powers, j, fit->f_k[j], &along, is_pivot, weight->from_nearest, has_pivot);
-    sum_t wf[SEGMENTS];
-    UNROLL_ALL for (int k = 0; k < SEGMENTS; ++k) {
+    sum_t wf[SEGMENT_POINTS];
+    UNROLL_ALL for (int k = 0; k < SEGMENT_POINTS; ++k) {
       real sum = c[k];
-#if SEGMENTS > 2  // else about the mean
-      UNROLL_ALL for (int l = k + 1; l < SEGMENTS; ++l) sum = fma(factors.l[l][k], c[l], sum);
-#endif
+      if (SEGMENTS > 2)  // else about the mean
+        UNROLL_ALL for (int l = k + 1; l < SEGMENT_POINTS; ++l) sum = fma(factors.l[l][k], c[l], sum);
       f[k][j] = TO_SUM(sum);
       wf[k] = w[k] * f[k][j];
     }
     sums->f[j] += wf[0];
-    sums->uf[j] = sum_madd(wf[1], du, sum_madd(wf[0], u, sums->uf[j]));
+    sums->uf[j] = sum_madd(wf[SEGMENT_POINTS > 1], du, sum_madd(wf[0], u, sums->uf[j]));
     UNROLL_SEGMENT for (int l = 0; l <= j; ++l) {
       sum_t product = sums->gram[AT(j, l)];
-      UNROLL_ALL for (int k = 0; k < SEGMENTS; ++k) product = sum_fma(wf[k], f[k][l], product);
+      UNROLL_ALL for (int k = 0; k < SEGMENT_POINTS; ++k) product = sum_fma(wf[k], f[k][l], product);
       sums->gram[AT(j, l)] = product;
     }
   }
 }
-#endif
 
-#if REGIONS
 // A value of `moments_of_region`.
 inline SUM region_moment(__global const float *moments, int j) {
   return sizeof(SUM) == sizeof(float) ? moments[j] : (SUM)(moments[j]) + moments[REGION_SIZE + j];
@@ -194,7 +191,6 @@ inline sum_vec region_influence(const map_t *map, int i, const sum_t t[FUNCTIONS
   }
   return sum;
 }
-#endif
 
 inline void add_sums(const map_t *map, sums_t *total, const sums_t *part) {
   const int functions = functions_of(map);
@@ -273,16 +269,14 @@ inline void sum_up(const map_t *map, const weighted_fit_t *fit, sums_t *sums) {
   clear_sums(sums);
   // sums in double need no blocks
   int block = sizeof(SUM) > sizeof(float) ? map->params.count : block_of(map), first = 0;
-#if REGIONS
-  for (; first < map->params.region_count; ++first) add_region(map, sums, first, fit);
-#endif
+  for (; is_region(map, first); ++first) add_region(map, sums, first, fit);
   for (int start = first; start < map->params.count; start += block) {
     sums_t part;
     clear_sums(&part);
     add_control_points(map, &part, start, min(start + block, map->params.count), fit);
     add_sums(map, sums, &part);
   }
-#if SEGMENTS
+  if (!SEGMENTS) return;
   sums_t along;
   clear_sums(&along);
   for (int start = map->params.count; start < term_count(map); start += SEGMENT_GROUP) {
@@ -298,7 +292,6 @@ inline void sum_up(const map_t *map, const weighted_fit_t *fit, sums_t *sums) {
     }
   }
   add_sums(map, sums, &along);
-#endif
 }
 
 // L D L^T of the centered Gram matrix.
@@ -335,9 +328,7 @@ inline void fit_polynomials(const map_t *map, weighted_fit_t *fit) {
     __global const float *nearest = values_at_pivot(map, LANE_INT(pivot->k, l));
     UNROLL for (int j = 0; j < FUNCTIONS; ++j) LANE(fit->f_k[j], l) = nearest[j];
   }
-#if SEGMENTS
-  if (ANY(pivot->k >= map->params.count)) functions_on_segments(map, pivot, fit->f_k);
-#endif
+  if (SEGMENTS && ANY(pivot->k >= map->params.count)) functions_on_segments(map, pivot, fit->f_k);
   sums_t sums;
   sum_up(map, fit, &sums);
   sum_t r = TO_SUM(pivot->r), c = TO_SUM(pivot->c);
@@ -415,21 +406,15 @@ inline weight_jacobian_t fitted_jacobian(const map_t *map, const weighted_fit_t 
   set_slopes(map, fit->point.v, c, &jacobian.by_v);
   for (int i = 0; i < term_count(map); ++i) {
     change_t changes[CHANGES];
-#if REGIONS
     const int count = is_region(map, i)
                           ? change_of(map, i, pivot, &fit->point, &jacobian, changes)
                           : changes_of(map, i, pivot, &fit->point, &jacobian, changes);
-#else
-    const int count = changes_of(map, i, pivot, &fit->point, &jacobian, changes);
-#endif
     for (int b = 0; b < count; ++b) {
       const vec u = changes[b].u;
       real values[FUNCTIONS];
-#if SEGMENTS
-      if (i >= map->params.count)
+      if (is_segment(map, i))
         functions_along(map, pivot, changes[b].q, values);
       else
-#endif
         UNROLL for (int j = 0; j < functions; ++j) values[j] = values_at(map, i)[j] - fit->f_k[j];
       sum_t influence = fit->share;
       sum_vec residual = sum_madd((sum_t)(-1), fit->mean,
@@ -440,9 +425,7 @@ inline weight_jacobian_t fitted_jacobian(const map_t *map, const weighted_fit_t 
         residual = sum_madd(-f, c[j], residual);
       }
       residual = sum_scale(influence, residual);
-#if REGIONS
       if (is_region(map, i)) residual = sum_add(residual, region_influence(map, i, t, c));
-#endif
       add_influence(&jacobian, changes + b, rounded(residual));
     }
   }

@@ -1,15 +1,10 @@
 #include "on_grid.cl"
 #include "coarse_map.cl"
 
-#if CUTS
 // The point from which cuts see the material at `index` with the displacement d before limits.
 inline vec viewpoint_of(const map_t *map, const grid_t *grid, vec index, vec d) {
   const vec v = transformed(grid->frame, index);
-#if AT_REST
-  return origin_of(&map->cuts, v, limited_on_grid(map, grid, index, d));
-#else
-  return v;
-#endif
+  return AT_REST ? origin_of(&map->cuts, v, limited_on_grid(map, grid, index, d)) : v;
 }
 
 // Whether a cut may be in a cell: it separates the middle from a corner, or is no farther from the
@@ -22,7 +17,7 @@ inline integer is_separated(const map_t *map, const grid_t *grid, const coarse_t
   const real share = COARSE_STEP / 2;
   const vec middle = viewpoint_of(map, grid, vec_add(index, (vec){share, share, share}), d);
   integer separated = 0;
-  if (cuts->params.regions_compete) separated |= distance < 0;
+  if (regions_compete(cuts)) separated |= distance < 0;
   for (int corner = 0; corner < 8; ++corner) {
     const int i = corner & 1, j = corner >> 1 & 1, k = corner >> 2;
     __global const float *at =
@@ -31,42 +26,25 @@ inline integer is_separated(const map_t *map, const grid_t *grid, const coarse_t
     const vec end = viewpoint_of(map, grid, vec_add(index, step),
                                  (vec){LOAD(at), LOAD(at + plane), LOAD(at + 2 * plane)});
     const vec apart = vec_sub(end, middle);
-    separated |= (LOAD(at + 3 * plane) < 0) != (distance < 0);
+    separated |= (LOAD(at + (PLANES - 1) * plane) < 0) != (distance < 0);
     separated |= blocked(cuts, middle, end) | !(dot3(apart, apart) < distance * distance);
   }
   return separated;
 }
-#endif
 
-// Whether lanes of the cell at `at` need a check: those that are not `sure`, if that is not null.
-inline integer needs_check(__global const uchar *sure, long at, int lanes) {
-  integer needs = lane_indices() < lanes;
-  if (sure)
-    for (int l = 0; l < min(LANES, lanes); ++l)
-      if (sure[at + l]) LANE_INT(needs, l) = 0;
-  return needs;
-}
-
-// Compares the map in the `middles` of cells with its interpolation: bits of structs.h. Cells that are `sure`
-// have no middle, and none of the bits.
+// Compares the map in the `middles` of cells with its interpolation: bits of structs.h.
 __kernel EXPLICIT_VECTORS void coarse_check(
     const map_params_t map_params, __global const float *restrict map_tables,
     const cut_params_t cut_params, __global const float *restrict cut_tables,
     const grid_t grid, const coarse_t coarse, const check_t check,
     __global const float *restrict node_planes, __global const float *restrict middles,
-    __global const uchar *restrict sure, __global uchar *restrict flags) {
+    __global uchar *restrict flags) {
   const map_t map = map_of(map_params, map_tables, cut_params, cut_tables);
   band_t band;
   if (!find_band(&coarse, &band)) return;
   const int middle = COARSE_STEP / 2, x = band.x - coarse.first_cell[0];
   const long first = x + coarse.cells[0] * (band.y - coarse.first_cell[1] +
                                            (long)coarse.cells[1] * (band.z - coarse.first_cell[2]));
-  integer needs[BAND], any = 0;
-  for (int b = 0; b < band.count; ++b) {
-    needs[b] = needs_check(sure, first + b * coarse.cells[0], coarse.cells[0] - x);
-    any |= needs[b];
-  }
-  if (!ANY(any)) return;
   const long along = coarse.nodes[0], deep = along * coarse.nodes[1];
   __global const float *corner =
       node_planes + node_of(&coarse, &band, 0) - BEFORE * (1 + along + deep);
@@ -88,14 +66,15 @@ __kernel EXPLICIT_VECTORS void coarse_check(
       interpolated[p] = interpolate(tap, middle, 0);
     }
     integer bits = accuracy_flags(&check, interpolated, exact);
-#if CUTS
-    const vec index = first_corners(&band, b), d = {exact[0], exact[1], exact[2]};
-    const integer separated = is_separated(&map, &grid, &coarse, node_planes,
-                                           node_of(&coarse, &band, b), index, d, exact[3]);
-    bits = select(bits, (integer)(INACCURATE | SEPARATED | ROUGH | SPREADS), separated);
-    bits |= select((integer)(OTHER_REGION), (integer)(0), may_be_in_region(&map.cuts, index));
-#endif
-    for (int l = 0; l < LANES; ++l)
-      if (LANE_INT(needs[b], l)) flags[at + l] = (uchar)LANE_INT(bits, l);
+    if (CUTS) {
+      const vec index = first_corners(&band, b), d = {exact[0], exact[1], exact[2]};
+      const integer separated = is_separated(&map, &grid, &coarse, node_planes,
+                                             node_of(&coarse, &band, b), index, d, exact[PLANES - 1]);
+      bits = select(bits, (integer)(INACCURATE | SPREADS), separated);
+      bits |= select((integer)(OTHER_REGION), (integer)(0),
+                     may_be_in_region(&map.cuts, index, COARSE_STEP));
+    }
+    for (int l = 0; l < min(LANES, coarse.cells[0] - x); ++l)
+      flags[at + l] = (uchar)LANE_INT(bits, l);
   }
 }

@@ -51,13 +51,11 @@ inline int is_whole(const map_t *map, const grid_t *grid, const band_t *band, co
                     int k) {
   const row_t last = row_in_launch(grid, band, r + COARSE_STEP - 1, k);
   if (row->low > 0 || last.high < COARSE_STEP * LANES) return 0;
-#if CUTS
-  for (int j = 0; j < COARSE_STEP; ++j) {
+  for (int j = 0; CUTS && j < COARSE_STEP; ++j) {
     const row_t other = row_in_launch(grid, band, r + j, k);
     for (int n = 0; n < COARSE_STEP; ++n)
       if (!ALL(launch_mask(map, &other, n))) return 0;
   }
-#endif
   return 1;
 }
 
@@ -68,16 +66,14 @@ inline void store_displacements_in_row(__global float *displacement, const layer
   points_t points;
   for (int n = 0; n < 3 * COARSE_STEP; ++n)
     points.at[n] = interpolate_points(layer, b, n, j, 0);
-#if LIMITS
-  for (int n = 0; n < COARSE_STEP; ++n) {
+  for (int n = 0; LIMITS && n < COARSE_STEP; ++n) {
     real *x = points.at + n, *y = x + COARSE_STEP, *z = y + COARSE_STEP;
     const vec d = limited_on_grid(map, grid, indices_in(row, n), (vec){*x, *y, *z});
     *x = d.x;
     *y = d.y;
     *z = d.z;
   }
-  interleave(&points);
-#endif
+  if (LIMITS) interleave(&points);
   for (int n = 0; n < COARSE_STEP; ++n) {
     const integer mask = launch_mask(map, row, n);
     real d[3];
@@ -104,43 +100,33 @@ __kernel EXPLICIT_VECTORS void coarse_displacement(
   const to_world_t to_world = to_world_of(&world);
   band_t band;
   if (!find_band(&coarse, &band)) return;
-#if CUTS
   if (!has_region(&map.cuts, &band)) return;
-#endif
   for (int k = 0; k < COARSE_STEP; ++k) {
     const rows_t rows = rows_in_launch(&grid, &band, k);
     if (rows.first >= rows.stop) continue;
     layer_t layer;
     interpolate_layer(&layer, &coarse, node_planes, &band, k, NO_SLOPE);
-#if !LIMITS
-    for (int a = 0; a < band.count + TAPS - 1; ++a) interleave(layer.rows + a);
-#endif
+    for (int a = 0; !LIMITS && a < band.count + TAPS - 1; ++a) interleave(layer.rows + a);
     for (int r = rows.first; r < rows.stop; ++r) {
       const row_t row = row_in_launch(&grid, &band, r, k);
       const int b = r / COARSE_STEP, j = r % COARSE_STEP;
-#if !LIMITS
-      if (j == 0 && r + COARSE_STEP <= rows.stop && is_whole(&map, &grid, &band, &row, r, k)) {
+      if (!LIMITS && j == 0 && r + COARSE_STEP <= rows.stop && is_whole(&map, &grid, &band, &row, r, k)) {
         __global float *to = displacement + 3 * row.position;
         const long along = 3 * (long)grid.nx;
         if (IS_ALIGNED(to) && along % LANES == 0)
           store_cell(to, along, &layer, b, &to_world, 1);
         else
           store_cell(to, along, &layer, b, &to_world, 0);
-#if CUTS
-        for (int n = 0; n < COARSE_STEP; ++n)
+        for (int n = 0; CUTS && n < COARSE_STEP; ++n)
           store_column(void_distance + row.position + n * LANES, grid.nx, &layer, b,
-                       3 * COARSE_STEP + n, scale, 0, 0);
-#endif
+                       (PLANES - 1) * COARSE_STEP + n, scale, 0, 0);
         r += COARSE_STEP - 1;
         continue;
       }
-#endif
-#if CUTS
-      for (int n = 0; n < COARSE_STEP; ++n)
+      for (int n = 0; CUTS && n < COARSE_STEP; ++n)
         store_in_row(void_distance,
-                     scale * interpolate_points(&layer, b, 3 * COARSE_STEP + n, j, 0), &row, n,
-                     launch_mask(&map, &row, n));
-#endif
+                     scale * interpolate_points(&layer, b, (PLANES - 1) * COARSE_STEP + n, j, 0), &row,
+                     n, launch_mask(&map, &row, n));
       store_displacements_in_row(displacement, &layer, b, j, &to_world, &map, &grid, &row);
     }
   }

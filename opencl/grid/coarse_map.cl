@@ -6,13 +6,6 @@
 #define TAPS 6
 #define BEFORE 2  // nodes before the first node of a cell
 
-// Planes of nodes: a displacement, with cuts a void distance.
-#if CUTS
-#define PLANES 4
-#else
-#define PLANES 3
-#endif
-
 // Vectors that hold a row of nodes around LANES cells.
 #define VECTORS_AROUND ((LANES + TAPS - 1 + LANES - 1) / LANES)
 
@@ -56,38 +49,20 @@ inline vec first_corners(const band_t *band, int b) {
   return (vec){x, (real)((band->y + b) * COARSE_STEP), (real)(band->z * COARSE_STEP)};
 }
 
-#if CUTS
-// Whether cells may have points on this launch's side of all planes: with a margin of one point, so
-// that rounding loses none.
-inline integer may_be_in_region(const cuts_t *cuts, vec index) {
-  integer inside = (real)(0) == 0;
-  for (int i = 0; i < cuts->params.plane_count; ++i) {
-    const float4 plane = vload4(0, cuts->planes[i].index_plane);
-    const float side = cuts->planes[i].side;
-    const float reach = fabs(plane.x) + fabs(plane.y) + fabs(plane.z) +
-                        COARSE_STEP * (fmax(side * plane.x, 0) + fmax(side * plane.y, 0) +
-                                       fmax(side * plane.z, 0));
-    inside &= side * plane_height(plane, index) + reach >= 0;
-  }
-  return inside;
-}
-
-// Whether one of the cells of a band may.
+// Whether one of the cells of a band may have points on this launch's side of all planes.
 inline int has_region(const cuts_t *cuts, const band_t *band) {
+  if (!CUTS) return 1;
   integer has = 0;
-  for (int b = 0; b < band->count; ++b) has |= may_be_in_region(cuts, first_corners(band, b));
+  for (int b = 0; b < band->count; ++b)
+    has |= may_be_in_region(cuts, first_corners(band, b), COARSE_STEP);
   return ANY(has);
 }
-#endif
 
-// Between nodes twice as dense the error of a smooth map is 64 times smaller, so that it is accurate where
-// the error is at most ROUGH_RATIO times the limit. Up to SPREAD_RATIO times the limit, cells beside may be
-// accurate.
-#define ROUGH_RATIO 8
+// Up to so many times the limit, cells beside may be accurate.
 #define SPREAD_RATIO 2
 
-// The flags INACCURATE where interpolated values of nodes are too far from `exact` ones, SPREADS where this may
-// be so beside the cell, and ROUGH where nodes twice as dense may not be enough.
+// The flags INACCURATE where interpolated values of nodes are too far from `exact` ones, and SPREADS where
+// this may be so beside the cell.
 inline integer accuracy_flags(const check_t *check, const real interpolated[PLANES],
                               const real exact[PLANES]) {
   real error[PLANES];
@@ -97,28 +72,19 @@ inline integer accuracy_flags(const check_t *check, const real interpolated[PLAN
   integer flags = select((integer)(INACCURATE), (integer)(0), error2 <= check->limit2);
   flags |= select((integer)(SPREADS), (integer)(0),
                   error2 <= SPREAD_RATIO * SPREAD_RATIO * check->limit2);
-  flags |= select((integer)(ROUGH), (integer)(0),
-                  error2 <= ROUGH_RATIO * ROUGH_RATIO * check->limit2);
-#if CUTS
-  const integer is_void_accurate = fabs(error[3]) <= 0.25f * fabs(exact[3]);
-  flags = select((integer)(INACCURATE | ROUGH | SPREADS), flags, is_void_accurate);
-#endif
-  return flags;
+  if (!CUTS) return flags;
+  const integer is_void_accurate = fabs(error[PLANES - 1]) <= 0.25f * fabs(exact[PLANES - 1]);
+  return select((integer)(INACCURATE | SPREADS), flags, is_void_accurate);
 }
 
 // The values of the map that nodes have: the displacement before limits, with cuts a void distance.
 inline void set_node(real values[PLANES], const map_t *map, const fit_t *fit) {
-#if STEPS  // where nothing is interpolated if there are limits
-  const vec d = map_displacement(map, fit);
-#else
-  const vec d = unlimited_displacement(map, fit);
-#endif
+  // of several steps nothing is interpolated if there are limits
+  const vec d = STEPS ? map_displacement(map, fit) : unlimited_displacement(map, fit);
   values[0] = d.x;
   values[1] = d.y;
   values[2] = d.z;
-#if CUTS
-  values[3] = void_distance_at(map, fit, map_displacement(map, fit));
-#endif
+  if (CUTS) values[PLANES - 1] = void_distance_at(map, fit, map_displacement(map, fit));
 }
 
 inline long node_count(const coarse_t *coarse) {
@@ -270,20 +236,14 @@ inline vec indices_in(const row_t *row, int n) {
 // Which of them are in the launch, and on its side of all planes.
 inline integer launch_mask(const map_t *map, const row_t *row, int n) {
   const integer lane_index = lane_indices() + n * LANES;
-  integer mask = (lane_index >= row->low) & (lane_index < row->high);
-#if CUTS
-  mask &= in_region(&map->cuts, indices_in(row, n));
-#endif
-  return mask;
+  const integer mask = (lane_index >= row->low) & (lane_index < row->high);
+  return CUTS ? mask & in_region(&map->cuts, indices_in(row, n)) : mask;
 }
 
 // The displacement d, interpolated between nodes, after the limits at a point of the grid: nodes have
 // it before them.
 inline vec limited_on_grid(const map_t *map, const grid_t *grid, vec index, vec d) {
-#if LIMITS
-  d = limited(map, transformed(grid->frame, index), d);
-#endif
-  return d;
+  return LIMITS ? limited(map, transformed(grid->frame, index), d) : d;
 }
 
 // Stores the n-th LANES of a row in a plane, where `mask` is set.

@@ -17,10 +17,9 @@ inline vec store_source_in_row(const source_planes_t *to, const map_t *map, cons
   const vec at = indices_in(row, n);
   vec from = source_index_of(to->source, at, limited_on_grid(map, grid, at, d));
   const integer mask = launch_mask(map, row, n);
-#if CUTS
-  if (!to->source->continued) from = outside_if(from, distance < 0);
-  if (to->void_distance) store_in_row(to->void_distance, to->scale * distance, row, n, mask);
-#endif
+  if (CUTS && !to->source->continued) from = outside_if(from, distance < 0);
+  if (CUTS && to->void_distance)
+    store_in_row(to->void_distance, to->scale * distance, row, n, mask);
   store_vec_in_row(to->index, grid->stop - grid->first, from, row, n, mask);
   return from;
 }

@@ -10,9 +10,7 @@ __kernel EXPLICIT_VECTORS void coarse_source_index(
   const map_t map = map_of(map_params, map_tables, cut_params, cut_tables);
   band_t band;
   if (!find_band(&coarse, &band)) return;
-#if CUTS
   if (!has_region(&map.cuts, &band)) return;
-#endif
   const source_planes_t to = {&source, index, void_distance, scale};
   for (int k = 0; k < COARSE_STEP; ++k) {
     const rows_t rows = rows_in_launch(&grid, &band, k);

@@ -23,7 +23,7 @@ __kernel EXPLICIT_VECTORS void node_origin(
     by_index[axis] = vec_add(by_index[axis], mat_vec(&by_v, by_index[axis]));
   real slope2 = 0;
   for (int i = 0; i < 9; ++i) slope2 = fma(jacobian.by_x.a[i], jacobian.by_x.a[i], slope2);
-  real slope = select(sqrt(slope2), (real)(-1), fit.point.crossed_cuts != 0);
+  real slope = select(sqrt(slope2), (real)(-1), fit.point.view.crossed_cuts != 0);
   for (int l = 0; l < LANES && first + l < stop; ++l) {
     __global node_t *node = nodes + first + l;
     node->x = (float4)(LANE(x.x, l), LANE(x.y, l), LANE(x.z, l), LANE(slope, l));

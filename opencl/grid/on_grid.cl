@@ -19,13 +19,8 @@ enum { CONSECUTIVE = 0, LISTED = 1, CELLS = 2 };
 #define POINTS CONSECUTIVE
 #endif
 
-// Points of a cell along each axis.
-#ifndef CELL_STEP
-#define CELL_STEP COARSE_STEP
-#endif
-
 enum {
-  CELL_POINTS = CELL_STEP * CELL_STEP * CELL_STEP,
+  CELL_POINTS = COARSE_STEP * COARSE_STEP * COARSE_STEP,
   CELL_LANES = LANES < CELL_POINTS ? LANES : CELL_POINTS  // that share a cell
 };
 
@@ -53,16 +48,16 @@ inline void set_cell_points(item_t *item, const grid_t *grid, const coarse_t *co
     const int is_listed = first_entry + lane / CELL_LANES < coarse->listed;
     const int cell = cells[coarse->first_listed + entry], nx = coarse->cells[0];
     // the cell in the grid, and its first point in the launch
-    const int x = (coarse->first_cell[0] + cell % nx) * CELL_STEP - grid->start[0],
-              y = (coarse->first_cell[1] + cell / nx % coarse->cells[1]) * CELL_STEP - grid->start[1],
-              z = (coarse->first_cell[2] + cell / nx / coarse->cells[1]) * CELL_STEP - grid->start[2];
+    const int x = (coarse->first_cell[0] + cell % nx) * COARSE_STEP - grid->start[0],
+              y = (coarse->first_cell[1] + cell / nx % coarse->cells[1]) * COARSE_STEP - grid->start[1],
+              z = (coarse->first_cell[2] + cell / nx / coarse->cells[1]) * COARSE_STEP - grid->start[2];
     const long corner = x + grid->nx * (y + (long)grid->ny * z) - grid->first;
     const long limit = 1 << 30;  // beyond all points of a cell
     const int least = (int)clamp(-corner, -limit, limit),
               end = (int)clamp(item->count - corner, -limit, limit);
     const integer own = lane_indices() - lane, point = own + (int)(first % CELL_POINTS);
-    const integer a = point & (CELL_STEP - 1), b = point / CELL_STEP & (CELL_STEP - 1),
-                  c = point / (CELL_STEP * CELL_STEP);
+    const integer a = point & (COARSE_STEP - 1), b = point / COARSE_STEP & (COARSE_STEP - 1),
+                  c = point / (COARSE_STEP * COARSE_STEP);
     const integer from_corner = a + grid->nx * (b + grid->ny * c);
     const integer is_own = own >= 0;  // else of a cell before
     integer mask = (a + x >= 0) & (a + x < grid->nx) & (b + y >= 0) & (b + y < grid->ny) &
@@ -98,13 +93,12 @@ inline item_t item_of(const map_t *map, const grid_t *grid, const coarse_t *coar
     else
       item.index = grid_index(grid, grid->first + item.first);
   }
-#if CUTS
+  if (!CUTS) return item;
   item.mask &= in_region(&map->cuts, item.index);
-  if (map->cuts.params.second_pass)
+  if (is_second_pass(&map->cuts))
     item.mask = !item.mask & (load_plane(void_distance, item.count, item.first) < 0);
   item.is_scattered |= !ALL(item.mask);
   if (!ANY(item.mask)) item.lanes = 0;
-#endif
   return item;
 }
 
@@ -116,7 +110,7 @@ inline long position_of(const item_t *item, int l) {
 #if LANES % 4 == 0
 // Whether the points are rows of cells, four consecutive points each.
 inline int has_rows(const item_t *item) {
-  return POINTS == CELLS && CELL_STEP == 4 && ALL(item->mask);
+  return POINTS == CELLS && ALL(item->mask);
 }
 #endif
 
@@ -161,14 +155,13 @@ inline void store_masked_points(__global float *points, vec value, const item_t 
 // masks points where it is not larger.
 inline void store_void_distance(item_t *item, const map_t *map, const fit_t *fit,
                                 __global float *void_distance, float scale) {
-#if CUTS
+  if (!CUTS) return;
   real distance = scale * void_distance_at(map, fit, map_displacement(map, fit));
-  if (map->cuts.params.second_pass) {
+  if (is_second_pass(&map->cuts)) {
     item->mask &= distance > load_plane(void_distance, item->count, item->first);
     item->is_scattered |= !ALL(item->mask);
   }
   store_masked(void_distance, distance, item);
-#endif
 }
 
 // The fit at the points of a work item. In the rest frame searches start from nodes.

@@ -25,9 +25,7 @@ inline void store_masked_planes(__global float *planes, vec value, const item_t 
 inline vec source_index_of_fit(const map_t *map, const fit_t *fit, const item_t *item,
                                const source_t *source) {
   const vec d = map_displacement(map, fit);
-  integer is_void = 0;
-#if CUTS
-  if (!source->continued) is_void = void_distance_at(map, fit, d) < 0;
-#endif
-  return outside_if(source_index_of(source, item->index, d), is_void);
+  const vec from = source_index_of(source, item->index, d);
+  if (!CUTS || source->continued) return from;
+  return outside_if(from, void_distance_at(map, fit, d) < 0);
 }

@@ -1,6 +1,8 @@
 // Images of distances, masks and faces: values at the points of a grid, linear between them. Images of
 // faces have the normal after each distance.
 
+#ifndef QUADS  // regions and limits include this file
+
 // Quads: four values of each lane, as they are in memory; vector l has those of the lanes l, l + 4, ...
 // They are interpolated before values of all lanes are put together, which takes fewer shuffles.
 #if LANES < 4
@@ -204,3 +206,4 @@ inline vec by_index(__global const float *to_index, vec slope) {
 inline vec from_steps(__global const float *to_index, float step, vec a) {
   return vec_scale((real)(step * step), by_index(to_index, a));
 }
+#endif

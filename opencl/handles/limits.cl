@@ -1,5 +1,9 @@
 // Where the map acts: masks, and fixed and sliding faces. Each limit multiplies the displacement, or
 // the part of it that is normal to a face, by a factor from 0 to 1.
+//
+// Build constant: AT_REST.
+
+#include "images.cl"
 
 // The factor of a limit at a point, its slope, and for a sliding face its normal and the slopes of that.
 typedef struct {
@@ -123,9 +127,7 @@ inline weight_jacobian_t limited_jacobian(const map_t *map, vec v, vec d,
     const real share = 1 - at.factor, along = dot3(at.normal, d);
     if (limit->slides) {
       slide(&jacobian.by_v, at.normal, share);
-#if AT_REST
-      slide(&jacobian.by_x, at.normal, share);
-#endif
+      if (AT_REST) slide(&jacobian.by_x, at.normal, share);
       // the normal turns as v moves
       vec turned = vec_scale(-share, transposed_mat_vec(&at.turn, d));
       turned = vec_madd(along, at.slope, turned);
@@ -136,9 +138,7 @@ inline weight_jacobian_t limited_jacobian(const map_t *map, vec v, vec d,
     } else {
       for (int n = 0; n < 9; ++n) jacobian.by_v.a[n] *= at.factor;
       add_outer(&jacobian.by_v, d, at.slope);
-#if AT_REST
-      for (int n = 0; n < 9; ++n) jacobian.by_x.a[n] *= at.factor;
-#endif
+      for (int n = 0; AT_REST && n < 9; ++n) jacobian.by_x.a[n] *= at.factor;
       d = vec_scale(at.factor, d);
     }
   }

@@ -1,5 +1,7 @@
 // Rigid regions: control points, the proxies of a region, share the distance from it as their own.
 
+#include "images.cl"
+
 // Squared distance inside of regions: a control point there has the larger weight.
 #define IN_REGION 1e-20f
 

@@ -4,6 +4,15 @@
 // (e2 / (|q(t) - v|^2 + s^2))^n = (e2 / length^2)^n / ((t - f)^2 + a^2)^n, where v projects to q(f) on
 // the line, and a^2 = (squared distance of v from the line + s^2) / length^2. All t are relative to the
 // point nearest to v, so that nothing cancels on the curve.
+//
+// Build constants: SEGMENTS, TWICE_ALPHA, LANES.
+
+#define SEGMENT_POINTS SEGMENTS
+
+// Segments whose place relative to v is kept between the two passes over them; a GPU has too few registers.
+#define CACHED_SEGMENTS (LANES > 1 ? 64 : 0)
+#define SEGMENTS_IN_CACHE (LANES > 1 ? 64 : 1)
+typedef struct { real projection[SEGMENTS_IN_CACHE], off2[SEGMENTS_IN_CACHE]; } cached_segments_t;
 
 // Points for each segment: 2 for degree 1, 3 and 4 for degrees 2 and 3. The sums of the fit need the
 // moments up to TOP, those of slopes one more.
@@ -277,6 +286,15 @@ HOT real central_moments(__global const segment_t *at, const nearest_t *nearest,
 #endif
 }
 #endif
+
+// The moments of the weight of a segment: about the mean for degree 1 without slopes.
+HOT real weight_moments(__global const segment_t *at, const nearest_t *nearest, float smoothing2,
+                        real e2, int slopes, int top, real c, real m[MOMENTS]) {
+#if SEGMENTS == 2
+  if (!slopes) return central_moments(at, nearest, smoothing2, e2, c, m);
+#endif
+  return moments_of(at, nearest, smoothing2, e2, slopes, top, c, m);
+}
 
 // Points t[i] with weights w[i] that have the moments m of a segment.
 typedef struct {

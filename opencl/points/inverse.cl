@@ -3,7 +3,7 @@
 // All x are local, less the mean displacement. The displacement d(v) = G(v) - v of the map is small
 // relative to v: the solver finds s with s + d(x + s) = 0, and v - x loses no digits.
 
-#define INVERSE  // for digit_loss.cl
+#define INVERSE 1  // for digit_loss.cl
 #include "map.cl"
 #include "lattice.cl"
 
@@ -22,34 +22,25 @@ inline real length3(vec a) { return sqrt(dot3(a, a)); }
 
 // x - G(x + displacement), and the fit there. In the rest frame cuts see from `rest`.
 inline vec residual(const map_t *map, vec x, vec rest, vec displacement, fit_t *fit) {
-#if AT_REST
-  vec origin = origin_of(&map->cuts, rest, (vec){0, 0, 0});
-  set_point(&map->cuts, &fit->point, vec_add(x, displacement), origin);
+  const vec v = vec_add(x, displacement);
+  set_point(&map->cuts, &fit->point, v,
+            AT_REST ? origin_of(&map->cuts, rest, (vec){0, 0, 0}) : v);
   fit_map(map, fit);
-#else
-  *fit = fit_at(map, vec_add(x, displacement));
-#endif
   return vec_scale((real)(-1), vec_add(displacement, map_displacement(map, fit)));
 }
 
 // Whether an obstacle separates x from its image. Only for cuts that stay: in the rest frame the origin
 // x is on its side of the cuts.
 inline integer is_blocked(const map_t *map, vec x, vec displacement) {
-#if CUTS && !AT_REST
-  if (!map->cuts.params.regions_compete)
-    return blocked(&map->cuts, origin_of(&map->cuts, x, (vec){0, 0, 0}), vec_add(x, displacement));
-#endif
-  return 0;
+  if (!CUTS || AT_REST || regions_compete(&map->cuts)) return 0;
+  return blocked(&map->cuts, origin_of(&map->cuts, x, (vec){0, 0, 0}), vec_add(x, displacement));
 }
 
 // The same for any cut.
 inline integer is_cut_off(const map_t *map, vec x, vec displacement) {
-#if CUTS && !AT_REST
-  if (!map->cuts.params.regions_compete)
-    return is_blocked(map, x, displacement) |
-           !on_side(&map->cuts, vec_add(x, displacement), size_of(x));
-#endif
-  return 0;
+  if (!CUTS || AT_REST || regions_compete(&map->cuts)) return 0;
+  return is_blocked(map, x, displacement) |
+         !on_side(&map->cuts, vec_add(x, displacement), size_of(x));
 }
 
 // Newton's method from a first guess in `displacement`; returns the residual relative to the size of x.
@@ -80,7 +71,6 @@ inline real newton(const map_t *map, vec x, vec rest, float tolerance, real min_
   return smallest / size_of(x);
 }
 
-#if STEPS
 // The steps one after the other, each from no displacement, then together for what rounding has left.
 // Returns the residual of all steps together or the largest of one step, whichever is smaller: where
 // steps expand, rounding of a stage is more than any tolerance in the residual of all.
@@ -101,7 +91,6 @@ inline real newton_by_steps(const map_t *map, vec x, vec *displacement) {
   const real of_all = newton(map, x, x, STEPS_TOLERANCE, min_share, displacement);
   return select(fast_min(of_all, largest), (real)(FLT_MAX), cut_off);
 }
-#endif
 
 // Broyden's method from first guesses of `displacement` and of dv/dx in `response`: no Jacobians, no
 // step control. Returns the residual relative to the size of x, before the last step.
@@ -127,12 +116,9 @@ inline real broyden(const map_t *map, vec x, vec *displacement, mat *response) {
 
 // Whether a cut separates x from a sample of the map, in the frame of the cuts.
 inline integer is_separated(const map_t *map, vec x, vec image, vec displacement) {
-#if AT_REST
+  if (!AT_REST) return is_blocked(map, x, displacement);
   const vec none = {0, 0, 0};
   return blocked(&map->cuts, origin_of(&map->cuts, x, none), origin_of(&map->cuts, image, none));
-#else
-  return is_blocked(map, x, displacement);
-#endif
 }
 
 // The displacement to the sample with the image nearest to x, but farther than `*min_distance2`,

@@ -19,12 +19,8 @@ __kernel EXPLICIT_VECTORS void point_displacement(
   fit_t fit = fit_at(&map, load_points(points, points_count, first));
   vec d = map_displacement(&map, &fit);
   store_points(displacement, d, points_count, first);
-#if CUTS
-#if !STEPS
-  if (map.cuts.params.regions_compete)
-#endif
+  if (CUTS && (STEPS || regions_compete(&map.cuts)))
     store_plane(displacement + 3 * points_count, void_distance_at(&map, &fit, d), points_count,
                 first);
-#endif
 #endif
 }

@@ -12,16 +12,18 @@ __kernel EXPLICIT_VECTORS void point_inverse(
   if (first >= points_count) return;
   vec x = load_points(points, points_count, first);
   vec displacement = load_points(displacements, points_count, first);
-#if STEPS
-  real relative_residual = newton_by_steps(&map, x, &displacement);
-#else
-#if CUTS
-  vec to_x = mean_displacement_of(&map.cuts);
-  displacement = vec_select(displacement, to_x, is_blocked(&map, x, displacement));
-#endif
-  real relative_residual = newton(&map, x, x, INVERSE_TOLERANCE, (real)(MIN_SHARE), &displacement);
-  relative_residual = select(relative_residual, (real)(FLT_MAX), is_cut_off(&map, x, displacement));
-#endif
+  real relative_residual;
+  if (STEPS) {
+    relative_residual = newton_by_steps(&map, x, &displacement);
+  } else {
+    if (CUTS) {
+      const vec to_x = mean_displacement_of(&map.cuts);
+      displacement = vec_select(displacement, to_x, is_blocked(&map, x, displacement));
+    }
+    relative_residual = newton(&map, x, x, INVERSE_TOLERANCE, (real)(MIN_SHARE), &displacement);
+    relative_residual =
+        select(relative_residual, (real)(FLT_MAX), is_cut_off(&map, x, displacement));
+  }
   store_points(displacements, displacement, points_count, first);
   store_plane(residuals, relative_residual, points_count, first);
 }

@@ -17,7 +17,6 @@ from vtk_mls import (
     RegionHandle,
     SlidingFace,
 )
-from vtk_mls.engine.launch.launcher import Launcher
 from vtk_mls.handles.paths import blended_path
 
 EVERYWHERE = ["reference", *DEVICES]
@@ -320,22 +319,6 @@ def test_within_a_tolerance(device, rng):
         )
         off = np.linalg.norm(exact.displacement - close.displacement, axis=-1) * 39
         assert off.max() <= 0.02
-
-
-def test_most_cells_between_closer_nodes_are_not_checked(monkeypatch, rng):
-    counts = {}
-
-    def counted(self, name, constants, count, *arguments):
-        counts[name] = counts.get(name, 0) + count
-        launch(self, name, constants, count, *arguments)
-
-    launch = Launcher.launch
-    monkeypatch.setattr(Launcher, "launch", counted)
-    options = {"steps": 4, "map_tolerance": 0.02, "device": DEVICES[0]}
-    Deformation(*_moved(rng, 0.05, 5), **options).displacement_field(
-        Grid((128,) * 3, (0,) * 3, (1 / 127,) * 3)
-    )
-    assert 0 < counts["fine_check"] < 0.7 * counts["fine_displacement"] / 8  # points of a cell
 
 
 def test_one_step_is_the_single_map(rng):

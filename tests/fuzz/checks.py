@@ -9,7 +9,6 @@ from images import check_image_file
 from limits import check_limits
 from scenes import CONSTANT, Scene, properties_text
 from series import TIMES, Series, series
-from tables import check_table
 from tolerance import check_tolerance
 from vtkmodules.vtkCommonCore import vtkOutputWindow, vtkStringOutputWindow
 from vtkmodules.vtkCommonDataModel import (
@@ -43,7 +42,6 @@ _SEAM = "what crosses a border between them is lost"
 
 def check(seed, device):
     """Run a case; an AssertionError describes a failure."""
-    check_table(np.random.default_rng([seed, 1]))
     check_image_file(np.random.default_rng([seed, 2]))
     check_limits(np.random.default_rng([seed, 3]), device)
     rng = np.random.default_rng(seed)

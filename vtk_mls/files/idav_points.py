@@ -11,7 +11,7 @@ import numpy as np
 
 from vtk_mls.files.frames import signs
 from vtk_mls.files.landmarks import Landmarks, counted_lines, numbered_lines, shortened
-from vtk_mls.files.table_layouts import numbers
+from vtk_mls.files.point_tables import numbers
 
 _VERSION = re.compile(r"version\s+\d+(\.\d+)?", re.IGNORECASE)
 _MISSING = [9999.0] * 3

@@ -21,7 +21,7 @@ import numpy as np
 
 from vtk_mls.files.frames import signs
 from vtk_mls.files.landmarks import Landmarks, shortened
-from vtk_mls.files.table_layouts import numbers
+from vtk_mls.files.point_tables import numbers
 
 _TITLE = "MNI Tag Point File"
 _VOLUMES = re.compile(r"Volumes\s*=\s*(\d{1,9})\s*;?")

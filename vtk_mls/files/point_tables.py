@@ -1,62 +1,109 @@
 """Tables of points in text, one point or pair in a line.
 
-Cells are separated by commas, tabs or, in lines without these, by blanks; or by semicolons, as in
-spreadsheets with a decimal comma, which is also read between tabs. A first line without a number is
-a header. Text after a # is skipped in lines without quotation marks, but the last such line before
-the points can be the header. The names in a header say what the columns are, in any order, in upper
-or lower case (see `column_names`):
+The names in a header say what the columns are, in any order, in upper or lower case:
 
     px py pz qx qy qz           control points
-    x_moving .. x_fixed ..      and other names of both: rest and deformed, source and target, ...
-    x y z x1 y1 z1              positions, and where they go; also x y z new_x new_y new_z
     x y z dx dy dz              positions, and how far they go, q - p
+    x y z                       positions, also those of ITK and ANTs (x,y,z,t,label,comment)
     Points:0 .. Displacement:0  those that ParaView has written, q - p; without it, positions
     r a s  or  l p s            3D Slicer's table of control points, which so says its frame
-    x y z                       positions, also those of ITK and ANTs (x,y,z,t,label,comment)
+    label use x y z x1 y1 z1    landmarks of BigWarp, whatever the names of the positions
 
 Other columns are `weight`, `label` or `name`, `description` or `comment`, `defined` (0: not
-placed), and `use` or `active` (false: the line does not count). All others are ignored, except
-columns that may be a second position (x,y,z,u,v,w), which are an error in files of control points.
-With a column `time` control points move in time: each line is of one time.
-Without such names all lines must be alike and one of
+placed), `use` or `active` (false: the line does not count), and `time`: with it control points move
+in time, each line is of one time. Further columns are ignored, but three or more are an error in a
+file of control points without q.
+
+Without a header all lines must be alike and one of
 
     px,py,pz,qx,qy,qz           control points; a seventh number is the weight
     x,y,z                       positions
     label,...                   either of them after a label that is not a number
     name,active,x,y,z,u,v,w     BigWarp's landmarks, with `true` or `false` as the second
 
-An index column, whose name is empty, is ignored. `table_layouts` tells the header 0,1,2,.. of
-pandas from a first point.
+Cells are separated by semicolons, tabs or commas, or in lines without these, by blanks. Between
+semicolons or tabs a decimal comma is read. Text after a # is skipped in lines without quotation
+marks, but the last such line before the points can be the header.
 
 BigWarp's first position is in the moving image, the second in the target, and BigWarp deforms the
-moving image: p is the first, q the second. Lines that are not active do not count.
+moving image: p is the first, q the second.
 """
 
 from __future__ import annotations
 
 import csv
 import math
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
 
 from vtk_mls.base.messages import warn
 from vtk_mls.base.time_steps import step_at
-from vtk_mls.files import table_layouts
-from vtk_mls.files.frames import signs
-from vtk_mls.files.landmarks import Landmarks
+from vtk_mls.files.landmarks import Landmarks, shortened
 
+# Names of three columns, and the frame that they say.
+_POSITIONS = {
+    ("px", "py", "pz"): "",
+    ("x", "y", "z"): "",
+    ("points_0", "points_1", "points_2"): "",
+    ("r", "a", "s"): "RAS",
+    ("l", "p", "s"): "LPS",
+}
+# Those of q, and whether they are q - p.
+_PARTNERS = {
+    ("qx", "qy", "qz"): False,
+    ("dx", "dy", "dz"): True,
+    ("displacement_0", "displacement_1", "displacement_2"): True,
+}
+_OTHERS = {
+    "weight": ("weight",),
+    "label": ("label", "name"),
+    "description": ("description", "comment"),
+    "defined": ("defined",),
+    "active": ("use", "active"),
+    "time": ("time",),
+}
 _BOOLEANS = {"true": True, "1": True, "false": False, "0": False}
 _UNDEFINED = ("0", "", "false")
 _NOWHERE = 3 * (math.nan,)
+_EXAMPLES = "name the columns in a header, as in px,py,pz,qx,qy,qz or x,y,z,dx,dy,dz"
+_PAIRS = "numbers px,py,pz,qx,qy,qz[,weight], as many in each line"
+_PLACES = "numbers x,y,z, as many in each line"
+_BIGWARP = "name,active,x,y,z,u,v,w with `true` or `false` and numbers"
+
+
+@dataclass(frozen=True)
+class _Layout:
+    """Columns of a table, by index; `expected` is what a row must be, for errors."""
+
+    width: int
+    position: tuple = ()
+    partner: tuple | None = None
+    is_offset: bool = False
+    weight: int | None = None
+    label: int | None = None
+    description: int | None = None
+    defined: int | None = None
+    active: int | None = None
+    time: int | None = None
+    frame: str = ""
+    expected: str = _PAIRS
+    unknown: tuple = ()  # names of other columns
+
+    def error(self, path, number, row, advice=""):
+        """The error of a row that does not have this layout."""
+        return ValueError(
+            f"`{path}`, line {number}: expected {self.expected}, got {shortened(','.join(row))}"
+            + advice
+        )
 
 
 def times(path):
     """The different times in the column `time` of a table, sorted; () without the column."""
-    table = _open(path)
-    if table.layout is None or table.layout.time is None:
+    layout, rows = _open(path)
+    if layout is None or layout.time is None:
         return ()
-    return tuple(sorted({_time(path, table.layout, *row) for row in _points(path, table)}))
+    return tuple(sorted({_time(path, layout, *row) for row in rows}))
 
 
 def read(path, is_alone=False, time=None):
@@ -78,26 +125,20 @@ def read(path, is_alone=False, time=None):
     ValueError
         Naming the file and the line.
     """
-    table = _open(path)
-    layout = table.layout
-    if not table.rows:
+    layout, rows = _open(path)
+    if not rows:
         return Landmarks(path, np.empty((0, 3)))
+    if layout.partner is None:
+        _check_positions(path, layout, rows[0], is_alone)
     positions, partners, weights, labels, descriptions = [], [], [], [], []
-    for number, row in _rows_at(path, table, time, is_alone):
-        if is_alone and not positions:
-            _check_has_pairs(path, layout, number, row)
+    for number, row in _rows_at(path, layout, rows, time, is_alone):
         position, partner = _pair(path, layout, number, row)
         positions.append(position)
-        if layout.partner:
-            partners.append(partner)
+        partners.append(partner)
         if layout.weight is not None:
             weights += _numbers(path, layout, number, row, [layout.weight])
         labels.append("" if layout.label is None else row[layout.label].strip())
         descriptions.append("" if layout.description is None else row[layout.description])
-    if layout.unused:
-        warn(
-            f"`{path}`: columns {layout.unused} are ignored; control points have px,py,pz,qx,qy,qz"
-        )
     weights = np.array(weights) if weights else None
     if weights is not None and not (np.isfinite(weights) & (weights > 0)).all():
         raise ValueError(f"`{path}` has a weight that is not a positive number")
@@ -107,7 +148,7 @@ def read(path, is_alone=False, time=None):
         layout.frame,
         labels,
         descriptions,
-        np.array(partners, dtype=np.float64) if partners else None,
+        np.array(partners, dtype=np.float64) if layout.partner else None,
         weights,
     )
 
@@ -133,72 +174,152 @@ def write(file, landmarks):
     return int((~landmarks.is_placed).sum())
 
 
-def rewrite(path, file, positions, space):
-    """Write a table again, with other positions, of pairs the first ones.
-
-    Points at NaN are marked as not placed in tables of BigWarp and 3D Slicer, and left out of
-    others.
-    """
-    table, left_out = _open(path), 0
-    write_row = _row_writer(file, table.mark)
-    if table.header:
-        write_row(table.header)
-    if table.layout is not None:
-        positions = positions * signs(table.layout.frame or space)
-    for (_, row), position in zip(_points(path, table), positions):
-        if _set_position(table.layout, row, position):
-            write_row(row)
-        else:
-            left_out += 1
-    return left_out
-
-
-class _Table(NamedTuple):
-    """The text of a table.
-
-    `mark` separates the cells of a new file; `rows` are (line number, cells) without the header.
-    """
-
-    mark: str
-    layout: table_layouts.Layout | None
-    header: list
-    rows: list
+def numbers(cells):
+    """The numbers in cells; an empty list if one is not a number."""
+    try:
+        return [] if any("_" in cell for cell in cells) else [float(cell) for cell in cells]
+    except ValueError:
+        return []
 
 
 def _open(path):
+    """The layout of a table, None without rows; (line number, cells) of each point."""
     with path.open(newline="", encoding="utf-8-sig") as file:
-        text = _with_closed_quotes(file.readlines())
+        text = file.readlines()
     lines = [line if '"' in line else line.partition("#")[0] for line in text]
-    mark = _mark(lines)
     begin = next((i for i, line in enumerate(lines) if line.strip()), len(lines))
-    comments = [
-        (number, cells)
-        for number, line in enumerate(text[:begin], 1)
-        for _, cells in _split(path, [line.partition("#")[2]], mark)
-    ]
-    rows = list(_split(path, lines, mark))
-    layout, start = table_layouts.find(path, comments, rows)
-    return _Table(mark.replace(";", ","), layout, rows[0][1] if start else [], rows[start:])
+    comments = [line.partition("#")[2] for line in text[:begin] if line.strip()]
+    if begin < len(lines) and lines[begin].count('"') % 2:  # as in tables of flybrains
+        lines[begin] = lines[begin].replace('"', "")
+    rows = list(_split(path, lines, _separator(lines[begin:])))
+    if not rows:
+        return None, rows
+    number, first = rows[0]
+    if not any(numbers([cell]) for cell in first):
+        layout, rows = _named(path, number, first), rows[1:]
+    else:
+        layout = _commented(path, comments[-1:], len(first)) or _unnamed(path, rows)
+    for number, row in rows:
+        if len(row) != layout.width:
+            raise layout.error(path, number, row)
+    return layout, rows
 
 
-def _points(path, table):
-    """(line number, cells) of each point."""
-    for number, row in table.rows:
-        if len(row) != table.layout.width:
-            raise table.layout.error(path, number, row)
-        yield number, row
+def _named(path, number, header):
+    """The layout of a header."""
+    names = [name.strip().lower().replace(":", "_") for name in header]
+    column = {name: i for i, name in enumerate(names)}
+    twice = sorted({name for name in names if name and names.count(name) > 1})
+    if twice:
+        raise ValueError(f"`{path}`, line {number}: several columns are {', '.join(twice)}")
+    others = {
+        member: next((column[name] for name in choices if name in column), None)
+        for member, choices in _OTHERS.items()
+    }
+    if len(names) == 8 and others["active"] == 1:
+        return _Layout(8, (2, 3, 4), (5, 6, 7), **{**others, "label": 0}, expected=_BIGWARP)
+    position, partner = (
+        next((triple for triple in choices if column.keys() >= {*triple}), ())
+        for choices in (_POSITIONS, _PARTNERS)
+    )
+    known = {*position, *partner, "t", *(name for choices in _OTHERS.values() for name in choices)}
+    unknown = tuple(name for name in names if name and name not in known)
+    has_part = any({*unknown} & {*triple} for triple in _PARTNERS)
+    if not position or has_part:
+        raise ValueError(
+            f"`{path}`, line {number}: the columns {shortened(','.join(header))} are not known; "
+            + _EXAMPLES
+        )
+    return _Layout(
+        len(names),
+        tuple(column[name] for name in position),
+        tuple(column[name] for name in partner) or None,
+        **others,
+        is_offset=_PARTNERS.get(partner, False),
+        frame=_POSITIONS[position],
+        expected=f"{len(names)} cells in each line, with numbers in {', '.join(position)}",
+        unknown=unknown,
+    )
 
 
-def _rows_at(path, table, time, is_alone):
+def _commented(path, comments, width):
+    """The layout of the last comment before the rows, if it is a header of this width."""
+    for _, names in _split(path, comments, _separator(comments)):
+        try:
+            layout = _named(path, 1, names)
+        except ValueError:  # it need not be a header
+            return None
+        return layout if layout.width == width else None
+    return None
+
+
+def _unnamed(path, rows):
+    """The layout of rows without names, from the first one."""
+    number, row = rows[0]
+    columns = tuple(range(len(row)))
+    if len(row) in (6, 8) and row[1].strip().lower() in ("true", "false"):
+        if len(row) == 6:
+            raise ValueError(
+                f"`{path}`, line {number}: this is a landmark of BigWarp in two dimensions; it "
+                "must have three"
+            )
+        return _Layout(8, columns[2:5], columns[5:], label=0, active=1, expected=_BIGWARP)
+    start = 0 if numbers(row[:1]) else 1
+    values = row[start:]
+    count = len(numbers(values))
+    if count not in (3, 6, 7):
+        has_positions = len(row) < 100 and sum(bool(numbers([cell])) for cell in row) > 2
+        raise _Layout(len(row)).error(path, number, row, f"; {_EXAMPLES}" * has_positions)
+    is_counted = not row[0].strip() or start == 0
+    if is_counted and [cell.strip() for cell in values] == [str(i) for i in range(count)]:
+        raise ValueError(
+            f"`{path}`, line {number}: {shortened(','.join(row))} can be a header that counts the "
+            f"columns, or the first point; {_EXAMPLES}"
+        )
+    if count == 7 and start == 0:
+        _check_no_index(path, rows)
+    return _Layout(
+        len(row),
+        columns[start : start + 3],
+        columns[start + 3 : start + 6] or None,
+        weight=columns[-1] if count == 7 else None,
+        label=0 if start else None,
+        expected=_PLACES if count == 3 else _PAIRS,
+    )
+
+
+def _check_no_index(path, rows):
+    """Raise ValueError if the first or the last of 7 columns counts the rows."""
+    for name, column in (("first", 0), ("last", -1)):
+        cells = [row[column].strip() for _, row in rows if len(row) == 7]
+        if len(cells) > 1 and cells in ([str(i + k) for i in range(len(cells))] for k in (0, 1)):
+            raise ValueError(
+                f"`{path}`: the {name} of 7 columns counts the rows, and can be an index, x or a "
+                f"weight; {_EXAMPLES}"
+            )
+
+
+def _check_positions(path, layout, row, is_alone):
+    """Raise ValueError if a table of control points has no q, and nothing says that they rest."""
+    if is_alone and layout.expected == _PLACES:
+        raise _Layout(0).error(path, *row)
+    if len(layout.unknown) < 3:
+        return
+    names = shortened(",".join(layout.unknown))
+    if is_alone:
+        raise ValueError(f"`{path}`: the columns {names} are not known; {_EXAMPLES}")
+    warn(f"`{path}`: the columns {names} are ignored; control points have px,py,pz,qx,qy,qz")
+
+
+def _rows_at(path, layout, rows, time, is_alone):
     """(line number, cells) of the points of the last time that is not after `time`.
 
     All points without a column of times, or without `time` if the points are landmarks, which may
     have several times.
     """
-    rows = list(_points(path, table))
-    if table.layout.time is None or (time is None and not is_alone):
+    if layout.time is None or (time is None and not is_alone):
         return rows
-    row_times = [_time(path, table.layout, number, row) for number, row in rows]
+    row_times = [_time(path, layout, number, row) for number, row in rows]
     if time is None and len({*row_times}) > 1:
         raise ValueError(
             f"`{path}` has control points at {len({*row_times})} times; `vtk-mls deform` and "
@@ -214,17 +335,6 @@ def _time(path, layout, number, row):
     if not math.isfinite(time):
         raise ValueError(f"`{path}`, line {number}: its time must be finite, got {time}")
     return time
-
-
-def _check_has_pairs(path, layout, number, row):
-    """Raise if a table without q has no header, or may have q under another name."""
-    if layout.partner is None and layout.unused:
-        raise ValueError(
-            f"`{path}`: it is not clear what the columns {layout.unused} are; call them qx,qy,qz "
-            "if the points go there, dx,dy,dz if they go as far, or leave them out"
-        )
-    if layout.expected == table_layouts.POSITIONS:
-        raise table_layouts.Layout(0, ()).error(path, number, row)
 
 
 def _pair(path, layout, number, row):
@@ -248,45 +358,22 @@ def _pair(path, layout, number, row):
 
 
 def _numbers(path, layout, number, row, columns):
-    numbers = table_layouts.numbers([row[column] for column in columns])
-    if not numbers:
+    found = numbers([row[column] for column in columns])
+    if not found:
         raise layout.error(path, number, row)
-    return numbers
+    return found
 
 
-def _set_position(layout, row, position):
-    """Change the position of a row; False if it is NaN and the table cannot say that."""
-    is_placed = np.isfinite(position).all()
-    if not is_placed and layout.active is None and layout.defined is None:
-        return False
-    if layout.defined is not None:
-        row[layout.defined] = "1" if is_placed else "0"
-    if layout.active is not None and not is_placed:
-        row[layout.active] = "false"
-    if is_placed:
-        cells = map(repr, position.tolist())
-    elif layout.active is not None and layout.partner:
-        cells = 3 * ["Infinity"]
-    else:
-        return True
-    for column, cell in zip(layout.position, cells):
-        row[column] = cell
-    return True
-
-
-def _row_writer(file, mark=","):
-    """A function that writes cells as a line; blanks as `mark` mean that cells are never quoted."""
+def _row_writer(file):
+    """A function that writes cells as a line."""
     plain, quoting = (
-        csv.writer(file, delimiter=mark, lineterminator="\n", quoting=quoting)
+        csv.writer(file, lineterminator="\n", quoting=quoting)
         for quoting in (csv.QUOTE_MINIMAL, csv.QUOTE_ALL)
     )
 
     def write_row(row):
-        if mark == " ":
-            file.write(" ".join(row) + "\n")
-        else:
-            has_comment = any("#" in cell for cell in row if isinstance(cell, str))
-            (quoting if has_comment else plain).writerow(row)
+        has_comment = any("#" in cell for cell in row if isinstance(cell, str))
+        (quoting if has_comment else plain).writerow(row)
 
     return write_row
 
@@ -304,40 +391,17 @@ def _split(path, lines, mark):
         raise ValueError(f"`{path}`, line {rows.line_num}: {error}") from None
 
 
-def _mark(lines):
-    """The separator of cells: semicolon, tab, comma or blank."""
-    filled = [line.strip("\r\n") for line in lines if line.strip()]
-    first = filled[0] if filled else ""
-    if _are_cells(first.split(";")):
+def _separator(lines):
+    """The separator of cells: semicolon, tab, comma or blank, by the first line."""
+    first = lines[0].strip("\r\n") if lines else ""
+    if first.count(";") > 1 and all(cell.count(",") < 2 for cell in first.split(";")):
         return ";"
-    cells = first.split("\t")
-    is_tabbed = _are_cells(cells) and all(cell.strip(", ") == cell.strip() for cell in cells)
-    if is_tabbed and all(cells[1:]) and len({line.count("\t") for line in filled}) == 1:
+    if first.count("\t") > 1 and ",\t" not in first:
         return "\t"
-    return "," if any("," in line for line in filled) else " "
-
-
-def _are_cells(cells):
-    """Whether these can be the cells of a line, each with one decimal comma at most."""
-    return len(cells) > 2 and all(cell.count(",") <= 1 for cell in cells)
-
-
-def _with_closed_quotes(lines):
-    """The lines of a file, without the quotation marks of a header in which one is missing.
-
-    An example is `"Label","Use","X","Y","Z,"X1","Y1","Z1"` of flybrains, for BigWarp.
-    """
-    start = next((i for i, line in enumerate(lines) if line.strip()), None)
-    if start is None or lines[start].count('"') % 2 == 0:
-        return lines
-    names = lines[start].replace('"', "")
-    row = next(csv.reader(lines[start + 1 : start + 2]), [])
-    if len(names.split(",")) == len(row) > 2:
-        return [*lines[:start], names, *lines[start + 1 :]]
-    return lines
+    return "," if any("," in line for line in lines) else " "
 
 
 def _with_point(cell):
     """A cell with a decimal point, if it is a number with a decimal comma."""
     number = cell.replace(",", ".")
-    return number if table_layouts.is_number(number) else cell
+    return number if numbers([number]) else cell

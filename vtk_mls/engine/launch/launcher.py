@@ -12,7 +12,7 @@ from vtk_mls.engine.launch import array_types, kernel_arguments
 from vtk_mls.engine.launch.memory import Memory
 from vtk_mls.engine.launch.structs import filled
 from vtk_mls.engine.map.coarse_map import CoarseMap
-from vtk_mls.engine.map.cut_tables import cut_tables
+from vtk_mls.engine.map.cut_tables import NO_CUTS, cut_tables
 from vtk_mls.engine.map.handle_tables import map_tables
 from vtk_mls.engine.map.origin_nodes import OriginNodes
 
@@ -24,6 +24,7 @@ _POINTS_OF_SEGMENT = 4  # control points that take as long as a segment
 _MAX_CACHED_POINTS = 1 << 19
 # Structs of kernels that do not use them.
 _FLOAT64 = (("USE_FP64", 1),)
+_STEP_FILES = "one_step.cl", "steps.cl"
 _NO_CUTS, _NO_NODES, _NO_CELLS = map(filled, ("cut_params_t", "nodes_t", "coarse_t"))
 # Points of one search for forward images.
 _MAX_SEARCHED_POINTS = 1 << 18
@@ -115,20 +116,19 @@ class Launcher:
         constants = [
             ("TWICE_ALPHA", int(2 * alpha) if 2 * alpha in (1, 2, 3, 4, 6) else 0),
             ("FIT", kind.kernel),
-            ("REGIONS", handles.proxy_count),
-            ("SEGMENTS", kind.segment_points if len(handles.segments) else 0),
-            ("LIMITS", int(bool(deformation.limits))),
-            ("STEPS", int(len(steps) > 1)),
+            *_feature("REGION", "regions", handles.proxy_count),
+            *_feature("SEGMENT", "segments", kind.segment_points * bool(len(handles.segments))),
+            *_feature("LIMIT", "limits", bool(deformation.limits)),
+            *(("STEPS", int(len(steps) > 1)), ("STEP_FILE", _STEP_FILES[len(steps) > 1])),
             ("LANES", self.device.lanes),
             *(_FLOAT64 if self.device.has_float64 and kind.needs_float64(alpha) else ()),
             *kind.constants().items(),
         ]
-        cut_params, cut_table = _NO_CUTS, None
+        of_cuts, cut_params, cut_table = NO_CUTS, _NO_CUTS, None
         if deformation.cuts:
-            extra, cut_params, table = cut_tables(deformation, region, grid, second_pass)
-            constants += extra
+            of_cuts, cut_params, table = cut_tables(deformation, region, grid, second_pass)
             cut_table = self.memory.constant(table)
-        return tuple(constants), [params, tables, cut_params, cut_table]
+        return (*constants, *of_cuts), [params, tables, cut_params, cut_table]
 
     def _map_tables(self, deformation, control_points):
         """A buffer of the `map_tables`, uploaded once, and where each begins."""
@@ -290,3 +290,8 @@ class RegionMap:
             self._shared_arguments[grid_and_pass] = shared
         map_constants, shared = self._shared_arguments[grid_and_pass]
         self.launcher.launch(name, (*map_constants, *constants), count, *shared, *arguments)
+
+
+def _feature(name, file, value):
+    """Build constants of a feature: its value, 0 without it, and its file or that of its absence."""
+    return (f"{name}S", int(value)), (f"{name}_FILE", f"{file}.cl" if value else f"no_{file}.cl")

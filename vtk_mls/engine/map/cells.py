@@ -35,10 +35,6 @@ class Box:
         """The cells that are in another box, too."""
         return Box(np.maximum(self.first, other.first), np.minimum(self.stop, other.stop))
 
-    def scaled(self, factor):
-        """The same box in cells of a finer map."""
-        return Box(factor * self.first, factor * self.stop)
-
     def rows(self, inner):
         """The slices of another box in arrays of this one."""
         begin, end = inner.first - self.first, inner.stop - self.first
@@ -63,54 +59,33 @@ class ListedCells:
     memory : Memory
     box : Box
     mask : array (nz, ny, nx) of bool
-    members : dict
-        Of the records beside the list.
 
     Attributes
     ----------
-    indices : (n,) int32
     buffer : Buffer
+        Their indices, int32.
     """
 
-    def __init__(self, memory, box, mask, **members):
-        self.box, self._members = box, members
-        self.indices = np.flatnonzero(mask).astype(np.int32)
-        self.buffer = memory.constant(np.append(self.indices, np.int32(0)))  # never empty
+    def __init__(self, memory, box, mask):
+        self.box = box
+        self._indices = np.flatnonzero(mask).astype(np.int32)
+        self.buffer = memory.constant(np.append(self._indices, np.int32(0)))  # never empty
 
     def records(self, layers):
         """A coarse_t with the cells in a slice of layers along z; none without cells."""
         layer = self.box.cells[0] * self.box.cells[1]
-        a, b = np.searchsorted(self.indices, [layers.start * layer, layers.stop * layer])
-        return [self.record(slice(a, b))] if a < b else []
-
-    def record(self, part):
-        """A coarse_t with a slice of the list."""
-        count = part.stop - part.start
-        return self.box.record(first_listed=part.start, listed=count, **self._members)
+        a, b = np.searchsorted(self._indices, [layers.start * layer, layers.stop * layer])
+        return [self.box.record(first_listed=a, listed=b - a)] if a < b else []
 
 
 def dilated(cells):
     """Which cells are set or have a neighbor that is."""
-    return dilated_by(cells, [(-1, 2)] * 3)
-
-
-def dilated_by(cells, offsets):
-    """Which cells are some cells after a set one: ranges (start, stop) of offsets along z, y, x."""
-    for axis, (start, stop) in enumerate(offsets):
+    for axis in range(3):
         cells = np.moveaxis(cells, axis, 0)
-        result = np.zeros_like(cells)
-        for k in range(start, stop):
-            n = len(cells) - abs(k)
-            if n > 0:
-                result[max(k, 0) : max(k, 0) + n] |= cells[max(-k, 0) : max(-k, 0) + n]
+        result = cells.copy()
+        result[1:] |= cells[:-1]
+        result[:-1] |= cells[1:]
         cells = np.moveaxis(result, 0, axis)
-    return cells
-
-
-def doubled(cells):
-    """Cells of a map with twice as many along each axis, those in set cells."""
-    for axis in (2, 1, 0):  # rows are copied as a whole
-        cells = cells.repeat(2, axis)
     return cells
 
 

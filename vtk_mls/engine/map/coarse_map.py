@@ -6,10 +6,8 @@ import numpy as np
 
 from vtk_mls.engine.launch import kernel_arguments
 from vtk_mls.engine.launch.structs import CONSTANTS, filled
-from vtk_mls.engine.map import fine_map, nodes
+from vtk_mls.engine.map import nodes
 from vtk_mls.engine.map.cells import ListedCells, box_of, dilated, near_handles
-from vtk_mls.engine.map.fine_map import Checked, FineMap
-from vtk_mls.engine.map.sparse_map import SparseMap
 
 STEP = CONSTANTS["COARSE_STEP"]
 # Cells count as accurate if the error in their middle is at most an eighth of the tolerance, and
@@ -41,8 +39,6 @@ class CoarseMap:
         self.map = map_
         self._grid = None
         self._pays_off = {}  # by whole grid
-        self._fine_map = FineMap(map_) if FineMap.pays_off(map_.deformation) else None
-        self._sparse_map = None if map_.deformation.cuts else SparseMap(map_)
 
     def pays_off(self, grid):
         """Whether a grid has far fewer nodes, and cells near control points, than points."""
@@ -88,12 +84,8 @@ class CoarseMap:
             constants=constants,
         )
         layers = slice(low - first[2], high + 1 - first[2])
-        is_fine = self._fine_map and name in fine_map.KERNELS
-        if is_fine:
-            self._fine_map.launch(name, grid, part, layers, points, *arguments)
-        listed = self._separated if is_fine else self._inaccurate
-        for record in listed.records(layers):
-            items = self.map.grid_items(grid, part, record, listed.buffer)
+        for record in self._inaccurate.records(layers):
+            items = self.map.grid_items(grid, part, record, self._inaccurate.buffer)
             count = int(record["listed"]) * STEP**3
             self.map.launch(
                 *(name, grid_and_pass, count, points, *items, *arguments),
@@ -102,39 +94,29 @@ class CoarseMap:
 
     def _find(self, grid):
         """Find the nodes around a grid, and its inaccurate cells."""
-        own, every, memory = box_of(grid, STEP), box_of(grid.whole, STEP), self.map.memory
-        margin = FineMap.MARGIN if self._fine_map else 1  # cells around it are checked, too
-        box = own.widened(margin, margin).within(every)
-        self._around = nodes.around(box)
-        self._nodes, middles, sure = self._tables(grid.whole, box)
-        check = nodes.check_of(self.map, grid, _SAFETY)
-        flags = nodes.check_flags(
-            self.map, grid, box, check, self._around, self._nodes, middles, sure
+        map_, whole, own = self.map, grid.whole, box_of(grid, STEP)
+        box = own.widened(1, 1).within(box_of(whole, STEP))  # neighbors are checked, too
+        node_box = box.widened(nodes.BEFORE, nodes.AFTER)
+        self._around = {"first_node": box.first, "nodes": node_box.cells}
+        self._nodes = nodes.evaluated(map_, nodes.node_grid(whole, STEP, node_box))
+        middles = nodes.evaluated(map_, nodes.node_grid(whole, STEP, box, STEP / 2))
+        points = kernel_arguments.grid_points(grid, slice(0, grid.size), map_.control_points)
+        check = filled(
+            "check_t",
+            to_index=kernel_arguments.transform(
+                grid.world_to_index * map_.control_points.scale, np.zeros(3)
+            ),
+            limit2=(map_.deformation.map_tolerance / _SAFETY) ** 2,
         )
-
-        def has(name):
-            return flags & CONSTANTS[name] != 0
-
-        near = near_handles(self.map, grid.whole, box, STEP)
-        inaccurate = nodes.inaccurate(flags) | near
-        in_region = ~has("OTHER_REGION")
-        rows = box.rows(own)
-        self._inaccurate = ListedCells(memory, own, (inaccurate & in_region)[rows])
-        if self._fine_map:
-            separated = inaccurate & dilated(has("SEPARATED"))
-            self._separated = ListedCells(memory, own, (separated & in_region)[rows])
-            around = {**self._around, "first_node": box.first - nodes.BEFORE}
-            checked = Checked(box, own, every, around, self._nodes, middles, sure, check)
-            refinable = inaccurate & ~separated & in_region
-            self._fine_map.find(grid, checked, inaccurate, refinable, dilated(has("ROUGH") | near))
-
-    def _tables(self, whole, box):
-        """Buffers with the map at the nodes around a box of cells, and in the middles of these.
-
-        Cells that the third has as accurate have no middle; None without any.
-        """
-        if self._sparse_map and self._sparse_map.pays_off(whole):
-            return self._sparse_map.find(whole, box)
-        around = box.widened(nodes.BEFORE, nodes.AFTER)
-        grids = nodes.node_grid(whole, STEP, around), nodes.node_grid(whole, STEP, box, STEP / 2)
-        return *(nodes.evaluated(self.map, grid) for grid in grids), None
+        flags = np.zeros(box.shape, np.uint8)
+        with map_.memory.output_buffer(flags) as out:
+            nodes.launch_cells(
+                *(map_, "coarse_check", (whole, False), box.cells, points),
+                *(box.record(**self._around), check, self._nodes, middles, out),
+            )
+        is_inaccurate, spreads, is_elsewhere = (
+            flags & CONSTANTS[name] != 0 for name in ("INACCURATE", "SPREADS", "OTHER_REGION")
+        )
+        is_inaccurate |= dilated(spreads) | near_handles(map_, whole, box, STEP)
+        inaccurate = (is_inaccurate & ~is_elsewhere)[box.rows(own)]
+        self._inaccurate = ListedCells(map_.memory, own, inaccurate)

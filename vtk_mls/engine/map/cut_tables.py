@@ -8,6 +8,9 @@ from vtk_mls.engine.launch.kernel_arguments import transform
 from vtk_mls.engine.launch.structs import STRUCTS, filled
 from vtk_mls.model.regions import ON_PLANE
 
+FRAMES = "deformed_frame.cl", "rest_frame.cl"
+NO_CUTS = ("CUTS", 0), ("CUT_FILE", "no_cuts.cl"), ("AT_REST", 0), ("FRAME_FILE", FRAMES[0])
+
 
 def cut_tables(deformation, region, grid=None, second_pass=False):
     """Build constants of the cuts of a deformation, the cut_params_t, and a table (m,) float32.
@@ -31,9 +34,10 @@ def cut_tables(deformation, region, grid=None, second_pass=False):
     for cut in deformation.obstacles:
         shapes.setdefault(type(cut), []).append(cut)
     shapes = dict(sorted(shapes.items(), key=lambda item: item[0].kernel))
+    is_at_rest = deformation.in_rest_frame and bool(shapes)
     constants = [
-        ("CUTS", 1),
-        ("AT_REST", int(deformation.in_rest_frame and bool(shapes))),
+        *(("CUTS", 1), ("CUT_FILE", "cuts.cl")),
+        *(("AT_REST", int(is_at_rest)), ("FRAME_FILE", FRAMES[is_at_rest])),
         ("SHAPE_FILES", " ".join(f"cut_{shape.kernel}.cl" for shape in shapes)),
         ("SHAPES(X)", " ".join(f"X({shape.kernel})" for shape in shapes)),
     ]
