@@ -24,10 +24,11 @@ def fill_arrows(polydata, rest, deformed):
     moved = np.isfinite(displacement).all(axis=1) & displacement.any(axis=1)
     if not moved.any():
         return
-    handles, glyphs = vtkPolyData(), vtkGlyph3D()
+    handles, glyphs, arrow = vtkPolyData(), vtkGlyph3D(), vtkArrowSource()
+    arrow.Update()
     fill_polydata(handles, rest[moved], deformed[moved], None)
     glyphs.SetInputData(handles)
-    glyphs.SetSourceConnection(vtkArrowSource().GetOutputPort())
+    glyphs.SetSourceData(arrow.GetOutput())
     glyphs.SetScaleModeToScaleByVector()
     glyphs.Update()
     polydata.ShallowCopy(glyphs.GetOutput())
