@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import gc
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from hands import MIDDLE, Hands, ball_image, ball_mesh, pixels_in
+from vtk_fixtures import add_array, make_image
 from vtkmodules.vtkCommonDataModel import vtkImageData
+from vtkmodules.vtkRenderingCore import vtkRenderer
 
-from vtk_mls import Grid
+from vtk_mls import Deformation, Grid, HalfPlane
 from vtk_mls.editor import State, transfer_functions
+from vtk_mls.editor.comparing import colors_of
+from vtk_mls.editor.scene_volume import SceneVolume
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 
@@ -236,3 +241,26 @@ def test_oblique_images_are_sliced_correctly_and_handles_move_in_slices(is_mirro
     hands.editor.move_slices(middle + (1, -1, 0.5))
     for pane in all_panes:
         assert_gray(hands, grid, pane, rng)
+
+
+def test_the_gap_of_a_cut_has_the_color_with_which_it_is_saved():
+    """That of the air at the corners of a CT; outside of the image it is black."""
+    image = make_image((9, 8, 7), origin=(0, 0, 0))
+    air = np.full((7, 8, 9), -1000, np.int16)
+    air[1:, 1:-1, 1:-1] = 400
+    add_array(image.GetPointData(), "ct", air.ravel())
+    volume = SceneVolume(image, vtkRenderer())
+    grid = ImageGeometry.of_image(image).grid
+    middle = grid.corners().mean(axis=0)
+    rest = middle + [(-1.5, 0, 1), (1.5, 0, 1)]
+    cut = HalfPlane(middle, (1, 0, 0), (0, 0, 1))
+    d = Deformation(rest, rest + [(-2, 0, 0), (2, 0, 0)], cuts=cut, device="reference")
+    volume.show(d, 4, SimpleNamespace(has_grid=False, has_colors=False, lines=None), True)
+    gap, outside = middle + (0, 0, 1.0), grid.corners().max(axis=0) + 50.0
+    assert d.void(gap[None]).all()
+    has_material, (in_gap, black) = colors_of([volume], np.array([gap, outside]))
+    assert not has_material.any()
+    expected = transfer_functions.slice_colors(volume.presets[0], np.array([-1000.0]))[0]
+    np.testing.assert_array_equal(in_gap, expected)
+    assert expected.any()
+    assert not black.any()
