@@ -293,5 +293,5 @@ class RegionMap:
 
 
 def _feature(name, file, value):
-    """Build constants: the value of a feature, 0 without it, and its file or that of its absence."""
+    """Build constants of a feature: its value or 0, and its file or that of its absence."""
     return (f"{name}S", int(value)), (f"{name}_FILE", f"{file}.cl" if value else f"no_{file}.cl")
