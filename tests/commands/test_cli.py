@@ -69,7 +69,14 @@ def test_deform_with_cuts_and_a_gradient(files):
         "vertex 3.9 4 90\nendloop\nendfacet\nendsolid cut\n"
     )
     options = ["--cut-plane", "4.3,0,0,1,0,0", "--cut-surface", "cut.stl", "--nu", "3"]
-    options += ["--cut-half-plane", "0,4.2,3,0,1,0,0,0,1", "--gradient", "values"]
+    options += [
+        "--cut-half-plane",
+        "0,4.2,3,0,1,0,0,0,1",
+        "--gradient",
+        "values",
+        "--background",
+        "0",
+    ]
     assert main(["deform", "in.vti", "handles.csv", "out.vti", *options, "--device", FAST]) == 0
     cuts = [
         Plane((4.3, 0, 0), (1, 0, 0)),
@@ -87,7 +94,7 @@ def test_deform_with_cuts_and_a_gradient(files):
 
 
 def test_void_and_overlapping_points_are_counted(files, capsys):
-    options = ["--cut-plane", "4,3,3,1,-1,0", "--device", FAST]
+    options = ["--cut-plane", "4,3,3,1,-1,0", "--background", "0", "--device", FAST]
     for name, more in {"a.vti": [], "b.vti": ["--overlap"], "c.nii.gz": ["--overlap"]}.items():
         assert main(["deform", "in.vti", "handles.csv", name, *options, *more]) == 0
     grid = ImageGeometry.of_image(io.read_dataset("in.vti")).grid
@@ -363,4 +370,4 @@ def test_what_is_odd_in_a_file_is_told_by_the_supervised_command(files):
     np.savetxt("pairs.csv", rows, delimiter=",", header=header, comments="")
     status, _, odd = run("deform", "in.vti", "pairs.csv", "out.vti", "--device", FAST)
     assert (status, odd.count("\n")) == (0, 1)
-    assert "`pairs.csv`: columns x_std, y_std, z_std are ignored" in odd
+    assert "`pairs.csv`: the columns `x_std,y_std,z_std` are ignored" in odd

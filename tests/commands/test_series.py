@@ -348,7 +348,7 @@ def test_data_in_time_take_the_last_handles_before(capsys):
     """The same bytes as each step deformed by the handles of one time."""
     write_steps(["1.mha", "2.mha", "3.mha"], image_at)
     write_pvd([(1.0, "1.mha"), (2.0, "2.mha"), (3.0, "3.mha")])
-    arguments = ["--device", FAST, "--allow-identity"]
+    arguments = ["--device", FAST, "--allow-identity", "--background", "0"]
     assert main(["deform", "in.pvd", write_moving("collection"), "out.mha", *arguments]) == 0
     found = [read() for _, read in series.read_steps("out.mha")]
     for number, handles in enumerate((0, 1, 1)):

@@ -182,7 +182,8 @@ def test_a_volume_takes_the_handles_of_its_time_however_it_is_rounded(step, endi
     ]
     header = "time,px,py,pz,qx,qy,qz"
     np.savetxt("moving.csv", rows, "%.17g", ",", header=header, comments="")
-    assert main(["deform", f"in.{ending}", "moving.csv", "out.pvd", "--device", FAST]) == 0
+    options = ["--background", "0", "--device", FAST]
+    assert main(["deform", f"in.{ending}", "moving.csv", "out.pvd", *options]) == 0
     for n, (_, read) in enumerate(series.read_steps("out.pvd")):
         np.savetxt("handles.csv", np.hstack([REST, REST + n * (DEFORMED - REST)]), "%.17g", ",")
         assert deform("one.nii.gz", "alone.vti", "--allow-identity") == 0

@@ -148,7 +148,7 @@ def test_resample_arguments_are_checked():
         ),
         ({"interpolation": None}, ValueError, "`interpolation` must be one of nearest, linear"),
         ({"interpolation": ["linear", 3]}, ValueError, r"`interpolation` must be .*'linear', 3"),
-        ({"background": "air"}, TypeError, "`background` must be a number"),
+        ({"background": "air"}, ValueError, "`background` must be a number or auto, or one"),
         ({"void_values": np.ones(99)}, ValueError, "`void_values` must be one of background, cont"),
     ],
 )

@@ -22,6 +22,7 @@ def test_the_driver_says_which_case_failed(fault, tmp_path, monkeypatch):
     (tmp_path / "run.py").write_text((FUZZ / "run.py").read_text())
     checks = f"def check(seed, device):\n    if seed == 62:\n        {fault}\n"
     (tmp_path / "checks.py").write_text(checks)
+    (tmp_path / "ome_zarr_scenes.py").write_text("def check_ome_zarr(seed, device): ...")
     command = [sys.executable, str(tmp_path / "run.py"), "70", "--first", "40"]
     ended = subprocess.run(command, capture_output=True, text=True)
     assert ended.returncode == 1

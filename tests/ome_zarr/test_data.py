@@ -68,7 +68,9 @@ def test_no_label_image_is_blended(version, is_listed, is_declared, rng):
     assert {*np.unique(level("again.ome.zarr", 1))} <= {0, 100, 200, 300}
 
 
-@pytest.mark.parametrize("options", [["--interpolation", "nearest"], ["--label", "OME-Zarr"]])
+@pytest.mark.parametrize(
+    "options", [["--interpolation=nearest", "--background=0"], ["--label=OME-Zarr"]]
+)
 def test_what_is_asked_as_labels_is_not_blended(options, rng):
     labels = 100 * rng.integers(0, 4, SHAPE, dtype="uint16")
     file = write("in.ome.zarr", halves(labels, is_label=True))
@@ -86,7 +88,7 @@ def test_channels_of_labels_among_others(rng, capsys):
     write("in.ome.zarr", halves(stored), axes="czyx", omero={"channels": channels})
     command = ["deform", "in.ome.zarr", "handles.csv", "out.ome.zarr", "--label"]
     assert main([*command, "cells"]) == 0
-    (moved,) = D.resample([stored[0]], GRID)
+    (moved,) = D.resample([stored[0]], Sampling(GRID, background="auto"))
     means, labels = halves(moved), halves(nearest(stored[1]), is_label=True)
     for number, expected in enumerate(zip(means, labels)):
         np.testing.assert_array_equal(level("out.ome.zarr", number), expected)

@@ -132,7 +132,7 @@ def test_a_large_shard_is_computed_in_parts_and_written_once(folder, rng, monkey
 
     monkeypatch.setattr(blocks.DeformedBlocks, "_values", computed)
     monkeypatch.setattr(blocks, "write", write_once)
-    assert main(["deform", "in.ome.zarr", "handles.csv", "out.ome.zarr"]) == 0
+    assert main(["deform", "in.ome.zarr", "handles.csv", "out.ome.zarr", "--background=0"]) == 0
     assert max(sizes) <= 70
     assert len(written) == len(set(written)) == 2 * 3 * 3 + 1 * 2 * 2
     (moved,) = D.resample([levels[0]], GRID)
@@ -373,7 +373,7 @@ def test_the_editor_shows_a_level_that_fits_and_saves_all(folder, rng, monkeypat
         saver.save(state, None)
         datasets_shown.append(datasets[0])
 
-    monkeypatch.setattr(saving, "_write_picture", lambda *_: None)
+    monkeypatch.setattr(saving.vtk_io, "write_png", lambda *_: None)
     monkeypatch.setattr("vtk_mls.editor.window.show", show)
     monkeypatch.setattr(view, "MAX_POINTS", 1000)
     assert main(["view", "in.ome.zarr", "handles.csv", "--output", "saved"]) == 0

@@ -128,8 +128,7 @@ def read(path, is_alone=False, time=None):
     layout, rows = _open(path)
     if not rows:
         return Landmarks(path, np.empty((0, 3)))
-    if layout.partner is None:
-        _check_positions(path, layout, rows[0], is_alone)
+    _check_columns(path, layout, rows[0], is_alone and layout.partner is None)
     positions, partners, weights, labels, descriptions = [], [], [], [], []
     for number, row in _rows_at(path, layout, rows, time, is_alone):
         position, partner = _pair(path, layout, number, row)
@@ -299,14 +298,14 @@ def _check_no_index(path, rows):
             )
 
 
-def _check_positions(path, layout, row, is_alone):
-    """Raise ValueError if a table of control points has no q, and nothing says that they rest."""
-    if is_alone and layout.expected == _PLACES:
+def _check_columns(path, layout, row, lacks_partner):
+    """Raise ValueError if control points lack q, and nothing says that they rest."""
+    if lacks_partner and layout.expected == _PLACES:
         raise _Layout(0).error(path, *row)
     if len(layout.unknown) < 3:
         return
     names = shortened(",".join(layout.unknown))
-    if is_alone:
+    if lacks_partner:
         raise ValueError(f"`{path}`: the columns {names} are not known; {_EXAMPLES}")
     warn(f"`{path}`: the columns {names} are ignored; control points have px,py,pz,qx,qy,qz")
 
