@@ -238,9 +238,23 @@ def test_the_frame_of_files_that_do_not_say_theirs(tmp_path, space):
 
 NOWHERE = np.full(3, np.nan)
 MOVED = {  # what a file becomes if its first point moves to (7, 8, 9) and the second is lost
+    "x.csv": (
+        'label,c,x,y,z\n"a #1",0,1,2,3\nb,0,4,5,6\nc,"1, 2",1,1,1\n',
+        'label,c,x,y,z\n"a #1","0","7.0","8.0","9.0"\nc,"1, 2",1.0,1.0,1.0\n',
+    ),
+    "blanks.txt": ("1 2 3\n4 5 6\n1 1 1\n", "7.0 8.0 9.0\n1.0 1.0 1.0\n"),
     "elastix.txt": (
         "point\n3\n1 2 3\n4 5 6\n1 1 1\n",
         "point\n2\n7.0 8.0 9.0\n1.0 1.0 1.0\n",
+    ),
+    "bigwarp.csv": (
+        "p,true,1,2,3,5,5,5\nq,true,1,2,3,6,6,6\nr,false,1,1,1,7,7,7\n",
+        "p,true,7.0,8.0,9.0,5,5,5\nq,false,Infinity,Infinity,Infinity,6,6,6\n"
+        "r,false,1.0,1.0,1.0,7,7,7\n",
+    ),
+    "slicer.csv": (
+        "label,r,a,s,defined\np,1,2,3,1\nq,1,2,3,1\nr,-1,-1,1,1\n",
+        "label,r,a,s,defined\np,-7.0,-8.0,9.0,1\nq,1,2,3,0\nr,-1.0,-1.0,1.0,1\n",
     ),
     "idav.pts": (
         "Version 1.0\n3\nS000 1 2 3\nS001 4 5 6\nS 2 1 1 1\n",

@@ -175,10 +175,10 @@ def write_landmarks(path, points, source=None, space="LPS"):
     points : Landmarks
         In LPS. Points that are not placed are marked, or left out if the format has no mark.
     source : path, optional
-        The file of the points. If the new file has the same ending, all other contents of markups,
-        tag points and points of IDAV are copied. Otherwise the new file is a table of ITK and ANTs
-        (.csv), an input of transformix (.txt, .pts) or markups, with labels and descriptions if
-        the format has them.
+        The file of the points. If the new file has the same ending, all its other contents are
+        copied, except for outputs of elastix, which become its inputs. Otherwise the new file is a
+        table of ITK and ANTs (.csv), an input of transformix (.txt, .pts) or markups, with labels
+        and descriptions if the format has them.
     space : str
         The frame of files that do not say theirs.
 
@@ -229,6 +229,7 @@ def _rewriter(source, ending):
     rewriters = {
         markups.read_json: markups.rewrite_json,
         markups.read_fcsv: markups.rewrite_fcsv,
+        point_tables.read: point_tables.rewrite,
         idav_points.read: idav_points.rewrite,
         minc_tags.read: minc_tags.rewrite,
     }
