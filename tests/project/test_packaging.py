@@ -100,15 +100,15 @@ def platform_version():
 
 
 def test_versions_agree():
-    citation = (PROJECT / "CITATION.cff").read_text()
+    citation = (PROJECT / "CITATION.cff").read_text(encoding="utf-8")
     assert f"\nversion: {vtk_mls.__version__}\n" in citation
-    recipe = (PROJECT / "conda" / "recipe.yaml").read_text()
+    recipe = (PROJECT / "conda" / "recipe.yaml").read_text(encoding="utf-8")
     assert f'\n  version: "{vtk_mls.__version__}"\n' in recipe
-    project = (PROJECT / "pyproject.toml").read_text()
+    project = (PROJECT / "pyproject.toml").read_text(encoding="utf-8")
     for name, versions in re.findall(r"^    - ([\w-]+) (>=\S+)$", recipe, re.MULTILINE):
         is_python = name == "python"
         assert (f'python = "{versions}"' if is_python else f'"{name}{versions}') in project, name
-    hooks = (PROJECT / ".pre-commit-config.yaml").read_text()
+    hooks = (PROJECT / ".pre-commit-config.yaml").read_text(encoding="utf-8")
     ruff = re.search(r'"ruff==([\d.]+)\*"', project)[1]
     assert f"rev: v{ruff}" in hooks
 

@@ -13,7 +13,6 @@ _ONLY = {  # option and kinds of data, by attribute of the options
     "gradient_array": ("--gradient", (IMAGES,)),
     "generate_overlap": ("--overlap", (IMAGES,)),
     "generate_cell_quality": ("--cell-quality", (MESHES,)),
-    "map_tolerance": ("--map-tolerance", (IMAGES, OME_ZARR)),
     "inverse": ("--inverse", (IMAGES, MESHES)),
     "jacobian": ("--jacobian", (IMAGES, MESHES)),
     "dimensions": ("--dimensions", (MESHES,)),

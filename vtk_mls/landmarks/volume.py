@@ -81,6 +81,8 @@ def excess(pairs: PointPairs, settings: Settings, device: str | None) -> tuple[f
     center, side = (low + high) / 2, (high - low).max()
     v = cubic_grid(np.stack([center - side / 2, center + side / 2]), _SAMPLES).points()
     before, after = map(np.linalg.norm, _centered(pairs))
+    if before == 0:  # all p are at one place
+        return math.inf, deformation
     factor = np.linalg.det(deformation.jacobian(v)) * (after / before) ** 3
     factor = np.clip(np.nan_to_num(factor), 1e-300, 1e300)
     result = _quantile(np.abs(np.log(factor))) / math.log(_MAX_FACTOR)
