@@ -31,6 +31,8 @@ _USUAL_FOLDERS = (
 _PROBE = """
 import importlib.util, json, os, sys
 found = {"python": "%d.%d.%d" % sys.version_info[:3]}
+def say(mark, value):  # past ParaView's own stream, which is not flushed
+    os.write(1, (mark + json.dumps(value) + "\\n").encode())
 from vtkmodules.vtkCommonCore import vtkVersion
 found["vtk"] = vtkVersion.GetVTKVersion()
 import numpy
@@ -42,10 +44,9 @@ try:
     from vtk_mls import DeviceError
     from vtk_mls.base.messages import message_handlers
     from vtk_mls.engine import dispatch
-    print("FOUND" + json.dumps(found), flush=True)
-    note = lambda sentence: print("NOTE" + json.dumps(sentence), flush=True)
+    say("FOUND", found)
     try:
-        with message_handlers(note, note):
+        with message_handlers(*[lambda sentence: say("NOTE", sentence)] * 2):
             found["device"] = str(dispatch.choose())
         if importlib.util.find_spec("nibabel") is None:
             found["problem"] = "nibabel is missing, NIfTI files cannot be read"
@@ -53,7 +54,7 @@ try:
         found["problem"] = str(error)
 except Exception as error:
     found["failure"] = "%s: %s" % (type(error).__name__, error)
-print("FOUND" + json.dumps(found), flush=True)
+say("FOUND", found)
 os._exit(0)  # drivers may hang at the end
 """
 
