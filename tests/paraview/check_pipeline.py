@@ -19,7 +19,8 @@ lattice = grid(data(source))
 def check(deformed=DEFORMED, interpolation="linear", **settings):
     """Both filters against the value outside of the pipeline, and against the specification."""
     value = vtk_mls.Deformation(REST, deformed, **settings)
-    sampling = vtk_mls.Sampling(lattice, interpolation=interpolation, background="auto")
+    background = 0 if interpolation == "nearest" else "auto"  # of labels, and of others
+    sampling = vtk_mls.Sampling(lattice, interpolation=interpolation, background=background)
     (expected,) = value.resample([volume], sampling)
     result = array(data(deform), "RTData")
     assert result.dtype == volume.dtype

@@ -31,6 +31,7 @@ FILTER_PANEL = {
     "DisplacementArray": ("POINTS", "Displacement"),
     "WeightArray": ("POINTS", "Weight"),
 }
+DEFORM_PANEL = {**FILTER_PANEL, "Live": 1, "AutomaticBackground": 1}
 FROM_BOUNDS = {"RestPoints", "DeformedPoints", "CutOrigin"}
 INPUTS = {"Input", "ControlPoints", "DeformedControlPoints", "Cuts", "Mask"}
 INTERACTIVE = {prop.name: prop for prop in tables.INTERACTIVE_COMPUTING}
@@ -45,7 +46,7 @@ def properties_of(table):
 
 
 for proxy, table, panel, others in (
-    (deform, tables.DEFORM, {**FILTER_PANEL, "Live": 1}, INPUTS | FROM_BOUNDS | {"Reference"}),
+    (deform, tables.DEFORM, DEFORM_PANEL, INPUTS | FROM_BOUNDS | {"Reference"}),
     (field, tables.DISPLACEMENT_FIELD, FILTER_PANEL, INPUTS | FROM_BOUNDS),
     (handles, tables.CONTROL_POINTS, PANEL, {"RestPoints", "TimestepValues"}),
 ):
@@ -67,7 +68,9 @@ for proxy, table, panel, others in (
         if prop.name in others or isinstance(prop, properties.ArrayNames):
             continue
         own = getattr(proxy.GetClientSideObject(), f"Get{prop.name}")()
-        assert (own or defaults[prop.name]) == defaults[prop.name], (prop.name, own)
+        has_other = prop.name == "AutomaticBackground"  # on in ParaView
+        default = (panel if has_other else defaults)[prop.name]
+        assert (own or default) == default, (prop.name, own)
         if isinstance(prop, properties.Choice):
             assert tuple(proxy.GetProperty(prop.name).Available) == prop.choices
 assert [deform.Kind, deform.Alpha, deform.Nu, deform.CutType] == ["rigid", 2, 2, "none"]

@@ -46,7 +46,7 @@ def data(proxy):
 
 def check(deform, field, value=value):
     """Both filters against the value outside of the pipeline."""
-    (expected,) = value.resample([volume], lattice)
+    (expected,) = value.resample([volume], vtk_mls.Sampling(lattice, background="auto"))
     result = data(deform)
     assert result.GetDimensions() == lattice.dimensions
     np.testing.assert_allclose(array(result, "RTData"), expected, rtol=1e-6)
