@@ -1,4 +1,4 @@
-// No curves: the structs and functions of segments.cl, of which none is called.
+// No curves. The structs and functions are those of segments.cl; none is called.
 
 #define SEGMENT_POINTS 1
 #define CACHED_SEGMENTS 0

@@ -59,13 +59,13 @@ def test_set_then_get(cls, each):
 @pytest.mark.parametrize("cls", FILTERS)
 def test_printing_shows_all_properties(cls):
     algorithm = cls()
-    for each in cls.PROPERTIES:
-        each.assign(algorithm, other(each))
+    for prop in cls.PROPERTIES:
+        prop.assign(algorithm, other(prop))
     lines = str(algorithm).splitlines()
     assert lines[0].startswith(f"{cls.__name__} (0x")
     shown = dict(line.strip().partition(": ")[::2] for line in lines)
-    for each in cls.PROPERTIES:
-        assert shown[each.name] == short_repr(getattr(algorithm, each.attribute))
+    for prop in cls.PROPERTIES:
+        assert shown[prop.name] == short_repr(getattr(algorithm, prop.attribute))
 
 
 @pytest.mark.parametrize(("cls", "each"), EACH)

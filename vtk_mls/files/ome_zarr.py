@@ -123,7 +123,8 @@ class Image:
                 f"before and in the same place, got points at steps of {steps.tolist()} points "
                 f"from {first.tolist()} on (z, y, x)"
             )
-        return next((each for each in found if (each[1] == np.rint(each[1])).all()), found[0])
+        are_whole = (window for window in found if (window[1] == np.rint(window[1])).all())
+        return next(are_whole, found[0])
 
     def _windows(self, index, source):
         coarser = self.levels[index].grid

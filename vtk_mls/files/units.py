@@ -36,7 +36,7 @@ def symbol(name):
     text = re.sub("\u00b5|\u03bc|\\\\u00b5", "u", name.strip())
     lower = text.lower()
     names = text, lower, *(_SYMBOLS.get(word, "") for word in (lower, lower.removesuffix("s")))
-    return next((each for each in names if each in NANOMETERS or each in _NANOSECONDS), name)
+    return next((known for known in names if known in NANOMETERS or known in _NANOSECONDS), name)
 
 
 def in_seconds(name, *times):
