@@ -20,7 +20,7 @@ def write(docs):
 
 def page():
     """The text of the page."""
-    from vtk_mls import cli
+    from vtk_mls.commands import cli
 
     os.environ["COLUMNS"] = "78"
     commands = next(

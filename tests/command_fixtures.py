@@ -19,7 +19,7 @@ WITHOUT = """
 import sys
 for name in {names}:
     sys.modules[name] = None
-from vtk_mls.cli import main
+from vtk_mls.commands.cli import main
 sys.exit(main(sys.argv[1:]))
 """
 # A program of the child that runs the command: code is run where it begins to import a module.
@@ -52,7 +52,7 @@ _PARENT = """
 import sys
 from vtk_mls.base import child_process
 child_process.interpreter = lambda: [sys.executable, "-c", {child!r}]
-from vtk_mls.cli import main
+from vtk_mls.commands.cli import main
 sys.exit(main())
 """
 

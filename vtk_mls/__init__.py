@@ -8,14 +8,14 @@ if TYPE_CHECKING:
     from vtk_mls.base.interpolation import INTERPOLATIONS
     from vtk_mls.base.progress import Aborted
     from vtk_mls.base.sampling import VOID_VALUES, Sampling
-    from vtk_mls.cuts import HalfPlane, Plane, Surface
     from vtk_mls.deformation import Deformation
     from vtk_mls.engine.device.devices import DeviceError
-    from vtk_mls.handles.curve import CurveHandle
-    from vtk_mls.handles.region import RegionHandle
-    from vtk_mls.handles.shapes import Ball, Capsule, Labels, Solid
-    from vtk_mls.kinds import KINDS
-    from vtk_mls.limits import BallMask, BoxMask, FixedFace, ImageMask, SlidingFace
+    from vtk_mls.model.cuts import HalfPlane, Plane, Surface
+    from vtk_mls.model.handles.curve import CurveHandle
+    from vtk_mls.model.handles.region import RegionHandle
+    from vtk_mls.model.handles.shapes import Ball, Capsule, Labels, Solid
+    from vtk_mls.model.kinds import KINDS
+    from vtk_mls.model.limits import BallMask, BoxMask, FixedFace, ImageMask, SlidingFace
     from vtk_mls.model.options import CUT_FRAMES
     from vtk_mls.queries.fields import DisplacementField, ForwardField
     from vtk_mls.queries.void_cells import VoidCells
@@ -60,32 +60,32 @@ __version__ = "0.2.0"
 _MODULES = {
     "CUT_FRAMES": "model.options",
     "INTERPOLATIONS": "base.interpolation",
-    "KINDS": "kinds",
+    "KINDS": "model.kinds",
     "VOID_VALUES": "base.sampling",
     "Aborted": "base.progress",
     "Affine": "transforms.affine",
-    "Ball": "handles.shapes",
-    "BallMask": "limits",
-    "BoxMask": "limits",
-    "Capsule": "handles.shapes",
+    "Ball": "model.handles.shapes",
+    "BallMask": "model.limits",
+    "BoxMask": "model.limits",
+    "Capsule": "model.handles.shapes",
     "Chain": "transforms.chain",
-    "CurveHandle": "handles.curve",
+    "CurveHandle": "model.handles.curve",
     "Deformation": "deformation",
     "DeviceError": "engine.device.devices",
     "DisplacementField": "queries.fields",
     "Field": "transforms.field",
-    "FixedFace": "limits",
+    "FixedFace": "model.limits",
     "ForwardField": "queries.fields",
     "Grid": "base.grid",
-    "HalfPlane": "cuts",
-    "ImageMask": "limits",
-    "Labels": "handles.shapes",
-    "Plane": "cuts",
-    "RegionHandle": "handles.region",
+    "HalfPlane": "model.cuts",
+    "ImageMask": "model.limits",
+    "Labels": "model.handles.shapes",
+    "Plane": "model.cuts",
+    "RegionHandle": "model.handles.region",
     "Sampling": "base.sampling",
-    "SlidingFace": "limits",
-    "Solid": "handles.shapes",
-    "Surface": "cuts",
+    "SlidingFace": "model.limits",
+    "Solid": "model.handles.shapes",
+    "Surface": "model.cuts",
     "VoidCells": "queries.void_cells",
 }
 _ROOMS = ("dask", "editor", "files", "filters", "io", "landmarks", "pyvista", "rendering")

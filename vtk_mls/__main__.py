@@ -3,7 +3,7 @@
 import sys
 
 try:
-    from vtk_mls.cli import main
+    from vtk_mls.commands.cli import main
 
     status = main()
 except KeyboardInterrupt:

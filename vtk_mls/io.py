@@ -23,7 +23,6 @@ from vtkmodules.vtkCommonDataModel import (
 )
 
 from vtk_mls.base import validation
-from vtk_mls.cuts import Surface
 from vtk_mls.files import (
     control_point_files,
     field_files,
@@ -39,13 +38,14 @@ from vtk_mls.files.paths import check_replaceable, existing_file, replacing
 from vtk_mls.files.transform_files import read_transform, write_transform
 from vtk_mls.files.vtk_io import failures_named
 from vtk_mls.filters.cut_inputs import surfaces
-from vtk_mls.handles.handle_cells import cells_of_handles, handles_of_cells
-from vtk_mls.handles.handle_set import Handle, checked_handles
 from vtk_mls.model import arguments
+from vtk_mls.model.cuts import Surface
+from vtk_mls.model.handles.handle_cells import cells_of_handles, handles_of_cells
+from vtk_mls.model.handles.handle_set import Handle, checked_handles
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 from vtk_mls.vtk.control_point_polydata import fill_polydata, path_of
-from vtk_mls.vtk.handle_cells import cells_of
+from vtk_mls.vtk.handle_datasets import cells_of
 
 __all__ = [
     "control_points",

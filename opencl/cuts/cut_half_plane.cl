@@ -1,4 +1,4 @@
-// Half-planes, vtk_mls/cuts/half_plane.py. The detour bends on the edge line.
+// Half-planes, vtk_mls/model/cuts/half_plane.py. The detour bends on the edge line.
 //
 // A record: point of the edge, normal, inward, along, then the frame of each control point.
 

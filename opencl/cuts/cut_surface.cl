@@ -1,4 +1,4 @@
-// Surfaces of triangles, vtk_mls/cuts/surface.py. The detour bends on an edge of the boundary.
+// Surfaces of triangles, vtk_mls/model/cuts/surface.py. The detour bends on an edge of the boundary.
 //
 // A record: number of triangles, number of edges, corners of the triangles, ends of the edges.
 

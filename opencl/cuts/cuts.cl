@@ -1,4 +1,4 @@
-// Cuts (section 4): the damping of Eq. 28, and the void. Rules of the shapes: vtk_mls/cuts.
+// Cuts (section 4): the damping of Eq. 28, and the void. Rules of the shapes: vtk_mls/model/cuts.
 //
 // Full planes are no obstacles here: the host gives each of their sides its own control points, and a
 // launch computes the points of one side (`in_region`). SHAPES(X) expands to X(shape) for each other

@@ -1,5 +1,5 @@
 // The polynomials that the affine and polynomial kinds fit: combinations of monomials that the
-// host has made orthonormal on the control points (vtk_mls/kinds/polynomials.py, Basis).
+// host has made orthonormal on the control points (vtk_mls/model/kinds/polynomials.py, Basis).
 
 #ifndef FUNCTIONS
 #error "FUNCTIONS is missing: 3, 9 or 19 monomials of degree 1, 2 or 3"

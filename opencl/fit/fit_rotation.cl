@@ -326,8 +326,8 @@ inline flexible_t flexible_rotation(const fit_t *fit) {
 }
 
 // d(G - v)/dv, rows by the component of G. The weights change the optimum only through each
-// control point's residual; its influence on G(v) is derived in vtk_mls/reference/engine.py. It is
-// summed in the frame of q.
+// control point's residual; its influence on G(v) is derived in
+// vtk_mls/reference/reference_engine.py. It is summed in the frame of q.
 inline weight_jacobian_t displacement_jacobian(const map_t *map, const fit_t *fit) {
   const pivot_t *pivot = &fit->pivot;
   const flexible_t flexible = flexible_rotation(fit);

@@ -394,7 +394,8 @@ inline void set_slopes(const map_t *map, vec v, const sum_vec c[FUNCTIONS], mat 
 }
 
 // d(G - v)/dv, rows by the component of G: the slope of the fitted polynomial, and the influence
-// of each control point's residual times the change of its weight (vtk_mls/reference/engine.py).
+// of each control point's residual times the change of its weight
+// (vtk_mls/reference/reference_engine.py).
 inline weight_jacobian_t fitted_jacobian(const map_t *map, const weighted_fit_t *fit) {
   const int functions = functions_of(map);
   const pivot_t *pivot = &fit->pivot;

@@ -24,9 +24,9 @@ from control_point_sets import (
 
 from vtk_mls.engine import dispatch
 from vtk_mls.engine.device.devices import Device
-from vtk_mls.engine.engine import Engine
+from vtk_mls.engine.opencl_engine import Engine
 from vtk_mls.model.options import ALPHA
-from vtk_mls.reference import engine as reference
+from vtk_mls.reference import reference_engine as reference
 
 ALPHAS = (0.5, 1.0, 1.5, 2.0, 3.0)
 SETS = {"15 at random": lambda rng: random_handles(rng, 15), **HARD_SETS}

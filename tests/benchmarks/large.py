@@ -27,9 +27,9 @@ import numpy as np
 import zarr
 
 from vtk_mls import Deformation, Sampling
+from vtk_mls.blocks.image_blocks import DeformedBlocks
+from vtk_mls.blocks.unfinished import copy_metadata
 from vtk_mls.files.ome_zarr import open_image, read, write
-from vtk_mls.ome_zarr.blocks import DeformedBlocks
-from vtk_mls.ome_zarr.unfinished import copy_metadata
 
 PROJECT = Path(__file__).resolve().parents[2]
 CHUNK, LEVELS, THREADS = 128, 4, 2

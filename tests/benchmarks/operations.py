@@ -164,7 +164,7 @@ def _run_all():
     """Ask all questions; Oclgrind tells of each launch between the names."""
     from vtk_mls import Grid
     from vtk_mls.engine.device import devices as device
-    from vtk_mls.engine.engine import Engine
+    from vtk_mls.engine.opencl_engine import Engine
 
     (found,) = device.list_devices()
     engine, flush = Engine(dataclasses.replace(found, width=1)), ctypes.CDLL(None).fflush

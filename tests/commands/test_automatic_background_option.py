@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 import SimpleITK
 
-from vtk_mls.cli import main
+from vtk_mls.commands.cli import main
 
 
 @pytest.fixture(autouse=True)

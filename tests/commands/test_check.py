@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from vtk_mls.cli import main
+from vtk_mls.commands.cli import main
 from vtk_mls.files import control_point_files
 from vtk_mls.files.landmarks import Landmarks
 from vtk_mls.landmarks import report

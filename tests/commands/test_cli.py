@@ -23,7 +23,7 @@ from vtk_mls import (
     __version__,
     io,
 )
-from vtk_mls.cli import main
+from vtk_mls.commands.cli import main
 from vtk_mls.engine.device import caches, device_check, drivers
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry

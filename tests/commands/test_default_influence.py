@@ -6,7 +6,7 @@ from mesh_fixtures import places_of, set_places
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
 from vtk_mls import Deformation
-from vtk_mls.cli import main
+from vtk_mls.commands.cli import main
 from vtk_mls.editor import State
 from vtk_mls.filters import MLSDeform
 

@@ -15,10 +15,11 @@ from vtkmodules.vtkCommonCore import VTK_UNSIGNED_CHAR
 from vtkmodules.vtkFiltersGeometry import vtkImageDataGeometryFilter
 from vtkmodules.vtkFiltersSources import vtkPlaneSource
 
-from vtk_mls import Deformation, Grid, cli, io
+from vtk_mls import Deformation, Grid, io
+from vtk_mls.commands import cli
 from vtk_mls.files import control_point_files
 from vtk_mls.files.block_files import blocks
-from vtk_mls.handles.curve import CurveHandle
+from vtk_mls.model.handles.curve import CurveHandle
 from vtk_mls.vtk import arrays
 
 FORMATS = {  # input and output of `deform`, and the output of `field`

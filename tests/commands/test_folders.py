@@ -6,7 +6,7 @@ import pytest
 from vtk_fixtures import FAST
 
 from vtk_mls import io
-from vtk_mls.cli import main
+from vtk_mls.commands.cli import main
 from vtk_mls.files.paths import check_folder, existing_file
 
 ARGUMENTS = {

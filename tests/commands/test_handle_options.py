@@ -9,7 +9,7 @@ from handle_surfaces import ball, displaced, joined, moved, polyline, positions,
 from vtk_fixtures import DEFORMED, FAST, REST, add_array, make_image, values_of
 
 from vtk_mls import io
-from vtk_mls.cli import main
+from vtk_mls.commands.cli import main
 from vtk_mls.vtk.arrays import ImageGeometry
 
 CORNERS = np.array([(x, y, z) for x in (-6, 6) for y in (-6, 6) for z in (-6, 6)], float)

@@ -5,7 +5,7 @@ import pytest
 from vtk_fixtures import DEFORMED, FAST, REST
 
 from vtk_mls import Affine, Chain, Deformation, Field, Grid, Sampling, io
-from vtk_mls.cli import main
+from vtk_mls.commands.cli import main
 from vtk_mls.files import control_point_files
 from vtk_mls.files.landmarks import Landmarks
 from vtk_mls.vtk import arrays

@@ -9,7 +9,7 @@ from vtk_fixtures import FAST, add_array, values_of
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
 from vtk_mls import Deformation, io
-from vtk_mls.cli import main
+from vtk_mls.commands.cli import main
 from vtk_mls.editor import State
 from vtk_mls.editor.handle_polydata import handle_values
 from vtk_mls.vtk.arrays import ImageGeometry

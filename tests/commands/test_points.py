@@ -10,7 +10,7 @@ from command_fixtures import run
 from vtk_fixtures import DEFORMED, FAST, REST
 
 from vtk_mls import CUT_FRAMES, Deformation, Grid, HalfPlane, Plane
-from vtk_mls.cli import main
+from vtk_mls.commands.cli import main
 from vtk_mls.files import control_point_files, formats
 from vtk_mls.files.landmarks import Landmarks
 

@@ -6,7 +6,7 @@ import SimpleITK as sitk
 from vtk_fixtures import DEFORMED, FAST, REST, TURNED
 
 from vtk_mls import io
-from vtk_mls.cli import main
+from vtk_mls.commands.cli import main
 from vtk_mls.vtk.arrays import ImageGeometry
 
 FAR = np.array([0, 0, 800.0])

@@ -8,7 +8,7 @@ from vtk_fixtures import DEFORMED, FAST, REST, add_array, make_image, values_of
 from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet
 
 from vtk_mls import Deformation, Grid, io
-from vtk_mls.cli import main
+from vtk_mls.commands.cli import main
 from vtk_mls.files import control_point_files
 from vtk_mls.queries import arrival
 from vtk_mls.vtk.arrays import ImageGeometry

@@ -14,8 +14,8 @@ from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
 from vtkmodules.vtkIOHDF import vtkHDFWriter
 
 from vtk_mls import CUT_FRAMES, Deformation, HalfPlane, io
-from vtk_mls.cli import main
 from vtk_mls.commands import series
+from vtk_mls.commands.cli import main
 from vtk_mls.files.block_files import blocks
 from vtk_mls.vtk import arrays
 

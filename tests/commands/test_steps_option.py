@@ -5,7 +5,7 @@ from vtk_fixtures import FAST
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
 from vtk_mls import io
-from vtk_mls.cli import main
+from vtk_mls.commands.cli import main
 
 HANDLES = """px,py,pz,qx,qy,qz
 0,0,0,0,0,0

@@ -59,7 +59,7 @@ def test_the_child_does_not_outlive_a_killed_parent(files, tmp_path):
 import sys
 from vtk_mls.base import child_process
 child_process.interpreter = lambda: [sys.executable, "-c", {child!r}]
-from vtk_mls.cli import main
+from vtk_mls.commands.cli import main
 sys.exit(main())
 """
     process = subprocess.Popen(
@@ -140,7 +140,7 @@ io.read_dataset = endless
 
 
 def test_the_parent_does_not_import_numpy():
-    code = "import sys; import vtk_mls.cli; print('numpy' in sys.modules, vtk_mls.Grid.__name__)"
+    code = "import sys, vtk_mls.commands.cli; print('numpy' in sys.modules, vtk_mls.Grid.__name__)"
     assert run(code=code) == (0, "False Grid\n", "")
     code = "import vtk_mls; vtk_mls.nothing"
     assert "module `vtk_mls` has no attribute `nothing`" in run(code=code)[2]

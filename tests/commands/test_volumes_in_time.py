@@ -12,8 +12,8 @@ import SimpleITK
 from vtk_fixtures import DEFORMED, FAST, REST
 
 from vtk_mls import io
-from vtk_mls.cli import main
 from vtk_mls.commands import series
+from vtk_mls.commands.cli import main
 from vtk_mls.vtk import arrays
 
 COUNT, SIZE = 3, (9, 8, 7)

@@ -13,7 +13,8 @@ from control_point_sets import (
 from pairwise import paired, rare
 
 from vtk_mls import Aborted, Deformation, HalfPlane, Plane, Surface
-from vtk_mls.engine import dispatch, engine
+from vtk_mls.engine import dispatch
+from vtk_mls.engine import opencl_engine as engine
 from vtk_mls.engine.device import devices as opencl
 
 EVERYWHERE = ["reference", *DEVICES]

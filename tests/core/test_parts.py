@@ -13,7 +13,8 @@ from control_point_sets import (
 from pairwise import paired
 
 from vtk_mls import INTERPOLATIONS, Grid, HalfPlane, Plane, Sampling, Surface
-from vtk_mls.engine import dispatch, engine
+from vtk_mls.engine import dispatch
+from vtk_mls.engine import opencl_engine as engine
 from vtk_mls.engine.device import devices as device
 
 REACH = {"nearest": 0, "linear": 0, "cubic": 1}

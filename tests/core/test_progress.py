@@ -8,7 +8,8 @@ from control_point_sets import DEVICES, EXTENT, random_handles
 
 from vtk_mls import Aborted, Deformation, Grid, HalfPlane, Sampling
 from vtk_mls.base.progress import SILENT, Progress, whole
-from vtk_mls.engine import dispatch, engine
+from vtk_mls.engine import dispatch
+from vtk_mls.engine import opencl_engine as engine
 
 GRID = Grid((15, 14, 12), spacing=(18, 19, 23))
 TARGET = Grid((17, 13, 10), (10, 9, 8), (14, 18, 23))
@@ -53,7 +54,7 @@ QUESTIONS = {
 @pytest.fixture(params=["reference", *DEVICES])
 def device(request, monkeypatch):
     """A device on which everything takes some steps."""
-    monkeypatch.setattr("vtk_mls.reference.engine._MAX_VALUES", 1 << 15)
+    monkeypatch.setattr("vtk_mls.reference.reference_engine._MAX_VALUES", 1 << 15)
     monkeypatch.setattr("vtk_mls.queries.fields.MAX_SLAB_POINTS", 900)
     monkeypatch.setattr("vtk_mls.queries.fitted_grid.SAMPLES", 14)
     if request.param != "reference":

@@ -14,7 +14,7 @@ from control_point_sets import (
 )
 from pairwise import paired, rare
 
-from vtk_mls.kinds.polynomials import monomial_values
+from vtk_mls.model.kinds.polynomials import monomial_values
 
 # Share of the extent that float64 arithmetic, or float32 kernels, may lose.
 PRECISION = {"reference": 1e-10} | {device: 2e-6 for device in DEVICES}

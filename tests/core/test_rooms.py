@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import vtk_mls
-from vtk_mls import cuts, kinds
 from vtk_mls.base.resources import resource
+from vtk_mls.model import cuts, kinds
 
 PAPER = ("affine", "rigid", "similarity", "polynomial")
 

@@ -17,7 +17,7 @@ from vtk_mls import (
     RegionHandle,
     SlidingFace,
 )
-from vtk_mls.handles.paths import blended_path
+from vtk_mls.model.handles.handle_paths import blended_path
 
 EVERYWHERE = ["reference", *DEVICES]
 KINDS = [("rigid", 2), ("similarity", 2), ("affine", 2), ("polynomial", 2)]

@@ -26,8 +26,8 @@ import numpy as np
 
 from vtk_mls import Deformation, Grid, HalfPlane, Plane, Sampling, Surface
 from vtk_mls.engine.device import devices as device
-from vtk_mls.engine.engine import Engine
-from vtk_mls.reference import engine as reference
+from vtk_mls.engine.opencl_engine import Engine
+from vtk_mls.reference import reference_engine as reference
 
 EXTENT = 40.0
 BOUND = 1e-4

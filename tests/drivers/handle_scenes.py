@@ -19,7 +19,7 @@ from vtk_mls import (
     SlidingFace,
     Surface,
 )
-from vtk_mls.handles.distance_image import DistanceImage
+from vtk_mls.model.handles.distance_image import DistanceImage
 
 CENTER = np.array([20.0, 20, 20])
 IMAGE_GRID = Grid((11, 11, 11), CENTER - 15, (3.0, 3.0, 3.0))

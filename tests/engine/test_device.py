@@ -10,11 +10,12 @@ from control_point_sets import DEVICES, LOCAL_POINTS
 
 from vtk_mls import Deformation, DeviceError
 from vtk_mls.base.resources import resource
-from vtk_mls.engine import dispatch, engine
+from vtk_mls.engine import dispatch
+from vtk_mls.engine import opencl_engine as engine
 from vtk_mls.engine.device import device_check, drivers
 from vtk_mls.engine.device import devices as device
 from vtk_mls.engine.launch.launcher import Launcher
-from vtk_mls.reference import engine as reference
+from vtk_mls.reference import reference_engine as reference
 
 ONE = ([[0, 0, 0]], [[1, 0, 0]])
 GPU = device.Device("0:0", "Fast", "Some", "gpu", "OpenCL 3.0", None)

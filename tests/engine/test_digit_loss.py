@@ -9,8 +9,8 @@ from pairwise import paired
 
 from vtk_mls import CurveHandle, HalfPlane
 from vtk_mls.engine import dispatch
-from vtk_mls.engine.engine import Engine
-from vtk_mls.kinds.polynomials import Polynomial
+from vtk_mls.engine.opencl_engine import Engine
+from vtk_mls.model.kinds.polynomials import Polynomial
 
 pytestmark = pytest.mark.skipif(
     not DEVICES, reason="no OpenCL device that computes right: `vtk-mls doctor` says why"

@@ -21,7 +21,8 @@ from pairwise import paired, rare
 
 from vtk_mls import Deformation, Grid, HalfPlane, Plane, Sampling
 from vtk_mls.base import interpolation
-from vtk_mls.engine import dispatch, engine
+from vtk_mls.engine import dispatch
+from vtk_mls.engine import opencl_engine as engine
 from vtk_mls.engine.device import devices as device
 from vtk_mls.engine.launch import kernel_arguments
 from vtk_mls.engine.launch.launcher import Launcher

@@ -5,8 +5,8 @@ from control_point_sets import DEVICES
 
 from vtk_mls.commands import kernel_checks
 from vtk_mls.engine import dispatch
-from vtk_mls.engine.engine import Engine
 from vtk_mls.engine.launch.launcher import Launcher
+from vtk_mls.engine.opencl_engine import Engine
 
 REQUIRED = {
     *("point_displacement", "point_jacobian", "point_inverse", "grid_displacement"),

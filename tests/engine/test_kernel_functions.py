@@ -11,7 +11,7 @@ from kernel_functions import call
 from vtk_mls import Deformation, HalfPlane, Surface
 from vtk_mls.engine.device import devices as device
 from vtk_mls.engine.map.cut_tables import cut_tables
-from vtk_mls.kinds.polynomials import Polynomial, monomial_gradients, monomial_values
+from vtk_mls.model.kinds.polynomials import Polynomial, monomial_gradients, monomial_values
 
 ROTATION = ["rotation.cl"]
 AXES = "(vec){a[0], a[1], a[2]}"

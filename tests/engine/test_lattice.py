@@ -7,7 +7,8 @@ import pytest
 from control_point_sets import DEVICES, EXTENT, deformation, random_handles
 
 from vtk_mls import HalfPlane, Plane
-from vtk_mls.engine import dispatch, engine
+from vtk_mls.engine import dispatch
+from vtk_mls.engine import opencl_engine as engine
 from vtk_mls.engine.launch.launcher import Launcher
 
 CUTS = {

@@ -8,7 +8,7 @@ from vtk_mls import Deformation, Grid, HalfPlane, Plane, Surface
 from vtk_mls.engine import dispatch
 from vtk_mls.engine.launch import launcher
 from vtk_mls.engine.map import origin_nodes
-from vtk_mls.reference import engine as reference
+from vtk_mls.reference import reference_engine as reference
 
 HALF_PLANE = HalfPlane((15, 13, 11), (0.2, 0.1, 1), (1, 0.3, 0))
 CUTS = {

@@ -231,7 +231,7 @@ def _deform(arguments):
             supervision.MIN_SECONDS = SECONDS / 4
             signal.alarm(SECONDS)
             try:
-                supervision.work(folder, "vtk_mls.cli:run", arguments)
+                supervision.work(folder, "vtk_mls.commands.cli:run", arguments)
             except SystemExit as ended:
                 status = ended.code
             except BaseException:

@@ -11,7 +11,7 @@ import SimpleITK
 from vtk_fixtures import DEFORMED, FAST, REST
 
 from vtk_mls import io
-from vtk_mls.cli import main
+from vtk_mls.commands.cli import main
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 

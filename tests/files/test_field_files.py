@@ -13,7 +13,7 @@ from vtk_fixtures import DEFORMED, FAST, REST, add_array, make_image, values_of
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 
 from vtk_mls import KINDS, Deformation, Grid, io
-from vtk_mls.cli import main
+from vtk_mls.commands.cli import main
 from vtk_mls.files import field_files
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry

@@ -21,7 +21,7 @@ from file_fixtures import (
 from slicer_peer import needs_slicer
 
 from vtk_mls import io
-from vtk_mls.cli import main
+from vtk_mls.commands.cli import main
 from vtk_mls.files import control_point_files
 from vtk_mls.vtk.arrays import ImageGeometry
 

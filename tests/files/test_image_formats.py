@@ -26,7 +26,7 @@ from file_fixtures import (
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
 from vtk_mls import io
-from vtk_mls.cli import main
+from vtk_mls.commands.cli import main
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry

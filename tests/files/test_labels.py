@@ -11,7 +11,7 @@ from slicer_peer import needs_slicer
 from vtk_fixtures import FAST, add_array, connect, control_points, update
 
 from vtk_mls import io
-from vtk_mls.cli import main
+from vtk_mls.commands.cli import main
 from vtk_mls.files import control_point_files, metadata
 from vtk_mls.filters import MLSDeform
 

@@ -8,7 +8,7 @@ from vtk_fixtures import DEFORMED, FAST, REST, control_points, make_image, updat
 from vtkmodules.vtkIOXML import vtkXMLPolyDataReader, vtkXMLPolyDataWriter
 
 from vtk_mls import io
-from vtk_mls.cli import main
+from vtk_mls.commands.cli import main
 from vtk_mls.files import control_point_files
 from vtk_mls.files.landmarks import Landmarks, paired
 from vtk_mls.filters import MLSControlPoints, MLSDeform, parallel

@@ -16,7 +16,8 @@ from vtkmodules.vtkFiltersSources import vtkSphereSource
 from vtkmodules.vtkIOPLY import vtkPLYReader
 from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter, vtkXMLStructuredGridWriter
 
-from vtk_mls import Deformation, cli, io
+from vtk_mls import Deformation, io
+from vtk_mls.commands import cli
 from vtk_mls.vtk import arrays
 
 

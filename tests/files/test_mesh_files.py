@@ -33,7 +33,7 @@ from vtkmodules.vtkIOParallelXML import (
 from vtkmodules.vtkIOXML import vtkXMLMultiBlockDataWriter
 
 from vtk_mls import Deformation, io
-from vtk_mls.cli import main
+from vtk_mls.commands.cli import main
 from vtk_mls.files.block_files import blocks, leaves
 from vtk_mls.vtk import arrays
 

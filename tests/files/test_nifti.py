@@ -27,7 +27,7 @@ from file_fixtures import (
 
 from vtk_mls import io
 from vtk_mls.base.messages import message_handlers
-from vtk_mls.cli import main
+from vtk_mls.commands.cli import main
 from vtk_mls.vtk.arrays import ImageGeometry
 
 SMALL = np.arange(7 * 6 * 5, dtype="<i2").reshape(7, 6, 5)  # z, y, x

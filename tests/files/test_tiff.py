@@ -11,8 +11,8 @@ import SimpleITK
 import tifffile
 
 from vtk_mls import io
-from vtk_mls.cli import main
 from vtk_mls.commands import series
+from vtk_mls.commands.cli import main
 from vtk_mls.vtk import arrays
 
 SHAPE = (6, 7, 8)

@@ -15,7 +15,7 @@ from nitransforms.resampling import apply
 from vtk_fixtures import DEFORMED, FAST, REST, TURNED, add_array, make_image
 
 from vtk_mls import Affine, Chain, Deformation, Field, Grid, io
-from vtk_mls.cli import main
+from vtk_mls.commands.cli import main
 from vtk_mls.files import field_files
 from vtk_mls.vtk.arrays import ImageGeometry
 

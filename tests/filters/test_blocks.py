@@ -27,7 +27,8 @@ from vtkmodules.vtkFiltersSources import vtkRandomHyperTreeGridSource, vtkSphere
 from vtkmodules.vtkImagingCore import vtkExtractVOI
 from vtkmodules.vtkIOXML import vtkXMLMultiBlockDataWriter
 
-from vtk_mls import HalfPlane, cli
+from vtk_mls import HalfPlane
+from vtk_mls.commands import cli
 from vtk_mls.files.block_files import blocks, leaves
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
 from vtk_mls.vtk import arrays

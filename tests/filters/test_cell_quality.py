@@ -33,7 +33,7 @@ from vtkmodules.vtkFiltersVerdict import vtkMeshQuality
 from vtk_mls import RegionHandle
 from vtk_mls.base.progress import SILENT
 from vtk_mls.filters.largest_blend import largest_blend
-from vtk_mls.handles.shapes import Ball
+from vtk_mls.model.handles.shapes import Ball
 
 MEASURED = (5, 9, 10, 12, 13, 14)
 MESHES = {

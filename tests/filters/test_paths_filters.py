@@ -8,7 +8,7 @@ from vtkmodules.vtkCommonDataModel import vtkPolyData
 
 from vtk_mls import CurveHandle, Deformation
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
-from vtk_mls.handles.handle_cells import HandleCells
+from vtk_mls.model.handles.handle_cells import HandleCells
 from vtk_mls.vtk.arrays import ImageGeometry
 from vtk_mls.vtk.control_point_polydata import fill_polydata
 

@@ -7,7 +7,8 @@ from vtk_fixtures import add_array, connect, make_image, update, values_of
 from vtkmodules.vtkCommonCore import VTK_FLOAT, VTK_SHORT
 
 from vtk_mls import Deformation, Grid, Sampling
-from vtk_mls.engine import dispatch, engine
+from vtk_mls.engine import dispatch
+from vtk_mls.engine import opencl_engine as engine
 from vtk_mls.filters import MLSControlPoints, MLSDeform
 
 pytestmark = pytest.mark.skipif(not DEVICES, reason="no OpenCL device that computes right")

@@ -23,7 +23,7 @@ from vtk_mls import (
     Solid,
 )
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
-from vtk_mls.handles.shapes import Shape
+from vtk_mls.model.handles.shapes import Shape
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.cells import connectivity_of
 

@@ -26,7 +26,7 @@ from vtkmodules.vtkCommonDataModel import (
 from vtk_mls import CUT_FRAMES, KINDS, Deformation, DeviceError
 from vtk_mls.base import interpolation
 from vtk_mls.filters import MLSControlPoints, MLSDeform, MLSDisplacementField
-from vtk_mls.reference import engine as reference
+from vtk_mls.reference import reference_engine as reference
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.cells import is_empty
 from vtk_mls.vtk.control_point_polydata import fill_polydata

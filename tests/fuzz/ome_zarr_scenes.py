@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from vtk_mls import INTERPOLATIONS, Deformation, Grid, Sampling, io
+from vtk_mls.blocks import image_job as job
 from vtk_mls.files.ome_zarr import open_image
-from vtk_mls.ome_zarr import job
 from vtk_mls.vtk.arrays import ImageGeometry
 
 _SHARE = 0.1  # of the cases

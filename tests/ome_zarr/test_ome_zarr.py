@@ -19,10 +19,11 @@ from zarr_images import HANDLES, ORIGIN, SHAPE, SPACING, files, halves, values, 
 
 from vtk_mls import Aborted, Deformation, Grid, Sampling, io
 from vtk_mls.base.messages import message_handlers
-from vtk_mls.cli import main
+from vtk_mls.blocks import image_blocks as blocks
+from vtk_mls.blocks import image_job as job
 from vtk_mls.commands import view
+from vtk_mls.commands.cli import main
 from vtk_mls.editor import saving
-from vtk_mls.ome_zarr import blocks, job
 
 GRID = Grid(SHAPE[::-1], ORIGIN[::-1], SPACING[::-1])
 D = Deformation(HANDLES[:, :3], HANDLES[:, 3:], device="reference")
@@ -169,7 +170,7 @@ JOB = """
 import sys, time
 from pathlib import Path
 from vtk_mls import Deformation
-from vtk_mls.ome_zarr import blocks, job
+from vtk_mls.blocks import image_blocks as blocks, image_job as job
 import numpy as np
 blocks.MAX_VALUES = 6 * 8 * 10
 handles = np.loadtxt("handles.csv", delimiter=",")

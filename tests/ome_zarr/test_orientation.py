@@ -12,11 +12,11 @@ import SimpleITK as sitk
 from zarr_images import HANDLES, ORIGIN, SHAPE, SPACING, halves, values, write
 
 from vtk_mls import Deformation, Grid, Sampling, io
-from vtk_mls.cli import main
+from vtk_mls.blocks import image_job as job
 from vtk_mls.commands import view
+from vtk_mls.commands.cli import main
 from vtk_mls.dask import resample
 from vtk_mls.files.ome_zarr import open_image
-from vtk_mls.ome_zarr import job
 from vtk_mls.vtk.arrays import ImageGeometry
 
 SIDES = {"R": "left", "L": "right", "A": "posterior", "P": "anterior"}

@@ -9,9 +9,10 @@ import zarr
 from zarr_images import HANDLES, ORIGIN, SHAPE, SPACING, halves, values, write
 
 from vtk_mls import Deformation, Grid, Sampling, io
-from vtk_mls.cli import main
+from vtk_mls.blocks import image_blocks as blocks
+from vtk_mls.blocks import image_job as job
+from vtk_mls.commands.cli import main
 from vtk_mls.files.ome_zarr import open_image
-from vtk_mls.ome_zarr import blocks, job
 
 GRID = Grid(SHAPE[::-1], ORIGIN[::-1], SPACING[::-1])
 D = Deformation(HANDLES[:, :3], HANDLES[:, 3:], device="reference")

@@ -14,8 +14,8 @@ from paraviews import PARAVIEWS
 
 from vtk_mls.base import child_process, messages
 from vtk_mls.base.resources import resource
-from vtk_mls.cli import main
-from vtk_mls.doctor import report
+from vtk_mls.commands.cli import main
+from vtk_mls.commands.installation import report
 from vtk_mls.paraview import installation
 
 VERSIONS = {"python": "3.11.2", "vtk": "9.2.0", "numpy": "1.24.2"}

@@ -8,9 +8,9 @@ import sys
 
 import pytest
 
-from vtk_mls.cli import main
 from vtk_mls.commands import paraview_venv
-from vtk_mls.doctor import report
+from vtk_mls.commands.cli import main
+from vtk_mls.commands.installation import report
 from vtk_mls.engine.device import caches
 from vtk_mls.paraview import installation
 

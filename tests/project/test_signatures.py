@@ -4,8 +4,9 @@ import inspect
 
 import pytest
 
-from vtk_mls.engine import engine, protocol
-from vtk_mls.reference import engine as reference
+from vtk_mls.engine import opencl_engine as engine
+from vtk_mls.engine import protocol
+from vtk_mls.reference import reference_engine as reference
 
 QUESTIONS = (
     *("backward", "void_distance", "forward", "jacobian", "least_determinant"),

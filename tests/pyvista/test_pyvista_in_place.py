@@ -9,7 +9,8 @@ import pytest
 from control_point_sets import DEVICES
 
 from vtk_mls import Deformation, Grid, Plane, Surface
-from vtk_mls.engine import dispatch, engine
+from vtk_mls.engine import dispatch
+from vtk_mls.engine import opencl_engine as engine
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
 from vtk_mls.vtk import arrays
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 from vtk_fixtures import FAST
 
-from vtk_mls import kinds
 from vtk_mls.editor import State
 from vtk_mls.engine.launch.launcher import Launcher
+from vtk_mls.model import kinds
 from vtk_mls.web import preparation
 
 

@@ -16,8 +16,8 @@ import numpy as np
 from vtk_mls import KINDS, Deformation, Grid, HalfPlane, Sampling
 from vtk_mls.engine.device import devices
 from vtk_mls.engine.device.device_check import MARK, description
-from vtk_mls.engine.engine import Engine
-from vtk_mls.reference import engine as reference
+from vtk_mls.engine.opencl_engine import Engine
+from vtk_mls.reference import reference_engine as reference
 
 EXTENT = 40.0
 _CUT = HalfPlane((20, 20, 20), (0.1, 0.2, 1), (1, 0.1, 0))

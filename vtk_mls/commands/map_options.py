@@ -145,8 +145,8 @@ def apply(options, algorithm, control_points=None):
 def deformation(options):
     """The `Deformation` of the options."""
     from vtk_mls import Deformation
-    from vtk_mls.handles.paths import blended_path
-    from vtk_mls.handles.rigid_motion import blended
+    from vtk_mls.model.handles.handle_paths import blended_path
+    from vtk_mls.model.handles.rigid_motion import blended
 
     rest, deformed, weights, path, handles = _handles_of(options, _moving_control_points(options))
     if options.blend != 1:
@@ -256,7 +256,7 @@ def _handles_of(options, polydata):
     from vtk_mls import io
     from vtk_mls.vtk import arrays
     from vtk_mls.vtk.control_point_polydata import path_of
-    from vtk_mls.vtk.handle_cells import cells_of
+    from vtk_mls.vtk.handle_datasets import cells_of
 
     path = path_of(polydata)
     if options.handle_shapes == "cells":

@@ -47,8 +47,8 @@ def is_for(options):
 
 def deform(options, algorithm):
     """Deform an OME-Zarr as a filter says."""
-    from vtk_mls.ome_zarr import job
-    from vtk_mls.ome_zarr.blocks import channel_backgrounds
+    from vtk_mls.blocks import image_job as job
+    from vtk_mls.blocks.image_blocks import channel_backgrounds
 
     image = open_image(options.input)
     _apply(options, algorithm, image)
@@ -77,7 +77,7 @@ def deform(options, algorithm):
 
 def field(options, algorithm):
     """Write the displacement field of a filter on the grid of an OME-Zarr."""
-    from vtk_mls.ome_zarr import job
+    from vtk_mls.blocks import image_job as job
 
     image = open_image(options.input)
     _apply(options, algorithm, image)

@@ -7,7 +7,7 @@ from vtkmodules.vtkCommonDataModel import vtkPolyData
 
 from vtk_mls import RegionHandle, Solid, io
 from vtk_mls.files import metadata
-from vtk_mls.handles.handle_cells import cells_of_handles
+from vtk_mls.model.handles.handle_cells import cells_of_handles
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.control_point_polydata import (
     DISPLACEMENT,
@@ -16,7 +16,7 @@ from vtk_mls.vtk.control_point_polydata import (
     fill_polydata,
     path_of,
 )
-from vtk_mls.vtk.handle_cells import cells_of
+from vtk_mls.vtk.handle_datasets import cells_of
 from vtk_mls.vtk.shape_surfaces import surface_of
 
 

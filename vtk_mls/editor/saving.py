@@ -12,6 +12,7 @@ from vtkmodules.vtkRenderingCore import vtkWindowToImageFilter
 from vtk_mls import Aborted, Surface, io
 from vtk_mls.base.messages import message_handlers
 from vtk_mls.base.sampling import AUTOMATIC
+from vtk_mls.blocks import image_job as job
 from vtk_mls.editor import script
 from vtk_mls.editor.grips import names_of
 from vtk_mls.editor.handle_polydata import handle_polydata
@@ -20,7 +21,6 @@ from vtk_mls.files.ome_zarr import is_ome_zarr
 from vtk_mls.files.paths import replacing
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
 from vtk_mls.filters.updating import update
-from vtk_mls.ome_zarr import job
 from vtk_mls.queries.handle_warnings import overlap_warnings
 from vtk_mls.vtk.cells import triangle_polydata
 

@@ -91,7 +91,7 @@ def script(state, handles, surfaces, files):
     others = [pair for pair in files if pair not in large]
     work = _LOOP.format(files=others) if others else ""
     work += _BLOCKS.format(files=large) if large else ""
-    more = "from vtk_mls.ome_zarr import job\n" if large else ""
+    more = "from vtk_mls.blocks import image_job as job\n" if large else ""
     return _TEXT.format(
         more=more,
         work=work,

@@ -9,7 +9,7 @@ from vtk_mls.editor.curve_tool import CurveTool
 from vtk_mls.editor.cut_tool import CutTool
 from vtk_mls.editor.region_tool import RegionTool
 from vtk_mls.editor.text_entry import TextEntry
-from vtk_mls.handles.curve import straightened
+from vtk_mls.model.handles.curve import straightened
 
 _RADIUS = 0.25  # of the initial mask, and its fall-off, relative to the data
 _MASK_HINT = (

@@ -7,11 +7,11 @@ from dataclasses import dataclass, field, make_dataclass, replace
 
 import numpy as np
 
-from vtk_mls import BallMask, CurveHandle, Deformation, HalfPlane, Plane, RegionHandle, kinds
+from vtk_mls import BallMask, CurveHandle, Deformation, HalfPlane, Plane, RegionHandle
 from vtk_mls.editor import grips, pairs
-from vtk_mls.handles.paths import blended_path
-from vtk_mls.handles.rigid_motion import blended
-from vtk_mls.model import options
+from vtk_mls.model import kinds, options
+from vtk_mls.model.handles.handle_paths import blended_path
+from vtk_mls.model.handles.rigid_motion import blended
 
 _, _POLYNOMIAL = options.DEGREE.needs
 # The options, with the defaults of the editor.

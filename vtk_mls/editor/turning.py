@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from vtk_mls import Ball, RegionHandle
-from vtk_mls.handles.paths import along
-from vtk_mls.handles.rigid_motion import screw
+from vtk_mls.model.handles.handle_paths import along
+from vtk_mls.model.handles.rigid_motion import screw
 from vtk_mls.model.options import MAX_STEPS
 
 _STAGE_ANGLE = np.radians(15)  # between intermediate places of a turn

@@ -9,7 +9,7 @@ from vtk_mls.base import lazy
 from vtk_mls.base.messages import warn
 from vtk_mls.engine.device import device_check, devices, drivers
 from vtk_mls.engine.device.devices import NoDevice
-from vtk_mls.reference import engine as reference
+from vtk_mls.reference import reference_engine as reference
 
 
 def engine_for(name=None):
@@ -31,7 +31,7 @@ def engine_for(name=None):
             raise
         _warn_once(f"numpy is used, slowly: {error}")
         return reference
-    from vtk_mls.engine import engine  # needs OpenCL
+    from vtk_mls.engine import opencl_engine as engine  # needs OpenCL
 
     return engine.on(chosen)
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from vtk_mls.base.messages import warn
 from vtk_mls.files.frames import signs
-from vtk_mls.handles.handle_cells import HandleCells
+from vtk_mls.model.handles.handle_cells import HandleCells
 
 _MAX_TEXT, _MAX_LABELS = 60, 5  # in an error
 _NUMBERED = re.compile(r"(?:(?P<list>.*)-)?(?P<number>\d{1,9})", re.DOTALL)

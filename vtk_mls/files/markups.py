@@ -18,7 +18,7 @@ import numpy as np
 
 from vtk_mls.files.frames import signs
 from vtk_mls.files.landmarks import Landmarks, shortened
-from vtk_mls.handles.handle_cells import HandleCells
+from vtk_mls.model.handles.handle_cells import HandleCells
 
 # All versions of Slicer compare this address, except for the last two numbers.
 _SCHEMA = (

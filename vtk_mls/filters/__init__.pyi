@@ -9,9 +9,9 @@ from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
 from vtk_mls.base.grid import Grid
-from vtk_mls.cuts import Cut
-from vtk_mls.handles.handle_set import Handle
-from vtk_mls.limits import FixedFace, Mask
+from vtk_mls.model.cuts import Cut
+from vtk_mls.model.handles.handle_set import Handle
+from vtk_mls.model.limits import FixedFace, Mask
 from vtk_mls.queries.transform import Transform
 
 class _DeformingFilter(VTKPythonAlgorithmBase):

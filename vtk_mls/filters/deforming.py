@@ -30,15 +30,15 @@ from vtk_mls.filters.largest_blend import Blends
 from vtk_mls.filters.own_control_points import OwnControlPoints
 from vtk_mls.filters.properties import with_properties
 from vtk_mls.filters.shared_inputs import SharedInputs
-from vtk_mls.handles.handle_cells import handles_of_cells
-from vtk_mls.handles.paths import blended_path
-from vtk_mls.handles.rigid_motion import blended
 from vtk_mls.model import options
+from vtk_mls.model.handles.handle_cells import handles_of_cells
+from vtk_mls.model.handles.handle_paths import blended_path
+from vtk_mls.model.handles.rigid_motion import blended
 from vtk_mls.queries.handle_warnings import handle_warnings
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 from vtk_mls.vtk.control_point_polydata import DISPLACEMENT, WEIGHT, path_of
-from vtk_mls.vtk.handle_cells import cells_of
+from vtk_mls.vtk.handle_datasets import cells_of
 
 _ANCHOR = np.zeros((1, 3))
 _AT_REST = (

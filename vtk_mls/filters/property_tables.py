@@ -23,8 +23,8 @@ from vtk_mls.filters.properties import (
     Values,
     Vector,
 )
-from vtk_mls.handles.handle_cells import HANDLE_SHAPES
 from vtk_mls.model import options
+from vtk_mls.model.handles.handle_cells import HANDLE_SHAPES
 
 
 def _of_option(option, is_interactive=False):

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vtk_mls import kinds
 from vtk_mls.base.progress import SILENT, Progress
-from vtk_mls.kinds import polynomials
-from vtk_mls.kinds.kind import Kind
 from vtk_mls.landmarks.settings import Settings
+from vtk_mls.model import kinds
+from vtk_mls.model.kinds import polynomials
+from vtk_mls.model.kinds.kind import Kind
 
 _MAX_TEMPORARY = 1 << 21  # elements of an array
 # Without one pair the others usually determine the same maps as all pairs, and the fit of all is

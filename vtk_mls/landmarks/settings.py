@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vtk_mls.kinds.polynomials import MONOMIAL_COUNT
+from vtk_mls.model.kinds.polynomials import MONOMIAL_COUNT
 
 # Tried without smoothing, then the best kinds with smoothing, in the typical spacing of pairs.
 _KINDS = (

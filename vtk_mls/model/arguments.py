@@ -7,8 +7,8 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vtk_mls import cuts as shapes
 from vtk_mls.base.validation import as_float, points, short_repr
+from vtk_mls.model import cuts as shapes
 
 # Largest coordinate of control points, world units: displacements are float32, up to 3.4e38.
 MAX_COORDINATE = 1e37

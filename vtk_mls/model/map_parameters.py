@@ -9,11 +9,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vtk_mls import kinds, limits
 from vtk_mls.base.validation import freeze, same_count
-from vtk_mls.cuts import Cut, Obstacle, Plane
-from vtk_mls.handles.handle_set import Handle, HandleSet, checked_handles
-from vtk_mls.model import arguments
+from vtk_mls.model import arguments, kinds, limits
+from vtk_mls.model.cuts import Cut, Obstacle, Plane
+from vtk_mls.model.handles.handle_set import Handle, HandleSet, checked_handles
 from vtk_mls.model.options import check_options, named
 from vtk_mls.model.regions import Region, deformed_plane, split_by_planes
 

@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from vtk_mls import kinds
 from vtk_mls.base.validation import as_float, short_repr
+from vtk_mls.model import kinds
 
 CUT_FRAMES = ("rest", "deformed")
 MAX_STEPS = 256

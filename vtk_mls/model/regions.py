@@ -9,9 +9,9 @@ from itertools import product
 import numpy as np
 
 from vtk_mls.base.linear_algebra import fitted_affine
-from vtk_mls.cuts import Plane
-from vtk_mls.handles.control_points import ControlPoints
-from vtk_mls.handles.handle_set import HandleSet
+from vtk_mls.model.cuts import Plane
+from vtk_mls.model.handles.control_points import ControlPoints
+from vtk_mls.model.handles.handle_set import HandleSet
 
 MAX_PLANES = 6
 # Distance below which a point counts as on a plane, as a fraction of the size.

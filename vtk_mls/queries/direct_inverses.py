@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vtk_mls.limits import are_fixed
+from vtk_mls.model.limits import are_fixed
 
 _TOLERANCE = 1e-5  # of the inverse, as a fraction of the size
 

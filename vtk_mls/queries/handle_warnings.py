@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from vtk_mls.handles.curve import CurveHandle, Segments
-from vtk_mls.handles.region import RegionHandle
+from vtk_mls.model.handles.curve import CurveHandle, Segments
+from vtk_mls.model.handles.region import RegionHandle
 
 _MAX_MISS = 1e-4  # largest miss of a handle that is met, as a fraction of the extent of all
 _SAMPLES = 8  # along each axis of the bounds of a region

@@ -7,7 +7,7 @@ from itertools import combinations
 import numpy as np
 
 from vtk_mls.base.linear_algebra import transformed
-from vtk_mls.cuts.plane import Plane
+from vtk_mls.model.cuts.plane import Plane
 
 # Rounding error of the device's float32, and more, as a fraction of the size.
 _ROUNDING = 1e-5

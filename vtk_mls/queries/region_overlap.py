@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from itertools import combinations
 
-from vtk_mls.handles.region import RegionHandle
+from vtk_mls.model.handles.region import RegionHandle
 
 _SAMPLES = 24  # along each axis of the bounds of a region
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vtk_mls.base.linear_algebra import finite
-from vtk_mls.limits import limited, limited_jacobians
+from vtk_mls.model.limits import limited, limited_jacobians
 from vtk_mls.reference.weights import WeightedPoints
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from vtk_mls.base.grid import Grid
 from vtk_mls.base.progress import SILENT, Progress
 from vtk_mls.queries.transform import Transform
-from vtk_mls.transforms import engine
+from vtk_mls.transforms import chain_engine
 
 _SAMPLES = 9  # along each axis of a grid, of known positions
 
@@ -54,7 +54,7 @@ class PointwiseTransform(Transform):
 
     @property
     def _engine(self):
-        return engine
+        return chain_engine
 
     def _material_samples(self, grid):
         axes = [np.linspace(0, count - 1, _SAMPLES) for count in grid.dimensions]

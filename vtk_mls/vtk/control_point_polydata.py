@@ -6,10 +6,10 @@ import numpy as np
 from vtkmodules.vtkCommonCore import VTK_DOUBLE
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
-from vtk_mls.handles.handle_cells import HandleCells
+from vtk_mls.model.handles.handle_cells import HandleCells
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.cells import positions_of, set_positions
-from vtk_mls.vtk.handle_cells import cells_of, set_cells
+from vtk_mls.vtk.handle_datasets import cells_of, set_cells
 
 # Names of the point arrays.
 DISPLACEMENT, WEIGHT, LABEL, PATH = "Displacement", "Weight", "Label", "Path"

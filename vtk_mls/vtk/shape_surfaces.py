@@ -11,7 +11,7 @@ from vtkmodules.vtkFiltersSources import vtkSphereSource
 
 from vtk_mls.base.grid import Grid
 from vtk_mls.base.linear_algebra import unit
-from vtk_mls.handles.shapes import Capsule, Labels, Solid
+from vtk_mls.model.handles.shapes import Capsule, Labels, Solid
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 from vtk_mls.vtk.cells import connectivity_of, positions_of

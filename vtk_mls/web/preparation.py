@@ -11,9 +11,10 @@ from contextlib import suppress
 
 import numpy as np
 
-from vtk_mls import Deformation, HalfPlane, Plane, Surface, kinds
+from vtk_mls import Deformation, HalfPlane, Plane, Surface
 from vtk_mls.base import child_process
 from vtk_mls.base.grid import Grid
+from vtk_mls.model import kinds
 from vtk_mls.rendering import map_layers
 
 _REST = np.array([(0.0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 1)])

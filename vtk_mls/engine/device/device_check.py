@@ -144,7 +144,7 @@ def _kernels():
     package = Path(__file__).parents[2]
     names = "commands/kernel_checks", "engine/launch/kernel_arguments", "engine/map/cut_tables"
     files = [*sorted(resource("opencl").rglob("*.[ch]*")), *(package / f"{n}.py" for n in names)]
-    files += [*sorted(package.glob("kinds/*.py")), *sorted(package.glob("cuts/*.py"))]
+    files += [*sorted(package.glob("model/kinds/*.py")), *sorted(package.glob("model/cuts/*.py"))]
     return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
 
 

@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 from vtk_mls.base.validation import short_repr, vector
 
 if TYPE_CHECKING:
-    from vtk_mls.cuts.plane import Plane
-    from vtk_mls.handles.control_points import ControlPoints
+    from vtk_mls.model.cuts.plane import Plane
+    from vtk_mls.model.handles.control_points import ControlPoints
 
 
 class Cut:

@@ -1,5 +1,5 @@
 """Arrays larger than memory, deformed lazily on dask: `vtk_mls.dask.resample`."""
 
-from vtk_mls.dask.resampling import resample
+from vtk_mls.blocks.array_blocks import resample
 
 __all__ = ["resample"]

@@ -13,7 +13,7 @@ from vtk_mls.base.progress import SILENT
 from vtk_mls.engine.dispatch import engine_for
 from vtk_mls.queries import fields
 from vtk_mls.queries.vector_fields import sampled_parts
-from vtk_mls.reference import engine as reference
+from vtk_mls.reference import reference_engine as reference
 
 NAME = "pointwise (numpy, float64)"
 

@@ -11,10 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 from vtk_mls.base.grid import Grid, checked_grid
 from vtk_mls.base.interpolation import linear_with_slopes
 from vtk_mls.base.validation import as_float, freeze, positive, short_repr, vector
-from vtk_mls.limits.limit import Limit, fade
+from vtk_mls.model.limits.limit import Limit, fade
 
 if TYPE_CHECKING:
-    from vtk_mls.handles.control_points import ControlPoints
+    from vtk_mls.model.handles.control_points import ControlPoints
 
 
 _EDGE = 1e-3  # MASK_EDGE of opencl/handles/limits.cl

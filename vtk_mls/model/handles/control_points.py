@@ -14,10 +14,10 @@ import numpy as np
 
 from vtk_mls.base.linear_algebra import fitted_affine
 from vtk_mls.base.validation import freeze
-from vtk_mls.handles import paths
-from vtk_mls.handles.curve import Segments
-from vtk_mls.handles.handle_set import HandleSet
-from vtk_mls.kinds.kind import Kind
+from vtk_mls.model.handles import handle_paths
+from vtk_mls.model.handles.curve import Segments
+from vtk_mls.model.handles.handle_set import HandleSet
+from vtk_mls.model.kinds.kind import Kind
 
 # Distance of coincident control points, as a fraction of `extent`.
 _COINCIDENT = 1e-12
@@ -106,7 +106,7 @@ class ControlPoints:
         if count == 1:
             return (self,)
         if len(self._steps) != count:
-            freeze(self, _steps=tuple(map(self._step, paths.steps(self.handles, count))))
+            freeze(self, _steps=tuple(map(self._step, handle_paths.steps(self.handles, count))))
         return self._steps
 
     def _step(self, handles):

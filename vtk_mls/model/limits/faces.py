@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 from vtk_mls.base.interpolation import linear_with_slopes
 from vtk_mls.base.validation import freeze, positive, short_repr
-from vtk_mls.cuts import Plane, Surface
-from vtk_mls.handles import distance_image
-from vtk_mls.limits.limit import Limit, fade
+from vtk_mls.model.cuts import Plane, Surface
+from vtk_mls.model.handles import distance_image
+from vtk_mls.model.limits.limit import Limit, fade
 
 if TYPE_CHECKING:
-    from vtk_mls.handles.control_points import ControlPoints
+    from vtk_mls.model.handles.control_points import ControlPoints
 
 
 @dataclass(frozen=True, eq=False, init=False)

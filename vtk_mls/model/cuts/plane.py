@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from vtk_mls.base.linear_algebra import dots
 from vtk_mls.base.validation import freeze, vector
-from vtk_mls.cuts.cut import Cut, direction
+from vtk_mls.model.cuts.cut import Cut, direction
 
 if TYPE_CHECKING:
-    from vtk_mls.handles.control_points import ControlPoints
+    from vtk_mls.model.handles.control_points import ControlPoints
 
 
 @dataclass(frozen=True, eq=False, init=False)

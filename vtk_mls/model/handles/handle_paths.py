@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from vtk_mls.base.validation import freeze
-from vtk_mls.handles.curve import Segments
-from vtk_mls.handles.handle_set import HandleSet
-from vtk_mls.handles.region import RegionHandle, moved
-from vtk_mls.handles.rigid_motion import screw
+from vtk_mls.model.handles.curve import Segments
+from vtk_mls.model.handles.handle_set import HandleSet
+from vtk_mls.model.handles.region import RegionHandle, moved
+from vtk_mls.model.handles.rigid_motion import screw
 
 
 class RegionStep(RegionHandle):

@@ -21,11 +21,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from vtk_mls.base.linear_algebra import cross, dots, transformed, unit
 from vtk_mls.base.validation import as_float, freeze
-from vtk_mls.cuts.cut import Obstacle
-from vtk_mls.cuts.plane import Plane
+from vtk_mls.model.cuts.cut import Obstacle
+from vtk_mls.model.cuts.plane import Plane
 
 if TYPE_CHECKING:
-    from vtk_mls.handles.control_points import ControlPoints
+    from vtk_mls.model.handles.control_points import ControlPoints
 
 # A segment through an edge or a corner counts as shifted along this arbitrary direction.
 _TIE_BREAK = np.array([0.5377, 0.2863, 0.7930])

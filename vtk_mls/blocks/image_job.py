@@ -13,10 +13,10 @@ import vtk_mls
 from vtk_mls.base.messages import warn
 from vtk_mls.base.progress import whole
 from vtk_mls.base.sampling import Sampling
+from vtk_mls.blocks.field_metadata import create_field
+from vtk_mls.blocks.image_blocks import MAX_VALUES, DeformedBlocks, FieldBlocks, channel_backgrounds
+from vtk_mls.blocks.unfinished import Unfinished, check_output, copy_metadata, hash_of
 from vtk_mls.files.ome_zarr import LABELS, open_image, open_input, state_method
-from vtk_mls.ome_zarr.blocks import MAX_VALUES, DeformedBlocks, FieldBlocks, channel_backgrounds
-from vtk_mls.ome_zarr.field_metadata import create_field
-from vtk_mls.ome_zarr.unfinished import Unfinished, check_output, copy_metadata, hash_of
 
 _PATIENCE = 10.0  # seconds without a block until the workers of a cluster are looked at
 _MAX_THREADS = 4  # each holds a block: while one computes, others read and write

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vtk_mls.base.linear_algebra import transformed
-from vtk_mls.kinds.kind import Fit, Kind
+from vtk_mls.model.kinds.kind import Fit, Kind
 
 # Exponents of the monomials of degree 1, 2 and 3, in the order of basis.cl.
 MONOMIALS = np.array(

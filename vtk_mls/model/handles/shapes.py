@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from vtk_mls.base.grid import Grid, checked_grid
 from vtk_mls.base.validation import as_float, freeze, points, positive, short_repr, vector
-from vtk_mls.handles import distance_image
-from vtk_mls.handles.distance_image import DistanceImage
+from vtk_mls.model.handles import distance_image
+from vtk_mls.model.handles.distance_image import DistanceImage
 
 
 class Shape:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from vtk_mls.base.plugins import classes_in
-from vtk_mls.kinds.kind import Kind
+from vtk_mls.model.kinds.kind import Kind
 
 _found = [kind for kind in classes_in(__name__, __path__, Kind) if kind.name]
 _KINDS = {kind.name: kind for kind in sorted(_found, key=lambda kind: (kind.equation, kind.name))}

@@ -6,10 +6,10 @@ Each file of this folder defines a shape, which is found by import: see `cuts.cu
 from __future__ import annotations
 
 from vtk_mls.base.plugins import classes_in
-from vtk_mls.cuts.cut import Cut, Obstacle
-from vtk_mls.cuts.half_plane import HalfPlane
-from vtk_mls.cuts.plane import Plane
-from vtk_mls.cuts.surface import Surface
+from vtk_mls.model.cuts.cut import Cut, Obstacle
+from vtk_mls.model.cuts.half_plane import HalfPlane
+from vtk_mls.model.cuts.plane import Plane
+from vtk_mls.model.cuts.surface import Surface
 
 __all__ = ["Cut", "HalfPlane", "Obstacle", "Plane", "Surface"]
 

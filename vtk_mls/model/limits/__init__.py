@@ -7,9 +7,9 @@ from collections.abc import Iterable
 import numpy as np
 
 from vtk_mls.base.validation import short_repr
-from vtk_mls.limits.faces import FixedFace, SlidingFace
-from vtk_mls.limits.limit import Limit
-from vtk_mls.limits.masks import BallMask, BoxMask, ImageMask, Mask
+from vtk_mls.model.limits.faces import FixedFace, SlidingFace
+from vtk_mls.model.limits.limit import Limit
+from vtk_mls.model.limits.masks import BallMask, BoxMask, ImageMask, Mask
 
 __all__ = ["BallMask", "BoxMask", "FixedFace", "ImageMask", "Limit", "Mask", "SlidingFace"]
 

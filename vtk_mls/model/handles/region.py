@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vtk_mls.base.validation import as_float, freeze, short_repr
-from vtk_mls.handles.shapes import Shape
+from vtk_mls.model.handles.shapes import Shape
 
 _ORTHOGONAL = 1e-5  # largest error of R^T R
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vtk_mls.base.validation import short_repr
-from vtk_mls.handles.curve import INTEGRATED_ALPHAS, CurveHandle, Segments
-from vtk_mls.handles.region import RegionHandle
+from vtk_mls.model.handles.curve import INTEGRATED_ALPHAS, CurveHandle, Segments
+from vtk_mls.model.handles.region import RegionHandle
 
 Handle = CurveHandle | RegionHandle
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from vtk_mls.handles.control_points import ControlPoints
+    from vtk_mls.model.handles.control_points import ControlPoints
 
 
 class Limit:

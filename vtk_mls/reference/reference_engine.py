@@ -3,7 +3,8 @@
 Equation numbers are those of Tejada et al., *Interactive Moving Least-Squares Volume Deformation*.
 Points are rows as in the paper: l(x) = (x - q*) M + p*. This module implements the interface
 `engine.protocol.Engine` without optimizations: the OpenCL engine is tested against it, and it is
-tested against the properties of the map. The weights are in `weights`, the fits in `vtk_mls.kinds`.
+tested against the properties of the map. The weights are in `weights`, the fits in
+`vtk_mls.model.kinds`.
 """
 
 from __future__ import annotations

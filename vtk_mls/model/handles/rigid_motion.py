@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from vtk_mls.handles.curve import CurveHandle
-from vtk_mls.handles.handle_set import Handle
-from vtk_mls.handles.region import RegionHandle
+from vtk_mls.model.handles.curve import CurveHandle
+from vtk_mls.model.handles.handle_set import Handle
+from vtk_mls.model.handles.region import RegionHandle
 
 
 def fitted_motion(

@@ -28,7 +28,7 @@ def main(arguments=None):
         is_supervised = arguments is None and sys.argv[1:2] != ["paraview"]
         arguments = sys.argv[1:] if arguments is None else arguments
         if is_supervised and child_process.interpreter():
-            return supervise("vtk_mls.cli:run", arguments)
+            return supervise("vtk_mls.commands.cli:run", arguments)
     except OSError as error:  # no folder for temporary files, or too many processes
         return _fail(str(error))
     return run(arguments)
@@ -117,7 +117,7 @@ def _parser():
 
 
 def _info(options):
-    from vtk_mls.doctor import report
+    from vtk_mls.commands.installation import report
 
     lines, problems = report(options.retest)
     print("\n".join(lines))

@@ -6,7 +6,7 @@ import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkPolyData, vtkUnstructuredGrid
 from vtkmodules.vtkFiltersGeometry import vtkGeometryFilter
 
-from vtk_mls.handles.handle_cells import HandleCells
+from vtk_mls.model.handles.handle_cells import HandleCells
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.cells import cell_array, connectivity_of, polydata_cells, triangulated
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vtk_mls.base.linear_algebra import finite, unit
-from vtk_mls.kinds.kind import Fit, Kind
+from vtk_mls.model.kinds.kind import Fit, Kind
 
 # Smallest product of the relative widths of p and q that determines the twist about a line.
 TWIST_TOLERANCE = 1e-5

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vtk_mls.base.validation import short_repr
-from vtk_mls.handles.curve import CurveHandle
-from vtk_mls.handles.handle_set import Handle
-from vtk_mls.handles.region import RegionHandle
-from vtk_mls.handles.rigid_motion import fitted_motion
-from vtk_mls.handles.shapes import Solid
+from vtk_mls.model.handles.curve import CurveHandle
+from vtk_mls.model.handles.handle_set import Handle
+from vtk_mls.model.handles.region import RegionHandle
+from vtk_mls.model.handles.rigid_motion import fitted_motion
+from vtk_mls.model.handles.shapes import Solid
 
 HANDLE_SHAPES = ("points", "cells")
 _RIGID = 1e-4  # largest residual, as a fraction of the size of the surface
