@@ -88,5 +88,5 @@ _MODULES = {
     "Surface": "model.cuts",
     "VoidCells": "queries.void_cells",
 }
-_ROOMS = ("dask", "editor", "files", "filters", "io", "landmarks", "pyvista", "rendering")
+_ROOMS = ("cuts", "dask", "editor", "files", "filters", "io", "landmarks", "pyvista", "rendering")
 __getattr__, __dir__ = lazy.names(__name__, _MODULES, _ROOMS)

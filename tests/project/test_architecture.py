@@ -13,6 +13,7 @@ PACKAGE = Path(__file__).parents[2] / "vtk_mls"
 ROOMS = {
     "base": {"numpy"},
     "model": {"numpy", "vtkmodules"},
+    "cuts": set(),
     "queries": {"numpy"},
     "reference": {"numpy"},
     "engine": {"numpy", "pyopencl"},
@@ -94,7 +95,7 @@ def test_no_circles_within_a_room():
 def test_the_house_stays_small():
     """The budget. A change that needs more says why in the changelog, and raises it."""
     assert len([*PACKAGE.glob("*.py")]) <= 6
-    assert len(ROOMS) <= 22
+    assert len(ROOMS) <= 23
     assert floors() <= 14
 
 

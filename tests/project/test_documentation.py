@@ -17,7 +17,8 @@ import pytest
 from vtk_fixtures import can_draw
 
 import vtk_mls
-from vtk_mls.commands import cli, filters
+from vtk_mls import filters
+from vtk_mls.commands import cli
 from vtk_mls.files import field_files
 
 PROJECT = Path(__file__).resolve().parents[2]
