@@ -64,7 +64,8 @@ class Scene:
         count = int(rng.choice([1, 2, 3, 5, 12, 40]))
         rest = self.places(count)
         if rng.random() < 0.2:  # on a plane or a line
-            rest[:, : rng.integers(1, 3)] = rest[0, 0]
+            flat = rng.integers(1, 3)
+            rest[:, :flat] = rest[0, :flat]
         deformed = rest + rng.normal(0, self.size * rng.choice([0, 0.03, 0.1, 0.5]), rest.shape)
         if rng.random() < 0.2:
             still = rng.random(count) < 0.7
