@@ -41,8 +41,8 @@ inline weight_jacobian_t step_jacobian(const map_t *map, const fit_t *fit) {
   weight_jacobian_t jacobian = displacement_jacobian(map, fit);
   if (CUTS) {
     const integer is_cut_off = is_unreachable(fit->pivot.d2);
-    jacobian.by_v = zero_if(jacobian.by_v, is_cut_off);
-    if (AT_REST) jacobian.by_x = zero_if(jacobian.by_x, is_cut_off);
+    jacobian.d_dv = zero_if(jacobian.d_dv, is_cut_off);
+    if (AT_REST) jacobian.d_dx = zero_if(jacobian.d_dx, is_cut_off);
   }
   if (!LIMITS) return jacobian;
   return limited_jacobian(map, fit->point.v, unlimited_displacement(map, fit), jacobian);
@@ -52,7 +52,7 @@ inline weight_jacobian_t step_jacobian(const map_t *map, const fit_t *fit) {
 
 // d(G - v)/dv of the material at v, at a fixed origin.
 inline mat material_jacobian(const map_t *map, const fit_t *fit) {
-  return map_weight_jacobian(map, fit).by_v;
+  return map_weight_jacobian(map, fit).d_dv;
 }
 
 #include FRAME_FILE

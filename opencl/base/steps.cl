@@ -79,7 +79,7 @@ inline weight_jacobian_t composed_jacobian(const map_t *map, const fit_t *fit,
   at.point = fit->point;
   vec v = start_of(fit);
   weight_jacobian_t total;
-  total.by_v = total.by_x = (mat){{0}};
+  total.d_dv = total.d_dx = (mat){{0}};
   *least_determinant = FLT_MAX;
   for (int k = map->params.step_count - 1; k >= 0; --k) {
     const map_t step = k > 0 ? step_of(map, k) : *map;
@@ -87,12 +87,12 @@ inline weight_jacobian_t composed_jacobian(const map_t *map, const fit_t *fit,
     fit_step(&step, &at);
     v = vec_add(v, step_displacement(&step, &at));
     const weight_jacobian_t jacobian = step_jacobian(&step, &at);
-    *least_determinant = fast_min(*least_determinant, determinant_of(&jacobian.by_v));
-    total.by_v = mat_composed(&jacobian.by_v, &total.by_v);
+    *least_determinant = fast_min(*least_determinant, determinant_of(&jacobian.d_dv));
+    total.d_dv = mat_composed(&jacobian.d_dv, &total.d_dv);
     if (!AT_REST) continue;
     // (I + A) B + C = (I + A) (I + B) - I - A + C
-    total.by_x = mat_composed(&jacobian.by_v, &total.by_x);
-    for (int i = 0; i < 9; ++i) total.by_x.a[i] += jacobian.by_x.a[i] - jacobian.by_v.a[i];
+    total.d_dx = mat_composed(&jacobian.d_dv, &total.d_dx);
+    for (int i = 0; i < 9; ++i) total.d_dx.a[i] += jacobian.d_dx.a[i] - jacobian.d_dv.a[i];
   }
   return total;
 }

@@ -135,7 +135,7 @@ HOT int pairs_of(const map_t *map, int i, const pivot_t *pivot, const evaluation
 
 // A point of a term, relative to k, and the change of its weight: by v, and by the origin x.
 typedef struct {
-  vec q, u, by_v, by_x;
+  vec q, u, d_dv, d_dx;
 } change_t;
 
 // The changes of the first `count` points of term i by what changes the weight of all of them.
@@ -148,8 +148,8 @@ HOT void set_changes(const map_t *map, int i, const evaluation_point_t *point,
   for (int j = 0; j < count; ++j) {
     changes[j].q = pairs[j].q;
     changes[j].u = pairs[j].u;
-    changes[j].by_v = vec_scale(pairs[j].w, slope);
-    if (AT_REST) changes[j].by_x = vec_scale(pairs[j].w, slope_by_x);
+    changes[j].d_dv = vec_scale(pairs[j].w, slope);
+    if (AT_REST) changes[j].d_dx = vec_scale(pairs[j].w, slope_by_x);
   }
 }
 
@@ -176,16 +176,16 @@ HOT int changes_of(const map_t *map, int i, const pivot_t *pivot, const evaluati
     change_t *change = changes + count + j;
     change->q = pairs[j].q;
     change->u = pairs[j].u;
-    change->by_v = vec_scale(TWICE_ALPHA * pairs[j].w, vec_sub(pairs[j].q, pivot->x));
-    change->by_x = (vec){0, 0, 0};
+    change->d_dv = vec_scale(TWICE_ALPHA * pairs[j].w, vec_sub(pairs[j].q, pivot->x));
+    change->d_dx = (vec){0, 0, 0};
   }
   return 2 * SEGMENTS;
 }
 
 // Adds the influence of a point times the change of its weight.
 inline void add_influence(weight_jacobian_t *jacobian, const change_t *change, vec influence) {
-  add_outer(&jacobian->by_v, influence, change->by_v);
-  if (AT_REST) add_outer(&jacobian->by_x, influence, change->by_x);
+  add_outer(&jacobian->d_dv, influence, change->d_dv);
+  if (AT_REST) add_outer(&jacobian->d_dx, influence, change->d_dx);
 }
 
 // Products with the transposed Jacobian, for maps of control points alone. Each control point adds its

@@ -302,7 +302,7 @@ inline vec distance_slope(const map_t *map, int i, const evaluation_point_t *poi
     const region_distance_t distance =
         distance_from_region(map->regions + i, map->images, point->v, 1);
     d2 = distance.square;
-    to = vec_scale((real)(-1), distance.away);
+    to = vec_scale((real)(-1), distance.outward);
   }
   return vec_scale(2 * map->params.alpha / fast_max(d2, 1e-30f), to);
 }
@@ -347,16 +347,16 @@ inline vec pivot_origin_slope(const map_t *map, const pivot_t *pivot,
 // Change of the fit with the weights: by v, and in the rest frame of cuts by the origin x, from which
 // the cuts see the control points. `near` and `near_x` are the slopes of the pivot's weight.
 typedef struct {
-  mat by_v;
+  mat d_dv;
   vec near;
-  mat by_x;
+  mat d_dx;
   vec near_x;
 } weight_jacobian_t;
 
 inline weight_jacobian_t no_weight_jacobian(const map_t *map, const pivot_t *pivot,
                                             const evaluation_point_t *point) {
   weight_jacobian_t jacobian;
-  jacobian.by_v = jacobian.by_x = (mat){{0}};
+  jacobian.d_dv = jacobian.d_dx = (mat){{0}};
   jacobian.near = pivot_slope(map, pivot, point);
   jacobian.near_x = (vec){0, 0, 0};
   if (AT_REST) jacobian.near_x = pivot_origin_slope(map, pivot, point);

@@ -165,17 +165,17 @@ inline fit_t fit_at(const map_t *map, vec v) {
 
 // d(G - v)/dv from both parts of the Jacobian: the origin x, from which cuts see, moves too.
 inline mat with_moving_origin(const weight_jacobian_t *jacobian) {
-  mat by_v = jacobian->by_v, by_x = jacobian->by_x, by_x_less;
-  for (int i = 0; i < 9; ++i) by_x_less.a[i] = -by_x.a[i];
+  mat d_dv = jacobian->d_dv, d_dx = jacobian->d_dx, by_x_less;
+  for (int i = 0; i < 9; ++i) by_x_less.a[i] = -d_dx.a[i];
   for (int column = 0; column < 3; ++column) {
-    vec right = {by_v.a[column] + by_x.a[column], by_v.a[3 + column] + by_x.a[3 + column],
-                 by_v.a[6 + column] + by_x.a[6 + column]};
+    vec right = {d_dv.a[column] + d_dx.a[column], d_dv.a[3 + column] + d_dx.a[3 + column],
+                 d_dv.a[6 + column] + d_dx.a[6 + column]};
     vec d = identity_solve(&by_x_less, right);
-    by_v.a[column] = d.x;
-    by_v.a[3 + column] = d.y;
-    by_v.a[6 + column] = d.z;
+    d_dv.a[column] = d.x;
+    d_dv.a[3 + column] = d.y;
+    d_dv.a[6 + column] = d.z;
   }
-  return by_v;
+  return d_dv;
 }
 
 inline mat map_jacobian(const map_t *map, const fit_t *fit) {

@@ -207,8 +207,8 @@ inline vec displacement_of(const map_t *map, const fit_t *fit) {
 // The matrices of b where c is set, else those of a.
 inline weight_jacobian_t jacobian_select(weight_jacobian_t a, weight_jacobian_t b, integer c) {
   for (int i = 0; i < 9; ++i) {
-    a.by_v.a[i] = select(a.by_v.a[i], b.by_v.a[i], c);
-    if (AT_REST) a.by_x.a[i] = select(a.by_x.a[i], b.by_x.a[i], c);
+    a.d_dv.a[i] = select(a.d_dv.a[i], b.d_dv.a[i], c);
+    if (AT_REST) a.d_dx.a[i] = select(a.d_dx.a[i], b.d_dx.a[i], c);
   }
   return a;
 }

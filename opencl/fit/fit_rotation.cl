@@ -371,11 +371,11 @@ inline weight_jacobian_t displacement_jacobian(const map_t *map, const fit_t *fi
       add_influence(&jacobian, changes + j, influence);
     }
   }
-  turn_columns(fit, &rotation, &jacobian.by_v);
-  if (AT_REST) turn_columns(fit, &rotation, &jacobian.by_x);
+  turn_columns(fit, &rotation, &jacobian.d_dv);
+  if (AT_REST) turn_columns(fit, &rotation, &jacobian.d_dx);
   const mat change = rotation_change(fit->rotation);
   for (int i = 0; i < 9; ++i)
-    jacobian.by_v.a[i] += change.a[i] + fit->factor * (change.a[i] + (i % 4 == 0 ? 1.0f : 0.0f));
+    jacobian.d_dv.a[i] += change.a[i] + fit->factor * (change.a[i] + (i % 4 == 0 ? 1.0f : 0.0f));
   return jacobian;
 }
 

@@ -404,7 +404,7 @@ inline weight_jacobian_t fitted_jacobian(const map_t *map, const weighted_fit_t 
   sum_vec c[FUNCTIONS];
   influence_of(map, fit, t);
   coefficients_of(map, fit, c);
-  set_slopes(map, fit->point.v, c, &jacobian.by_v);
+  set_slopes(map, fit->point.v, c, &jacobian.d_dv);
   for (int i = 0; i < term_count(map); ++i) {
     change_t changes[CHANGES];
     const int count = is_region(map, i)

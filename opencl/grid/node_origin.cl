@@ -18,11 +18,11 @@ __kernel EXPLICIT_VECTORS void node_origin(
   const fit_t fit = fit_at(&map, transformed(grid.frame, grid_index(&grid, first)));
   const vec x = origin_of(&map.cuts, start_of(&fit), map_displacement(&map, &fit));
   const weight_jacobian_t jacobian = map_weight_jacobian(&map, &fit);
-  const mat by_v = with_moving_origin(&jacobian);
+  const mat d_dv = with_moving_origin(&jacobian);
   for (int axis = 0; axis < 3; ++axis)
-    by_index[axis] = vec_add(by_index[axis], mat_vec(&by_v, by_index[axis]));
+    by_index[axis] = vec_add(by_index[axis], mat_vec(&d_dv, by_index[axis]));
   real slope2 = 0;
-  for (int i = 0; i < 9; ++i) slope2 = fma(jacobian.by_x.a[i], jacobian.by_x.a[i], slope2);
+  for (int i = 0; i < 9; ++i) slope2 = fma(jacobian.d_dx.a[i], jacobian.d_dx.a[i], slope2);
   real slope = select(sqrt(slope2), (real)(-1), fit.point.view.crossed_cuts != 0);
   for (int l = 0; l < LANES && first + l < stop; ++l) {
     __global node_t *node = nodes + first + l;

@@ -164,11 +164,11 @@ inline distance_t distance_at(__global const float *values, __global const int *
     LANE(at.normal.y, l) = value.z;
     LANE(at.normal.z, l) = value.w;
     const float4 x0 = x00 + b * (x10 - x00), x1 = x01 + b * (x11 - x01);
-    const float4 by_x = x0 + c * (x1 - x0), by_y = y0 + c * (y1 - y0), by_z = w1 - w0;
-    LANE(at.slope.x, l) = by_x.x;
+    const float4 d_dx = x0 + c * (x1 - x0), by_y = y0 + c * (y1 - y0), by_z = w1 - w0;
+    LANE(at.slope.x, l) = d_dx.x;
     LANE(at.slope.y, l) = by_y.x;
     LANE(at.slope.z, l) = by_z.x;
-    const float turn[9] = {by_x.y, by_y.y, by_z.y, by_x.z, by_y.z, by_z.z, by_x.w, by_y.w, by_z.w};
+    const float turn[9] = {d_dx.y, by_y.y, by_z.y, d_dx.z, by_y.z, by_z.z, d_dx.w, by_y.w, by_z.w};
     for (int i = 0; i < 9; ++i) LANE(at.turn.a[i], l) = turn[i];
   }
   return at;

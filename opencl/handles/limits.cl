@@ -126,19 +126,19 @@ inline weight_jacobian_t limited_jacobian(const map_t *map, vec v, vec d,
     const limit_at_t at = limit_at(limit, map->images, v);
     const real share = 1 - at.factor, along = dot3(at.normal, d);
     if (limit->slides) {
-      slide(&jacobian.by_v, at.normal, share);
-      if (AT_REST) slide(&jacobian.by_x, at.normal, share);
+      slide(&jacobian.d_dv, at.normal, share);
+      if (AT_REST) slide(&jacobian.d_dx, at.normal, share);
       // the normal turns as v moves
       vec turned = vec_scale(-share, transposed_mat_vec(&at.turn, d));
       turned = vec_madd(along, at.slope, turned);
-      add_outer(&jacobian.by_v, at.normal, turned);
+      add_outer(&jacobian.d_dv, at.normal, turned);
       for (int n = 0; n < 9; ++n)
-        jacobian.by_v.a[n] = fma(-share * along, at.turn.a[n], jacobian.by_v.a[n]);
+        jacobian.d_dv.a[n] = fma(-share * along, at.turn.a[n], jacobian.d_dv.a[n]);
       d = vec_madd(-share * along, at.normal, d);
     } else {
-      for (int n = 0; n < 9; ++n) jacobian.by_v.a[n] *= at.factor;
-      add_outer(&jacobian.by_v, d, at.slope);
-      for (int n = 0; AT_REST && n < 9; ++n) jacobian.by_x.a[n] *= at.factor;
+      for (int n = 0; n < 9; ++n) jacobian.d_dv.a[n] *= at.factor;
+      add_outer(&jacobian.d_dv, d, at.slope);
+      for (int n = 0; AT_REST && n < 9; ++n) jacobian.d_dx.a[n] *= at.factor;
       d = vec_scale(at.factor, d);
     }
   }

@@ -6,7 +6,7 @@
 #define IN_REGION 1e-20f
 
 // A squared distance from a region, and half its gradient.
-typedef struct { real square; vec away; } region_distance_t;
+typedef struct { real square; vec outward; } region_distance_t;
 
 inline region_distance_t distance_from_capsule(__global const region_t *region, vec v) {
   const vec along = {region->along[0], region->along[1], region->along[2]};
@@ -81,7 +81,8 @@ HOT border_t on_border(__global const region_t *region, __global const float *bo
 // Beyond the image the distance is that from the place on the shape closest to the image's border: the
 // square of |beyond + value normal|, of a unit normal.
 HOT region_distance_t distance_in_image(__global const region_t *region,
-                                        __global const float *images, vec v, const int with_away) {
+                                        __global const float *images, vec v,
+                                        const int with_outward) {
   vec beyond;
   const vec last = {region->last[0], region->last[1], region->last[2]};
   const vec index = limited_index(last, index_in_image(region->to_index, v), &beyond);
@@ -93,36 +94,36 @@ HOT region_distance_t distance_in_image(__global const region_t *region,
     real value = image_value(images + region->first, region->size, cell, &slope);
     value = fast_max(value, (real)(0));
     distance.square = value * value;
-    distance.away = vec_scale(value, slope);
+    distance.outward = vec_scale(value, slope);
   }
   if (ANY(is_beyond)) {
     const border_t at =
-        on_border(region, images + region->border, last, index, beyond, with_away);
+        on_border(region, images + region->border, last, index, beyond, with_outward);
     const real value = fast_max(at.value, (real)(0)), along = dot3(beyond, at.normal);
     const real square = fma(2 * value, along, fma(value, value, dot3(beyond, beyond)));
     distance.square = select(distance.square, square, is_beyond);
-    if (with_away) {
+    if (with_outward) {
       // half the gradient: along axes on which the index is limited, and along others
       const vec outer = vec_madd(value, at.normal, beyond);
       const vec inner = vec_madd(value, at.turned, vec_scale(value + along, at.slope));
-      const vec away = {select(inner.x, outer.x, beyond.x != 0),
+      const vec outward = {select(inner.x, outer.x, beyond.x != 0),
                         select(inner.y, outer.y, beyond.y != 0),
                         select(inner.z, outer.z, beyond.z != 0)};
-      distance.away = vec_select(distance.away, away, is_beyond);
+      distance.outward = vec_select(distance.outward, outward, is_beyond);
     }
   }
   distance.square *= region->step * region->step;
-  if (with_away) distance.away = from_steps(region->to_index, region->step, distance.away);
+  if (with_outward) distance.outward = from_steps(region->to_index, region->step, distance.outward);
   return distance;
 }
 
-// The distance from a region; half its gradient only `with_away`.
+// The distance from a region; half its gradient only `with_outward`.
 HOT region_distance_t distance_from_region(__global const region_t *region,
                                            __global const float *images, vec v,
-                                           const int with_away) {
+                                           const int with_outward) {
   region_distance_t distance;
   if (region->step > 0)
-    distance = distance_in_image(region, images, v, with_away);
+    distance = distance_in_image(region, images, v, with_outward);
   else
     distance = distance_from_capsule(region, v);
   distance.square = fast_max(distance.square, (real)(IN_REGION));

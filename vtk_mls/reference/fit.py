@@ -44,8 +44,8 @@ class ComposedFit:
         """As of `StepFit`, by the chain rule."""
         total_v, total_x = self.fits[0].jacobians()
         for fit in self.fits[1:]:
-            by_v, by_x = fit.jacobians()
-            total_v, total_x = by_v @ total_v, by_v @ total_x + by_x
+            d_dv, d_dx = fit.jacobians()
+            total_v, total_x = d_dv @ total_v, d_dv @ total_x + d_dx
         return total_v, total_x
 
     def least_determinant(self):
@@ -53,11 +53,11 @@ class ComposedFit:
         return np.min([fit.least_determinant() for fit in self.fits], axis=0)
 
 
-def moving_origin(by_v, by_x):
+def moving_origin(d_dv, d_dx):
     """dG/dv of the fixed point x = G(v; damping at x), from both parts of the Jacobian."""
-    if not by_x.any():
-        return by_v
-    return np.linalg.pinv(finite(np.eye(3) - by_x)) @ by_v
+    if not d_dx.any():
+        return d_dv
+    return np.linalg.pinv(finite(np.eye(3) - d_dx)) @ d_dv
 
 
 class StepFit:
@@ -100,17 +100,17 @@ class StepFit:
         """dl/dv at fixed origins x, and dl/dx: (m, 3, 3) each."""
         weighted, fit = self._with_slopes
         influence = fit.influence()
-        by_v, by_x = (
+        d_dv, d_dx = (
             # the derivative of l through the weights
             np.einsum("mic,mia->mca", influence, slopes)
             for slopes in (weighted.dw, weighted.dw_dx)
         )
-        by_v = fit.linear + by_v - np.eye(3)
-        by_v, by_x = (np.where(self._at_rest, 0, j)[: self.count] for j in (by_v, by_x))
+        d_dv = fit.linear + d_dv - np.eye(3)
+        d_dv, d_dx = (np.where(self._at_rest, 0, j)[: self.count] for j in (d_dv, d_dx))
         if self.limits:
             before = self._unlimited_displacement()
-            by_v, by_x = limited_jacobians(self.limits, self.v, before, by_v, by_x)
-        return np.eye(3) + by_v, by_x
+            d_dv, d_dx = limited_jacobians(self.limits, self.v, before, d_dv, d_dx)
+        return np.eye(3) + d_dv, d_dx
 
     @property
     def _at_rest(self):

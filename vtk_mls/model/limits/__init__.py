@@ -48,10 +48,10 @@ def limited(limits, v, displacement):
     return displacement
 
 
-def limited_jacobians(limits, v, displacement, by_v, by_x):
+def limited_jacobians(limits, v, displacement, d_dv, d_dx):
     """The derivatives (m, 3, 3) of displacements after all `limits`.
 
-    `by_v` and `by_x` are those of the `displacement` (m, 3) before them, at fixed origins x and by
+    `d_dv` and `d_dx` are those of the `displacement` (m, 3) before them, at fixed origins x and by
     the origins.
     """
     for limit in limits:
@@ -62,15 +62,15 @@ def limited_jacobians(limits, v, displacement, by_v, by_x):
             outer = normal[:, :, None] * normal[:, None]
             along = np.sum(normal * displacement, axis=1)[:, None, None]
             turned = np.einsum("mij,mi->mj", turn, displacement)
-            by_v = by_v - share * (outer @ by_v) + along * normal[:, :, None] * slope[:, None]
-            by_v = by_v - share * (along * turn + normal[:, :, None] * turned[:, None])
-            by_x = by_x - share * (outer @ by_x)
+            d_dv = d_dv - share * (outer @ d_dv) + along * normal[:, :, None] * slope[:, None]
+            d_dv = d_dv - share * (along * turn + normal[:, :, None] * turned[:, None])
+            d_dx = d_dx - share * (outer @ d_dx)
             displacement = displacement - share[:, :, 0] * along[:, :, 0] * normal
         else:
-            by_v = factor[:, None, None] * by_v + displacement[:, :, None] * slope[:, None]
-            by_x = factor[:, None, None] * by_x
+            d_dv = factor[:, None, None] * d_dv + displacement[:, :, None] * slope[:, None]
+            d_dx = factor[:, None, None] * d_dx
             displacement = factor[:, None] * displacement
-    return by_v, by_x
+    return d_dv, d_dx
 
 
 def are_fixed(limits, points):
