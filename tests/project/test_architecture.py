@@ -82,6 +82,13 @@ def test_imports_only_from_below(name):
     assert outside <= ROOMS[room], f"{name} imports a package that `{room}` must not need"
 
 
+def test_launches_know_no_map():
+    for name in MODULES:
+        if name.startswith("engine.launch."):
+            inside, _ = imported(MODULES[name].read_text())
+            assert not [module for module in inside if module.startswith("engine.map")], name
+
+
 def test_no_circles_within_a_room():
     todo = {name: imported(path.read_text())[0] - {name} for name, path in MODULES.items()}
     todo = {name.removesuffix(".__init__"): needs for name, needs in todo.items()}

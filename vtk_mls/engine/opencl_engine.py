@@ -13,8 +13,9 @@ from vtk_mls.base.progress import SILENT
 from vtk_mls.base.sampling import Sampling
 from vtk_mls.engine.device import devices
 from vtk_mls.engine.launch import array_types, kernel_arguments
-from vtk_mls.engine.launch.launcher import Launcher, RegionMap
+from vtk_mls.engine.launch.launcher import Launcher
 from vtk_mls.engine.map.inverse import InverseSearch
+from vtk_mls.engine.map.region_map import RegionMap
 from vtk_mls.engine.sample import differences, void_corners
 from vtk_mls.engine.sample.sampler import samplers
 from vtk_mls.engine.sample.source_map import SourceMap
