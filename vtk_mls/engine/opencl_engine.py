@@ -48,15 +48,7 @@ def _exclusive(method):
 
 
 class Engine:
-    """A `protocol.Engine` on one device.
-
-    Attributes
-    ----------
-    NAME : str
-        Name of the device for people.
-    device : Device
-    memory : Memory
-    """
+    """A `protocol.Engine` on one device."""
 
     def __init__(self, device):
         self.NAME = str(device)

@@ -114,11 +114,8 @@ class Property:
 class Number(Property):
     """A number: an integer if its default is one.
 
-    Attributes
-    ----------
-    spellings : dict
-        Other spellings of values, by text. The value "auto" is that of another property,
-        Automatic<name>.
+    `spellings` are other spellings of values, by text. The value "auto" is that of another
+    property, Automatic<name>.
     """
 
     _: KW_ONLY
@@ -399,12 +396,8 @@ def resize(algorithm, values, count, new):
 def with_properties(table):
     """A decorator that gives a class of algorithms the methods of a table of properties.
 
-    Methods that the class itself defines, and those of properties of its bases, stay.
-
-    Parameters
-    ----------
-    table : sequence of Property
-        All that the class has, those of its bases included.
+    The table has all that the class has, those of its bases included. Methods that the class itself
+    defines, and those of properties of its bases, stay.
     """
 
     def decorate(cls):

@@ -21,13 +21,8 @@ _MAX_SEARCHED_POINTS = 1 << 18
 class Launcher:
     """Launches kernels on one device.
 
-    Attributes
-    ----------
-    device : Device
-    memory : Memory
-    tables, lattices : WeakKeyDictionary
-        Buffers with the tables of a map by ControlPoints, and lattices of the inverse by Region,
-        for as long as deformations exist.
+    `tables` has buffers with the tables of a map by ControlPoints, and `lattices` lattices of the
+    inverse by Region, for as long as deformations exist.
     """
 
     def __init__(self, device):

@@ -22,11 +22,7 @@ _NO_CUTS, _NO_NODES, _NO_CELLS = map(filled, ("cut_params_t", "nodes_t", "coarse
 class RegionMap:
     """The map of a deformation in one region, as the kernels evaluate it.
 
-    Attributes
-    ----------
-    region : Region
-    control_points : ControlPoints
-        Of the region; their local frame is that of the kernels.
+    Its local frame is that of the `control_points` of the region.
     """
 
     def __init__(self, launcher, deformation, region):

@@ -37,19 +37,9 @@ class Rule(NamedTuple):
 
 
 class Sampler:
-    """The values of one array at the points of slabs.
+    """The values of one array (nz, ny, nx[, components]) on the Grid `source` at points of slabs.
 
-    The whole array is on the device if it fits, else the slices that the points need.
-
-    Parameters
-    ----------
-    launcher : Launcher
-    array : (nz, ny, nx) or (nz, ny, nx, components) array
-    source : Grid
-        Grid of its values.
-    rule : Rule
-    fits : bool
-        Whether the whole array fits the device.
+    The whole array is on the device if it `fits`, else the slices that the points need.
     """
 
     def __init__(self, launcher, array, source, rule, fits):

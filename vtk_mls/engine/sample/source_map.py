@@ -10,14 +10,8 @@ from vtk_mls.engine.launch import array_types, kernel_arguments
 class SourceMap:
     """The map of the points of a target grid to continuous indices of the source.
 
-    Parameters
-    ----------
-    memory : Memory
-    maps : list of (RegionMap, bool)
-        The maps to launch on a grid, and whether it is the second pass.
-    sampling : Sampling
-    competing : Buffer or None
-        For void distances, if competing regions need it to choose.
+    `maps` are the RegionMaps to launch on a grid, and whether it is the second pass; `competing` a
+    buffer for void distances, if competing regions need it to choose.
     """
 
     def __init__(self, memory, maps, sampling, competing):
@@ -35,14 +29,7 @@ class SourceMap:
         self._launch("grid_source_index", part, index, distance)
 
     def transform(self, vectors, part, index, distance, result):
-        """As `find`, and the covariant vectors at `part` of a Sampler.
-
-        Parameters
-        ----------
-        vectors : Sampler
-        result : (m, 3) float32
-            To be filled.
-        """
+        """As `find`, and fill `result` (m, 3) with the covariant vectors at `part` of a Sampler."""
         count = part.stop - part.start
         if not vectors.fits:
             self.find(part, index, distance)
