@@ -6,7 +6,7 @@ from contextlib import ExitStack
 
 import numpy as np
 
-from vtk_mls.engine.launch import array_types, kernel_arguments
+from vtk_mls.engine.launch import kernel_arguments
 from vtk_mls.engine.launch.launcher import FLOAT64
 from vtk_mls.engine.launch.structs import filled
 from vtk_mls.engine.map.coarse_map import CoarseMap
@@ -142,7 +142,7 @@ class RegionMap:
         float_type = np.float64 if device.has_float64 else np.float32
         frame = kernel_arguments.local_frame(center)
         density = float_type(1 / self.control_points.scale)
-        constants = ("LANES", device.lanes), ("VALUE", array_types.c_type(points))
+        constants = ("LANES", device.lanes), ("VALUE", kernel_arguments.c_type(points))
         constants += FLOAT64 * device.has_float64
         memory, count, points = self.memory, len(points), np.ascontiguousarray(points)
         with memory.input_buffer(points) as x, memory.output_buffer(local) as out:
