@@ -208,19 +208,6 @@ def test_vectors_are_pushed_and_gradients_turned(rng):
     np.testing.assert_allclose(array_of(output, "flow", "Cell"), expected, atol=2e-3)
 
 
-def test_a_vector_array_must_be_one(messages):
-    filter_ = deforming(cells(VTK_TETRA))
-    filter_.AddPushForwardArray("linear")
-    assert not filter_.GetExecutive().Update()
-    messages.assert_one("`PushForwardArrays` names `linear`, which must have 3 components")
-    filter_.ClearPushForwardArrays()
-    filter_.AddPushForwardArray("nothing")
-    assert not filter_.GetExecutive().Update()
-    messages.assert_one("`PushForwardArrays` names `nothing`, which the input has not")
-    filter_.ClearPushForwardArrays()
-    assert update(filter_).GetNumberOfPoints() > 0
-
-
 def test_jacobian_is_that_of_the_map(device):
     mesh = cells(VTK_TETRA)
     output = update(
