@@ -7,7 +7,7 @@
 # make drivers  run the kernels under an OpenCL simulator and a GPU compiler (ALL=1: longer)
 # make fuzz     test random cases until one fails (CASES=10000)
 # make accuracy measure the error of the kernels, for docs/accuracy.md
-# make pages    write docs/{properties,formats,benchmarks}.md and the types of the filters from their tables
+# make pages    write docs/{properties,formats,benchmarks}.md from their tables
 # make docs     build the documentation site in docs/_build/html; run its figures and gallery
 # make bench    compare speed with other programs (LARGE=1: also 256^3) and write build/bench.json;
 #               uses the first GPU, or else the device in VTK_MLS_DEVICE
@@ -63,6 +63,7 @@ lint: types
 	$(PY) -m ruff format --check .
 
 types: .venv/test-$(OPENCL).stamp
+	@$(PY) docs/filter_stubs.py
 	$(PY) -m mypy
 
 drivers: .venv-oclgrind/made.stamp
@@ -91,7 +92,7 @@ bench: .venv/bench-$(OPENCL).stamp
 
 clean:
 	rm -rf .venv .venv-oclgrind .venv-slicer .cache .pytest_cache .ruff_cache .mypy_cache build demo-output dist \
-	  docs/_build docs/gallery docs/reference/made
+	  docs/_build docs/gallery docs/reference/made vtk_mls/filters/__init__.pyi
 
 # Readers of 3D Slicer, in their own environment because of their VTK. Python compiles what is imported.
 .venv-slicer/made.stamp: .venv/made.stamp

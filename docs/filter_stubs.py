@@ -1,16 +1,27 @@
-"""Types of the filters for editors and type checkers, which do not see methods made from tables."""
+"""Writes vtk_mls/filters/__init__.pyi, for type checkers do not see methods made from tables.
+
+It is a build hook of the wheel and of editable installs (see pyproject.toml), without VTK. After
+a change of a table: `make types`, or `python docs/filter_stubs.py`.
+"""
 
 from __future__ import annotations
 
+import ast
+import functools
 import inspect
+import sys
 from pathlib import Path
 
-from vtk_mls import filters
-from vtk_mls.filters import properties
-from vtk_mls.filters.deforming import DeformingFilter
+from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
-STUBS = Path(filters.__file__).with_name("__init__.pyi")
-HEAD = '''"""Written by `python docs/properties_page.py` from the tables of properties."""
+PROJECT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(PROJECT))  # the package is not installed yet
+
+from vtk_mls import filters  # noqa: E402
+from vtk_mls.filters import properties, property_tables  # noqa: E402
+
+STUBS = "vtk_mls/filters/__init__.pyi"
+HEAD = '''"""Written by `python docs/filter_stubs.py` from the tables of properties."""
 
 from collections.abc import Sequence
 from os import PathLike
@@ -28,7 +39,7 @@ from vtk_mls.queries.transform import Transform
 
 '''
 # What an algorithm of VTK has anyway, or what is not for users.
-INHERITED = ("ProcessRequest", "Request", "FillInputPortInformation", "is_")
+INHERITED = ("ProcessRequest", "Request", "FillInputPortInformation", "is_", "_")
 # Types of values of `vtk_mls`, by the names of their properties.
 _VALUES = {
     "Cuts": "Cut",
@@ -40,43 +51,64 @@ _VALUES = {
 }
 
 
-def stubs():
-    """The text of the stubs."""
-    return HEAD + "\n".join(
-        [
-            _class("_DeformingFilter", DeformingFilter, "VTKPythonAlgorithmBase"),
-            *(_public_class(getattr(filters, name)) for name in filters.__all__),
-        ]
+class Types(BuildHookInterface):
+    """Writes the file before a build, and puts it into the wheel."""
+
+    def initialize(self, version, build_data):
+        write()
+        build_data["artifacts"].append(STUBS)
+
+
+def write():
+    """Write the file."""
+    shared = _methods("DeformingFilter")
+    classes = [_class("_DeformingFilter", "VTKPythonAlgorithmBase", shared)]
+    for name in filters.__all__:
+        methods = _methods(name)
+        is_deforming = shared.keys() <= methods.keys()
+        own = {key: text for key, text in methods.items() if text != shared.get(key)}
+        base = "_DeformingFilter" if is_deforming else "VTKPythonAlgorithmBase"
+        classes.append(_class(name, base, own if is_deforming else methods))
+    (PROJECT / STUBS).write_text(HEAD + "\n".join(classes), encoding="utf-8")
+
+
+def _class(name, base, methods):
+    return (
+        "\n".join(
+            [f"class {name}({base}):", "    def __init__(self) -> None: ...", *methods.values()]
+        )
+        + "\n"
     )
 
 
-def _public_class(kind):
-    if issubclass(kind, DeformingFilter):
-        inherited = _methods(DeformingFilter).values()
-        return _class(kind.__name__, kind, "_DeformingFilter", inherited)
-    return _class(kind.__name__, kind, "VTKPythonAlgorithmBase")
-
-
-def _class(name, kind, base, inherited=()):
-    """A class with the methods of `kind`, except those that are `inherited`."""
-    lines = [f"class {name}({base}):", "    def __init__(self) -> None: ..."]
-    properties_of = {method: prop for prop in kind.PROPERTIES for method in prop.methods()}
-    for method_name, method in _methods(kind).items():
-        prop = properties_of.get(method_name)
-        if method not in inherited:
-            lines.append(_property_method(prop, method) if prop else _method(method))
-    return "\n".join(lines) + "\n"
-
-
-def _methods(kind):
-    """The methods for users by their names, first those of properties."""
-    methods = {name: getattr(kind, name) for prop in kind.PROPERTIES for name in prop.methods()}
-    for base in reversed(kind.__mro__):
-        if base.__module__.startswith("vtk_mls"):
-            for name, method in vars(base).items():
-                if inspect.isfunction(method) and not name.startswith(("_", *INHERITED)):
-                    methods[name] = getattr(kind, name)
+def _methods(name):
+    """The methods for users of a class of the filters by their names: read, not imported."""
+    methods, node = {}, _classes().get(name)
+    if node is None:
+        return methods
+    for base in reversed(node.bases):
+        methods |= _methods(ast.unparse(base))
+    for decorator in node.decorator_list:
+        for row in getattr(property_tables, decorator.args[0].attr):
+            made = properties.with_properties([row])(type(name, (), {}))
+            methods |= {key: _property_method(row, getattr(made, key)) for key in row.methods()}
+    for function in node.body:
+        if isinstance(function, ast.FunctionDef) and not function.name.startswith(INHERITED):
+            for argument in filter(None, [*function.args.args[1:], function.args.vararg]):
+                argument.annotation = ast.Name("Any")
+            text = f"({ast.unparse(function.args)}) -> Any: ..."
+            methods[function.name] = f"    def {function.name}{text}"
     return methods
+
+
+@functools.cache
+def _classes():
+    """The syntax trees of the classes of all modules of the filters, by name."""
+    files = (PROJECT / STUBS).parent.glob("*.py")
+    trees = [ast.parse(file.read_text(encoding="utf-8")) for file in files]
+    return {
+        node.name: node for tree in trees for node in tree.body if isinstance(node, ast.ClassDef)
+    }
 
 
 def _property_method(prop, method):
@@ -97,11 +129,6 @@ def _property_method(prop, method):
     text = method.__doc__.replace("\n", "\n        ").replace("        \n", "\n")
     end = "\n        " if "\n" in text else ""
     return f'{head}\n        """{text}{end}"""\n'
-
-
-def _method(method):
-    names = ", ".join(map(str, inspect.signature(method).parameters.values()))
-    return f"    def {method.__name__}({names}) -> Any: ..."
 
 
 def _types_taken(prop):
@@ -140,3 +167,7 @@ def _type_of(prop):
     if isinstance(prop, properties.Vector):
         return f"tuple[{type(prop.default[0]).__name__}, ...]"
     return next(name for kind, name in types.items() if isinstance(prop, kind))
+
+
+if __name__ == "__main__":
+    write()

@@ -1,14 +1,10 @@
-"""Writes what users are told of the filters' properties, from their tables.
-
-It is the reference page properties.md, and types for editors in vtk_mls/filters/__init__.pyi.
+"""Writes properties.md, the reference page of the filters' properties, from their tables.
 
 python docs/properties_page.py
 """
 
 from argparse import ArgumentParser
 from pathlib import Path
-
-import filter_stubs
 
 from vtk_mls.commands import deform, field
 from vtk_mls.filters import property_tables as tables
@@ -127,4 +123,3 @@ def _options():
 
 if __name__ == "__main__":
     PAGE.write_text(page(), encoding="utf-8")
-    filter_stubs.STUBS.write_text(filter_stubs.stubs(), encoding="utf-8")

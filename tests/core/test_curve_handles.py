@@ -198,16 +198,6 @@ def test_segments_end_at_cuts_with_an_edge(frame):
     assert len(segments) == 4
 
 
-@pytest.mark.parametrize(("curves", "count"), [(0, 0), (1, 1)])
-def test_crossings_are_only_searched_for_where_there_are_any(curves, count, monkeypatch):
-    searches, blocks = [], HalfPlane.blocks
-    monkeypatch.setattr(HalfPlane, "blocks", lambda *x: searches.append(x) or blocks(*x))
-    ends = [(-1.0, 0, 0), (1, 0, 0)]
-    cut = HalfPlane((3, -1, 0), (1, 0, 0), (0, 1, 0))
-    Deformation([(0, 1, 0)], [(0, 2, 0)], handles=[CurveHandle(ends, ends)] * curves, cuts=cut)
-    assert len(searches) == count
-
-
 @pytest.mark.parametrize("device", ["reference", *DEVICES])
 def test_other_alphas_carry_the_curve_nearly(device, rng):
     value = _deformation(rng, "rigid", 2, device, alpha=1.5)
@@ -256,13 +246,6 @@ def test_nodes_close_to_each_other(device, alpha, rng):
         for name in (device, "reference")
     )
     np.testing.assert_allclose(kernels.backward(v), numpy.backward(v), atol=1e-5)
-
-
-def test_a_translated_curve_moves_everything_alike(rng):
-    rest = _curve()[0]
-    value = Deformation(handles=CurveHandle(rest, rest + (1, 2, 3)), device="reference")
-    v = rng.uniform(-1, 1, (10, 3))
-    np.testing.assert_allclose(value.backward(v), v - (1, 2, 3), atol=1e-15)
 
 
 def test_a_curve_needs_two_nodes():

@@ -208,20 +208,6 @@ def test_points_without_an_image_get_a_finite_displacement(device):
     assert np.isfinite(field.displacement).all()
 
 
-@pytest.mark.parametrize("points", [np.zeros((3, 2)), np.zeros(3), [[1, 2, 3, 4]]])
-def test_points_of_another_shape_are_refused(points, device, rng):
-    d = deformation(*random_handles(rng, 5), ("rigid", 1), device)
-    for question in (d.forward, d.forward_field):
-        with pytest.raises(ValueError, match=r"`points` must have the shape \(n, 3\)"):
-            question(points)
-
-
-def test_points_must_be_numbers(device, rng):
-    d = deformation(*random_handles(rng, 5), ("rigid", 1), device)
-    with pytest.raises(TypeError, match="`points` must be numbers"):
-        d.forward_field([["a", "b", "c"]])
-
-
 def bar(along, across):
     """Points of a bar of 256 bent by 90 degrees, at `along` (m,) in [0, 1], `across` (m, 2)."""
     angle, radius = along * np.pi / 2, 163 - across[:, 0]
@@ -308,12 +294,6 @@ def test_material_pushed_through_a_cut_has_no_image(device):
     x = np.array([[0, 3, z] for z in (-6.0, -2, 2, 6)])
     is_nan = np.isnan(pressed(device).forward(x)).all(axis=1)
     np.testing.assert_array_equal(is_nan, [False, True, True, False])
-
-
-def test_nothing_is_lost_where_cuts_move_with_the_material(device):
-    x = np.array([[0, 3, z] for z in (-6.0, -2, 2, 6)])
-    expected = x - np.where(x[:, 2:] > 0, 1, -1) * [0, 0, 3]
-    np.testing.assert_allclose(pressed(device, "rest").forward(x), expected, rtol=0, atol=1e-5)
 
 
 def test_a_fold_is_said_to_have_no_place(device):

@@ -7,7 +7,7 @@ import pytest
 from control_point_sets import DEVICES, EXTENT, random_handles
 
 from vtk_mls import Aborted, Deformation, Grid, HalfPlane, Sampling
-from vtk_mls.base.progress import SILENT, Progress, whole
+from vtk_mls.base.progress import whole
 from vtk_mls.engine import dispatch
 from vtk_mls.engine import opencl_engine as engine
 
@@ -180,10 +180,3 @@ def test_an_error_is_no_end():
     with pytest.raises(ZeroDivisionError), whole(complete) as progress:
         progress.report(1 / 0)
     assert complete.fractions == []
-
-
-def test_nobody_needs_to_listen():
-    with whole(None) as progress:
-        assert isinstance(progress, Progress)
-        assert [*progress.over((1, 2))] == [1, 2]
-    SILENT.divided(1, 2)[1].report(0.3)

@@ -267,23 +267,6 @@ def test_without_cuts_both_frames_are_the_same(kind_and_degree, device, rng):
 GRID = Grid((23, 13, 5), (-0.1, -0.1, -0.1), (0.19, 0.18, 0.25))
 
 
-@pytest.mark.parametrize("shape", SHAPES)
-@pytest.mark.parametrize("device", DEVICES)
-def test_parts_of_a_grid_are_those_of_the_whole(shape, device, rng):
-    """Also those that begin in the middle of a row."""
-    d = rest_frame(*bent(rng), device=device, cuts=SHAPES[shape])
-    first, dimensions = (5, 3, 1), (13, 7, 3)
-    part = GRID.part(first, dimensions)
-    inside = tuple(slice(a, a + n) for a, n in zip(first[::-1], dimensions[::-1]))
-    whole, piece = d.displacement_field(GRID), d.displacement_field(part)
-    np.testing.assert_array_equal(piece.displacement, whole.displacement[inside])
-    np.testing.assert_array_equal(piece.void_distance, whole.void_distance[inside])
-    np.testing.assert_array_equal(d.jacobian_field(part), d.jacobian_field(GRID)[inside])
-    image = np.sin(np.arange(GRID.size)).reshape(GRID.shape)
-    (whole,), (piece,) = (d.resample([image], Sampling(GRID, target)) for target in (GRID, part))
-    np.testing.assert_array_equal(piece, whole[inside])
-
-
 # Kernels do as the specification
 
 
@@ -357,36 +340,6 @@ def test_guesses_on_fine_grids(key, shape, rng, monkeypatch):
 
 
 @pytest.mark.parametrize("key", DEVICES)
-@pytest.mark.parametrize("shape", ["half-plane", "crossing half-planes", "polygon"])
-def test_neighbors_in_a_search_change_nothing(key, shape, rng):
-    """The origin of a point is the same to the bit, whichever points are searched for beside it."""
-    d = rest_frame(*bent(rng), device=key, cuts=SHAPES[shape])
-    v = rng.uniform(*BOX, (3001, 3))
-    x, order = d.backward(v), rng.permutation(len(v))
-    np.testing.assert_array_equal(d.backward(v[order]), x[order])
-    some = slice(1, 300, 13)
-    np.testing.assert_array_equal(d.backward(v[some]), x[some])
-    np.testing.assert_array_equal(d.void_distance(v[some]), d.void_distance(v)[some])
-
-
-@pytest.mark.parametrize("key", DEVICES)
-@pytest.mark.parametrize("shape", ["half-plane", "plane and half-plane", "polygon"])
-def test_guesses_at_many_points(key, shape, rng):
-    """They have the origins that few points have, also beside some that are far away or NaN."""
-    d = rest_frame(*bent(rng), device=key, cuts=SHAPES[shape])
-    v = rng.uniform(*BOX, (150_000, 3))
-    v[1000] = 1e3, 0, 0
-    x, distance = d.backward(v), d.void_distance(v)
-    some = slice(None, None, 5)
-    expected, void_distance = d.backward(v[some]), d.void_distance(v[some])
-    error = lengths(x[some] - expected)
-    clear = np.abs(void_distance) > 1e-3 * SIZE
-    assert np.percentile(error, 99.9) <= 1e-6 * SIZE
-    assert error[clear & (void_distance > 0)].max() <= 1e-5 * SIZE
-    np.testing.assert_array_equal(distance[some][clear] < 0, void_distance[clear] < 0)
-
-
-@pytest.mark.parametrize("key", DEVICES)
 @pytest.mark.parametrize("shape", ["plane and half-plane", "polygon"])
 def test_devices_agree_on_images(key, shape, rng):
     rest, deformed = bent(rng)
@@ -439,14 +392,6 @@ def test_an_unknown_frame_is_named():
     message = "`cut_frame` must be .*rest.*deformed.*'paper'"
     with pytest.raises(ValueError, match=message):
         Deformation(np.eye(3), np.eye(3), cut_frame="paper")
-
-
-def test_obstacles_are_counted():
-    cuts = [HalfPlane((i, 0, 0), (1, 0, 0), (0, 0, 1)) for i in range(31)]
-    with pytest.raises(ValueError, match="`cuts` must have at most 30 .*, got 31; join"):
-        rest_frame(HANDLES, HANDLES, cuts=cuts)
-    Deformation(HANDLES, HANDLES, cuts=cuts, cut_frame="deformed")
-    rest_frame(HANDLES, HANDLES, cuts=cuts[:30])
 
 
 @pytest.mark.parametrize("motion", [(-0.6, -0.3, 0), (-1.2, -0.6, 0)])

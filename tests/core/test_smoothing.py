@@ -180,20 +180,6 @@ def test_is_a_length_of_the_world(world, device, rng):
     assert error.max() <= (1e-9 if device == "reference" else 1e-4)
 
 
-@pytest.mark.parametrize("key", DEVICES)
-@pytest.mark.parametrize("smoothing", [1, 30])
-def test_a_tolerance_of_the_map_holds(key, smoothing, rng):
-    rest = rng.uniform(8, 88, (15, 3))
-    deformed = rest + rng.normal(0, 5, rest.shape)
-    fields = [
-        Deformation(rest, deformed, smoothing=smoothing, map_tolerance=tolerance, device=key)
-        .displacement_field((97, 97, 97))
-        .displacement
-        for tolerance in (0, 0.02)
-    ]
-    assert lengths(fields[1] - fields[0]).max() <= 0.02
-
-
 @pytest.mark.parametrize(
     ("value", "error", "sentence"),
     [

@@ -7,10 +7,9 @@ import pytest
 from control_point_sets import DEVICES, EXTENT, TOLERANCE, deformation, places, random_handles
 from pairwise import paired
 
-from vtk_mls import CurveHandle, HalfPlane
+from vtk_mls import HalfPlane
 from vtk_mls.engine import dispatch
 from vtk_mls.engine.opencl_engine import Engine
-from vtk_mls.model.kinds.polynomials import Polynomial
 
 pytestmark = pytest.mark.skipif(
     not DEVICES, reason="no OpenCL device that computes right: `vtk-mls doctor` says why"
@@ -105,30 +104,6 @@ def test_few_that_outweigh_the_others(key, name, kind_and_degree, alpha, rng):
 @paired(name=EVEN_SETS, kind_and_degree=KINDS, alpha=[1.5, 2, 3, 4, 6])
 def test_sets_that_are_hard_for_float(key, name, kind_and_degree, alpha, rng):
     check(key, EVEN_SETS[name](rng), kind_and_degree, alpha, rng)
-
-
-@pytest.mark.parametrize(("alpha", "share"), [(1.5, 0.99), (2, 0.99), (3, 0.85)])
-@pytest.mark.parametrize("kind_and_degree", KINDS)
-def test_most_points_need_float_only(key, kind_and_degree, alpha, share, rng, monkeypatch):
-    """They have the bits of a device that only has float."""
-    d = deformation(*random_handles(rng, 40), kind_and_degree, key, alpha=alpha)
-    v = rng.uniform(0, EXTENT, (20_000, 3))
-    origins, slopes = d.backward(v), d.jacobian(v)
-    monkeypatch.setattr(Polynomial, "needs_float64", lambda self, alpha: False)
-    d = deformation(d.rest, d.deformed, kind_and_degree, key, alpha=alpha)
-    assert (d.backward(v) == origins).all(axis=1).mean() >= share
-    assert (d.jacobian(v) == slopes).all(axis=(1, 2)).mean() >= share
-
-
-@pytest.mark.parametrize("kind_and_degree", KINDS)
-def test_most_points_beside_a_curve_need_float_only(key, kind_and_degree, rng, monkeypatch):
-    nodes = 0.15 * EXTENT + 0.7 * EXTENT * np.linspace(0, 1, 9)[:, None] ** [1, 2, 0.5]
-    handles, options = random_handles(rng, 15), {"handles": [CurveHandle(*bent(nodes))], "alpha": 2}
-    v = rng.uniform(0, EXTENT, (20_000, 3))
-    origins = deformation(*handles, kind_and_degree, key, **options).backward(v)
-    monkeypatch.setattr(Polynomial, "needs_float64", lambda self, alpha: False)
-    in_float = deformation(*handles, kind_and_degree, key, **options).backward(v)
-    assert (in_float == origins).all(axis=1).mean() >= 0.9
 
 
 @pytest.mark.parametrize("kind_and_degree", KINDS)

@@ -65,13 +65,6 @@ def test_numbers_of_another_size_or_kind_are_refused(values, name):
         arrays.from_numpy(values, TYPES[name])
 
 
-@pytest.mark.parametrize("dtype", [np.int16, np.int32, np.int64, np.uint32])
-def test_ids_are_those_of_vtk_whatever_their_size_was(dtype):
-    array = arrays.ids(np.arange(5, 12).astype(dtype))
-    assert array.GetClassName() == "vtkIdTypeArray"
-    assert [array.GetValue(i) for i in range(7)] == list(range(5, 12))
-
-
 @pytest.mark.parametrize("name", sorted(set(TYPES) - {"bit"}))
 def test_memory_of_vtk_is_seen_not_copied(name):
     array = add_array(vtkPointData(), "values", [1, 2, 3], TYPES[name])
@@ -106,17 +99,6 @@ def test_numpy_memory_is_shared_and_kept_as_long_as_needed():
     del holder
     gc.collect()
     assert alive() is None
-
-
-def test_a_shallow_copy_outlives_the_array():
-    array = arrays.from_numpy(np.arange(100_000.0), VTK_DOUBLE)
-    copy = array.NewInstance()
-    copy.ShallowCopy(array)
-    del array
-    gc.collect()
-    rubbish = [np.full(100_000, np.nan) for _ in range(20)]
-    np.testing.assert_array_equal(arrays.to_numpy(copy), np.arange(100_000.0))
-    del rubbish
 
 
 def test_memory_in_separate_components_is_read():

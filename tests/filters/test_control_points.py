@@ -1,7 +1,7 @@
 """MLSControlPoints makes the polydata that the other filters read."""
 
 import numpy as np
-from vtk_fixtures import Executions, update
+from vtk_fixtures import update
 
 from vtk_mls.filters import MLSControlPoints
 from vtk_mls.vtk import arrays
@@ -49,48 +49,6 @@ def test_lattice():
     source.SetDeformedPoints(moved)
     _, q, _ = arrays.control_points(update(source), "Displacement")
     np.testing.assert_array_equal(q, moved)
-
-
-def test_one_by_one_as_paraview_does():
-    source = MLSControlPoints()
-    source.SetNumberOfRestPoints(2)
-    source.SetRestPoint(0, 1, 2, 3)
-    source.SetRestPoint(1, 4, 5, 6)
-    source.SetDeformedPoint(1, 4, 5, 7)
-    source.SetNumberOfWeights(2)
-    source.SetWeight(0, 3)
-    assert source.GetRestPoints() == ((1, 2, 3), (4, 5, 6))
-    assert source.GetDeformedPoints() == ((0, 0, 0), (4, 5, 7))
-    assert source.GetWeights() == (3, 1)
-    source.SetNumberOfRestPoints(1)
-    source.SetNumberOfDeformedPoints(0)
-    source.SetNumberOfWeights(0)
-    assert source.GetRestPoints() == ((1, 2, 3),)
-    assert source.GetNumberOfRestPoints() == 1
-    assert source.GetNumberOfDeformedPoints() == source.GetNumberOfWeights() == 0
-    assert update(source).GetNumberOfPoints() == 1
-
-
-def test_only_changes_count():
-    source = MLSControlPoints()
-    runs = Executions(source)
-    settings = [
-        lambda: source.SetRestPoints([(0, 0, 0), (1, 1, 1)]),
-        lambda: source.SetRestPoint(1, 1, 2, 1),
-        lambda: source.SetNumberOfDeformedPoints(2),
-        lambda: source.SetDeformedPoints(np.ones((2, 3))),
-        lambda: source.SetDeformedPoint(0, 5, 5, 5),
-        lambda: source.SetWeights([2, 2]),
-        lambda: source.SetWeight(0, 4),
-        lambda: source.SetBounds(0, 1, 0, 1, 0, 1),
-        lambda: source.SetBounds((0, 2, 0, 1, 0, 1)),
-        lambda: (source.SetMode("points"), source.SetLatticeDimensions(1, 2, 1)),
-    ]
-    for number, setting in enumerate(settings, start=1):
-        for _ in range(3):
-            setting()
-            update(source)
-            assert runs.count == number
 
 
 def test_arrows_lead_from_rest_to_deformed():

@@ -57,18 +57,6 @@ def test_both_filters_ask_the_deformation_of_the_frame(device, cut, frame):
 
 
 @BOTH
-def test_a_change_of_the_frame_counts(kind):
-    deforming = scene(kind, "half-plane")
-    voids = {}
-    for frame in (*CUT_FRAMES, *CUT_FRAMES):
-        deforming.SetCutFrame(frame)
-        void = values_of(update(deforming), "Void") > 0
-        np.testing.assert_array_equal(voids.setdefault(frame, void), void)
-    assert voids["deformed"].any()
-    assert not voids["rest"].any()
-
-
-@BOTH
 def test_a_frame_that_does_not_exist_is_one_sentence(kind, messages):
     deforming = scene(kind, "plane")
     for wrong in ("world", 3, None):

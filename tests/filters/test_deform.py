@@ -75,16 +75,6 @@ def test_gives_the_numbers_of_the_value(deform, device, place, options):
     assert output.GetPointData().GetScalars().GetName() == "values"
 
 
-def test_moves_material_to_where_the_handles_went(deform):
-    image = make_image((21, 21, 21))
-    points = ImageGeometry.of_image(image).grid.points()
-    p, q = np.array([4.0, 4.0, 3.0]), np.array([7.0, 5.0, 6.0])
-    add_array(image.GetPointData(), "ball", np.exp(-((points - p) ** 2).sum(axis=1)))
-    output = update(connect(deform, image, control_points([p], [q])))
-    brightest = points[values_of(output, "ball").ravel().argmax()]
-    np.testing.assert_allclose(brightest, q, atol=0.6)
-
-
 @pytest.mark.parametrize("name", TYPES)
 @pytest.mark.parametrize("interpolation", INTERPOLATIONS)
 def test_identity_is_exact_in_every_type(deform, name, interpolation, rng):
@@ -147,22 +137,6 @@ def test_labels_ghosts_and_strings_are_not_mixed(deform, where):
     names = data.GetAbstractArray("names")
     for i, label in enumerate(labels):
         assert names.GetValue(i) == ("" if label == 7 else f"{where} {label}")
-
-
-def test_strings_are_empty_and_ghosts_zero_outside(deform):
-    image = make_image((3, 3, 3))
-    strings = vtkStringArray()
-    strings.SetName("names")
-    for _ in range(27):
-        strings.InsertNextValue("here")
-    image.GetPointData().AddArray(strings)
-    add_array(image.GetPointData(), "vtkGhostType", np.full(27, 2), TYPES["unsigned char"])
-    add_array(image.GetPointData(), "values", np.ones(27))
-    deform.SetBackground(9)
-    output = update(connect(deform, image, control_points([(0, 0, 0)], [(100, 0, 0)])))
-    assert output.GetPointData().GetAbstractArray("names").GetValue(13) == ""
-    assert not values_of(output, "vtkGhostType").any()
-    assert (values_of(output, "values") == 9).all()
 
 
 def test_float64_keeps_its_digits(deform):

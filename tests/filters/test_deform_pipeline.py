@@ -20,10 +20,9 @@ from vtk_fixtures import (
 )
 from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkDataSetAttributes, vtkMultiBlockDataSet
 from vtkmodules.vtkCommonExecutionModel import (
-    vtkStreamingDemandDrivenPipeline,
     vtkTrivialProducer,
 )
-from vtkmodules.vtkImagingCore import vtkImageShiftScale, vtkRTAnalyticSource
+from vtkmodules.vtkImagingCore import vtkRTAnalyticSource
 
 from vtk_mls import Deformation
 from vtk_mls.filters import MLSDeform
@@ -68,18 +67,6 @@ def test_nothing_is_done_twice(deform):
     assert counts() == counts() == [1, 2, 12]
     source.SetStandardDeviation(0.4)
     assert counts() == counts() == [2, 2, 13]
-
-
-def test_label_arrays_are_a_property(deform):
-    deform.AddLabelArray("a")
-    deform.AddLabelArray("b")
-    before = deform.GetMTime()
-    deform.AddLabelArray("a")
-    assert deform.GetLabelArrays() == ("a", "b")
-    assert deform.GetMTime() == before
-    deform.ClearLabelArrays()
-    assert deform.GetLabelArrays() == ()
-    assert deform.GetMTime() > before
 
 
 def test_changed_data_are_noticed(deform):
@@ -158,18 +145,6 @@ def test_the_input_may_be_only_a_part_of_what_it_could_be(deform, device):
     assert_holds(output, *expected(image, Deformation(REST, DEFORMED, device=device)))
 
 
-def test_a_filter_downstream_gets_the_output(deform):
-    scale = vtkImageShiftScale()
-    scale.SetScale(2)
-    connect(deform, smooth_image(), control_points())
-    scale.SetInputConnection(deform.GetOutputPort())
-    scale.SetOutputScalarTypeToDouble()
-    output = update(scale)
-    np.testing.assert_array_equal(
-        values_of(output, "values"), 2 * values_of(deform.GetOutputDataObject(0), "values")
-    )
-
-
 @pytest.mark.parametrize("choice", ["input", "fitted"])
 def test_blocks_are_deformed_one_by_one(choice, messages):
     deform = MLSDeform()
@@ -186,26 +161,6 @@ def test_blocks_are_deformed_one_by_one(choice, messages):
         grid = ImageGeometry.of_image(image).grid
         target = value.fitted_grid(grid) if choice == "fitted" else grid
         assert_holds(output.GetBlock(number), *expected(image, value, target))
-
-
-def test_progress_rises_to_one(deform):
-    fractions = []
-    deform.AddObserver("ProgressEvent", lambda *_: fractions.append(deform.GetProgress()))
-    update(connect(deform, smooth_image(), control_points()))
-    assert fractions == sorted(fractions)
-    assert fractions[0] >= 0
-    assert fractions[-1] == 1
-    assert len(fractions) >= 3
-
-
-def test_an_abort_leaves_nothing_and_can_be_resumed(deform):
-    connect(deform, smooth_image(), control_points())
-    tag = deform.AddObserver("ProgressEvent", lambda *_: deform.SetAbortExecute(1))
-    deform.Update()
-    assert deform.GetOutputDataObject(0).GetNumberOfPoints() == 0
-    deform.RemoveObserver(tag)
-    deform.SetAbortExecute(0)
-    assert update(deform).GetNumberOfPoints() == 504
 
 
 def test_the_output_outlives_the_filter(deform):
@@ -244,30 +199,6 @@ def test_another_displacement_array(deform, device):
     # "Weight" may be named although it is absent
     deform.SetInputArrayToProcess(1, 1, 0, points, "Weight")
     assert_holds(update(deform), *expected(image, value))
-
-
-def test_whole_extent_is_announced(deform):
-    source = vtkRTAnalyticSource()
-    source.SetWholeExtent(-3, 4, 0, 5, 2, 9)
-    connect(deform, source, control_points())
-    deform.UpdateInformation()
-    info = deform.GetOutputInformation(0)
-    extent = info.Get(vtkStreamingDemandDrivenPipeline.WHOLE_EXTENT())
-    assert extent == (-3, 4, 0, 5, 2, 9)
-
-
-def test_pyvista_datasets_are_accepted(deform):
-    pyvista = pytest.importorskip("pyvista", reason="PyVista is not installed")
-    image = pyvista.ImageData(dimensions=(9, 8, 7))
-    image["values"] = np.arange(504.0)
-    handles = pyvista.PolyData(REST)
-    handles["Displacement"] = DEFORMED - REST
-    output = pyvista.wrap(update(connect(deform, image, handles)))
-    assert output.dimensions == image.dimensions
-    assert not np.array_equal(output["values"], image["values"])
-    handles["Displacement"] = np.zeros((8, 3))
-    output = pyvista.wrap(update(deform))
-    np.testing.assert_array_equal(output["values"], image["values"])
 
 
 def named_image(name, dimensions):

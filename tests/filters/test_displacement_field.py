@@ -109,22 +109,6 @@ def test_nothing_is_done_twice(field):
     assert counts() == counts() == [2, 2, 4]
 
 
-def test_pieces_make_up_the_whole(field):
-    sphere = vtkSphereSource()
-    field.SetSampleDimensions(8, 7, 6)
-    connect(field, sphere, control_points())
-    whole = values_of(update(field), NAME).copy()
-    seen = np.zeros((6, 7, 8), bool)
-    for piece in range(4):
-        field.UpdatePiece(piece, 4, 0)
-        part = field.GetOutputDataObject(0)
-        e = part.GetExtent()
-        where = np.s_[e[4] : e[5] + 1, e[2] : e[3] + 1, e[0] : e[1] + 1]
-        np.testing.assert_allclose(values_of(part, NAME), whole[where], atol=1e-5)
-        seen[where] = True
-    assert seen.all()
-
-
 @pytest.mark.parametrize("start", [(0, 0, 0), (3, -2, 5)])
 @pytest.mark.parametrize("kind", ["rigid", "affine"])
 def test_vtk_grid_transform_deforms_alike(field, device, start, kind):

@@ -7,14 +7,13 @@ from vtk_fixtures import (
     DEFORMED,
     REST,
     Executions,
-    Messages,
     add_array,
     connect,
     control_points,
     update,
 )
 from vtkmodules.util.misc import calldata_type
-from vtkmodules.vtkCommonCore import VTK_STRING, vtkObject, vtkPoints, vtkStringOutputWindow
+from vtkmodules.vtkCommonCore import VTK_STRING, vtkObject, vtkPoints
 from vtkmodules.vtkCommonDataModel import (
     vtkDataObject,
     vtkImageData,
@@ -267,19 +266,6 @@ def test_the_environment_names_the_device(monkeypatch, messages):
         monkeypatch.setenv("VTK_MLS_DEVICE", "77:0")
 
 
-def test_a_mistake_of_ours_is_not_dressed_up(messages, monkeypatch, capfd):
-    scene = Scene(MLSDeform)
-    update(scene.deforming)
-    monkeypatch.setattr(MLSDeform, "_check", lambda self, image: image.no_such_method())
-    scene.deforming.SetAlpha(3)
-    assert not scene.deforming.GetExecutive().Update()
-    assert scene.deforming.GetOutputDataObject(0).GetNumberOfPoints() == 0
-    assert "Failure when calling method" in messages.take()
-    assert "no_such_method" in capfd.readouterr().err
-    monkeypatch.undo()
-    assert update(scene.deforming).GetNumberOfPoints() == 120
-
-
 def test_blocks_of_one_execution_report_once(messages):
     scene, blocks = Scene(MLSDeform), vtkMultiBlockDataSet()
     for number, cells in enumerate((1, 2, 3)):
@@ -308,18 +294,6 @@ def test_downstream_sees_the_failure(messages):
     messages.assert_one("`alpha`")
     scene.deforming.SetAlpha(1)
     assert update(contour).GetNumberOfPoints() > 0
-
-
-def test_this_harness_can_fail():
-    window = vtkStringOutputWindow()
-    heard = Messages(window)
-    heard.assert_none()
-    window.DisplayErrorText("ERROR: something\n")
-    with pytest.raises(AssertionError, match="VTK said: .*something"):
-        heard.assert_none()
-    window.DisplayErrorText("ERROR: one\nERROR: two\n")
-    with pytest.raises(AssertionError, match="two"):
-        heard.assert_one("one")
 
 
 def test_an_error_on_an_explicit_grid_leaves_no_random_extent(messages):

@@ -9,7 +9,6 @@ from mesh_fixtures import (
     HIGH,
     LINEAR,
     LOW,
-    QUADRATIC,
     array_of,
     cells,
     count,
@@ -209,19 +208,6 @@ def test_vectors_are_pushed_and_gradients_turned(rng):
     np.testing.assert_allclose(array_of(output, "flow", "Cell"), expected, atol=2e-3)
 
 
-def test_a_vector_array_must_be_one(messages):
-    filter_ = deforming(cells(VTK_TETRA))
-    filter_.AddPushForwardArray("linear")
-    assert not filter_.GetExecutive().Update()
-    messages.assert_one("`PushForwardArrays` names `linear`, which must have 3 components")
-    filter_.ClearPushForwardArrays()
-    filter_.AddPushForwardArray("nothing")
-    assert not filter_.GetExecutive().Update()
-    messages.assert_one("`PushForwardArrays` names `nothing`, which the input has not")
-    filter_.ClearPushForwardArrays()
-    assert update(filter_).GetNumberOfPoints() > 0
-
-
 def test_jacobian_is_that_of_the_map(device):
     mesh = cells(VTK_TETRA)
     output = update(
@@ -234,17 +220,6 @@ def test_jacobian_is_that_of_the_map(device):
         array_of(output, "JacobianDeterminant"), np.linalg.det(expected), atol=1e-3
     )
     assert count(output, "InvertedCells") == 0
-
-
-@pytest.mark.parametrize("kind", [*LINEAR, *QUADRATIC])
-def test_cells_inside_out_are_counted(kind):
-    handles = control_points(REST, REST * [1, 1, -1])
-    filter_ = deforming(cells(kind), handles, Kind="affine", GenerateJacobianDeterminant=True)
-    output = update(filter_)
-    assert count(output, "InvertedCells") == output.GetNumberOfCells()
-    assert (array_of(output, "JacobianDeterminant") < 0).all()
-    handles.SetDeformedPoints(DEFORMED)
-    assert count(update(filter_), "InvertedCells") == 0
 
 
 @pytest.mark.parametrize("kind", [kind for kind in LINEAR if kind != VTK_VOXEL])
@@ -352,23 +327,6 @@ def test_names_of_arrays_are_those_of_any_block(messages):
     assert output.GetBlock(1).GetPointData().HasArray("Gradient")
     assert not output.GetBlock(2).GetPointData().HasArray("Gradient")
     assert (array_of(output.GetBlock(0), "flow") != 1).any()
-
-
-def test_abort_leaves_nothing_and_progress_rises():
-    filter_ = deforming(cells(VTK_TETRA, 20), GenerateJacobian=True)
-    seen = []
-    filter_.AddObserver("ProgressEvent", lambda *_: seen.append(filter_.GetProgress()))
-    update(filter_)
-    assert seen == sorted(seen)
-    assert 0 < np.median(seen) < seen[-1] == 1
-    tag = filter_.AddObserver("ProgressEvent", lambda *_: filter_.SetAbortExecute(1))
-    filter_.Modified()
-    filter_.Update()
-    assert filter_.GetOutput().GetNumberOfPoints() == 0
-    filter_.RemoveObserver(tag)
-    filter_.SetAbortExecute(0)
-    filter_.Modified()
-    assert update(filter_).GetNumberOfPoints() > 0
 
 
 @pytest.mark.parametrize("share", [0.01, 0.2, 0.35, 0.45])

@@ -1,7 +1,5 @@
 """Properties of the filters: methods from tables."""
 
-import inspect
-
 import numpy as np
 import pytest
 
@@ -66,19 +64,6 @@ def test_printing_shows_all_properties(cls):
     shown = dict(line.strip().partition(": ")[::2] for line in lines)
     for prop in cls.PROPERTIES:
         assert shown[prop.name] == short_repr(getattr(algorithm, prop.attribute))
-
-
-@pytest.mark.parametrize(("cls", "each"), EACH)
-def test_methods_look_written_by_hand(cls, each):
-    for name in each.methods():
-        method = getattr(cls, name)
-        assert inspect.isfunction(method)
-        assert (method.__name__, method.__qualname__.rpartition(".")[2]) == (name, name)
-        assert inspect.getdoc(method).endswith(".")
-        assert "{" not in method.__doc__
-        assert inspect.signature(method).parameters["self"]
-    setter = next(name for name in each.methods() if name.startswith(("Set", "Add")))
-    assert " ".join(each.help.split()) in " ".join(getattr(cls, setter).__doc__.split())
 
 
 @pytest.mark.parametrize("cls", FILTERS)
@@ -147,13 +132,3 @@ def test_names_are_listed_once():
     assert deform.GetLabelArrays() == ("a", "b")
     deform.ClearLabelArrays()
     assert deform.GetLabelArrays() == ()
-
-
-def test_a_method_of_the_class_is_kept():
-    class Own(filters.MLSDeform):
-        def SetKind(self, kind):
-            super().SetKind(kind.lower())
-
-    own = Own()
-    own.SetKind("AFFINE")
-    assert own.GetKind() == "affine"

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from control_point_sets import DEVICES
 from mesh_fixtures import CUTS, MESHES, array_of, as_grid, deforming, places_of, sizes, split
 from vtk_fixtures import (
     FAST,
@@ -321,28 +320,6 @@ def test_gradients_turn_smoothly_to_the_face(shape, angle):
         across = slope_of_void_distance(value, v[[place]])[0]
         level = ball(value.backward(v[[place]]))[0]
         np.testing.assert_allclose(slopes[place], level * across, rtol=0.03, atol=0.02 * level)
-
-
-@pytest.mark.parametrize("shape", SHAPES)
-def test_a_closed_cut_that_is_moved_has_no_face(shape, device):
-    value = opened(SHAPES[shape], device, 0.0, 0.5)
-    grid = Grid((17, 17, 17), spacing=(2, 2, 2))
-    image = ball(grid.points()).reshape(grid.shape)
-    plain = Deformation(value.rest, value.deformed, device=device).corrected_gradient(image, grid)
-    np.testing.assert_allclose(value.corrected_gradient(image, grid), plain, rtol=0, atol=1e-4)
-
-
-@pytest.mark.parametrize("key", DEVICES)
-@pytest.mark.parametrize("shape", SHAPES)
-def test_devices_agree_on_gradients_at_an_opening(shape, key):
-    grid = Grid((17, 17, 17), spacing=(2, 2, 2))
-    image = ball(grid.points()).reshape(grid.shape)
-    expected, got = (
-        opened(SHAPES[shape], device, 3.0, 0.3).corrected_gradient(image, grid)
-        for device in ("reference", key)
-    )
-    error = np.linalg.norm(got - expected, axis=-1)
-    assert np.mean(error > 1e-3 * np.linalg.norm(expected, axis=-1).max()) <= 1e-3
 
 
 def test_faces_of_a_turned_image_look_into_the_opening(device):

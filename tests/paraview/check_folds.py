@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 from paraview import simple
-from scene import array, data, screenshot, vtk_mls, wavelet
+from scene import array, data, screenshot, wavelet
 
 from vtk_mls.rendering import volume_colors
 
@@ -59,24 +59,3 @@ deform.DeformedPoints = list(np.ravel(REST + 0.5 * DRAG))
 simple.Render(view)
 display.RescaleTransferFunctionToDataRange(True, False)
 np.testing.assert_allclose(table.RGBPoints, volume_colors.table().ravel(), atol=1e-6)
-
-# A coarse image as a mesh shows the deformed grid.
-coarse = simple.ResampleToImage(Input=source, SamplingDimensions=[5, 5, 5])
-lines = simple.MLSDeform(Input=simple.AppendDatasets(Input=[coarse]))
-lines.RestPoints, lines.DeformedPoints = list(np.ravel(REST)), list(np.ravel(REST + DRAG))
-rest = np.array([data(coarse).GetPoint(i) for i in range(125)])
-moved = np.array([data(lines).GetPoint(i) for i in range(125)])
-d = vtk_mls.Deformation(REST, REST + DRAG, alpha=lines.Alpha)
-np.testing.assert_allclose(d.backward(moved), rest, atol=1e-3)
-
-# A mesh has the array, too.
-plane = simple.Plane(Origin=[-8, -8, 0], Point1=[8, -8, 0], Point2=[-8, 8, 0], XResolution=60)
-warped = simple.MLSDeform(Input=plane, GenerateJacobianDeterminant=1)
-warped.RestPoints, warped.DeformedPoints = list(np.ravel(REST)), list(np.ravel(REST + DRAG))
-d = vtk_mls.Deformation(REST, REST + DRAG, alpha=warped.Alpha)
-moved = np.array([data(warped).GetPoint(i) for i in (10, 90)])
-np.testing.assert_allclose(
-    array(data(warped), "JacobianDeterminant")[[10, 90]],
-    np.linalg.det(d.jacobian(moved)),
-    rtol=1e-3,
-)

@@ -1,4 +1,4 @@
-"""The steps of the README in ParaView's GUI, and further edits, by mouse."""
+"""The steps of the README in ParaView's GUI, by mouse."""
 
 from __future__ import annotations
 
@@ -6,8 +6,7 @@ import nibabel
 import numpy as np
 import pytest
 from gui_fixtures import require_qt
-from gui_scenes import ASIDE, BRAIN, OWN, PROJECT, PULL, noise, vtk_mls_command, write_image
-from vtkmodules.vtkImagingCore import vtkRTAnalyticSource
+from gui_scenes import ASIDE, BRAIN, OWN, PROJECT, noise, vtk_mls_command
 
 from vtk_mls.commands import demo
 
@@ -121,98 +120,3 @@ def test_open_has_our_reader_selected(gui):
     gui.run("image = simple.FindSource('ras.nrrd'); image.UpdatePipeline()")
     bounds = gui.value("list(read.GetDataInformation().GetBounds())")
     assert bounds == [-6, -3, -7, -4, 5, 8]
-
-
-def add_remove_and_replace_handles(gui):
-    """In the table of the panel, with Undo, Redo and Reset."""
-    gui.run("import gui_places; gui_places.widen('propertiesDock', 550)")
-    gui.find_and_click("table", "InteractivePolyLine")
-    gui.find_and_click("tool", "Add")
-    gui.until("counts() == [28, 28, 0] and len(dragged()) == 1")
-    gui.press("ctrl+z")
-    gui.until("counts() == [27, 27, 0]")
-    gui.press("ctrl+y")
-    gui.until("counts() == [28, 28, 0]")
-    gui.find_and_click("table", "InteractivePolyLine")
-    gui.find_and_click("tool", "Remove")
-    in_step = "len(dragged()) == 1 and rest_of(dragged()[0]) == [10, 10, 0]"
-    gui.until(f"counts() == [27, 27, 0] and {in_step}")
-    gui.press("ctrl+z")
-    gui.until(f"counts() == [28, 28, 0] and {in_step}")
-    gui.press("ctrl+y")
-    gui.until(f"counts() == [27, 27, 0] and {in_step}")
-    gui.press("alt+a")
-    gui.find_and_click("tool", "AdvancedButton")
-    gui.find_and_click("field", "LatticeDimensions")
-    gui.press("ctrl+a")
-    gui.type("2")
-    gui.until("counts() == [18, 18, 0] and not dragged()")
-    gui.screenshot("4_lattice")
-    gui.click("button('Reset')")
-    gui.until("counts() == [27, 27, 0]")
-
-
-def move_the_cut(gui):
-    """By mouse, then by typing. ParaView does not move a plane that is seen from its side."""
-    gui.run("view.GetActiveCamera().Azimuth(45); simple.Render(view)")
-    assert gui.value("void_begins()") == 0
-    gui.run("before = pending('DeformedPoints')")
-    # the arrow of the normal turns the plane, and handles cover it
-    with gui.dragging(
-        gui.value("farthest_from_handles([(0, 5, z) for z in range(-8, 9)])"), (90, 0)
-    ):
-        gui.until("pending('CutOrigin')[0] > 2")
-        gui.screenshot("5_pushing")
-    assert gui.value("list(deform.CutOrigin)") == [0, 0, 0]
-    gui.press("alt+a")
-    gui.until("deform.CutOrigin[0] > 2")
-    assert gui.value("list(deform.CutOrigin)[1:]") == [0, 0]
-    assert gui.value("list(deform.CutNormal)") == [1, 0, 0]
-    assert gui.value("pending('DeformedPoints') == before")
-    gui.until("0 <= void_begins() - deform.CutOrigin[0] < 1")  # the next voxels behind it
-
-    gui.find_and_click("field", "originX")
-    gui.press("ctrl+a")
-    gui.type("4")
-    gui.press("alt+a")
-    gui.until("deform.CutOrigin[0] == 4")
-    gui.run("simple.Render(view)")
-    assert gui.value("void_begins()") == 4
-    gui.screenshot("6_cut_moved")
-
-
-def load_and_edit_a_state(gui):
-    """A state has the handles and the result."""
-    gui.run("expected = values(deform, 'RTData').copy()")
-    gui.run(f"simple.SaveState('{gui.folder}/state.pvsm')")
-    gui.run("simple.Delete(deform); simple.Delete(file); del deform, file")
-    gui.until("not simple.GetSources()")
-    gui.run(f"simple.LoadState('{gui.folder}/state.pvsm')")
-    gui.run("deform = simple.FindSource('MLSDeform1'); deform.UpdatePipeline()")
-    assert gui.value("np.array_equal(values(deform, 'RTData'), expected)")
-    gui.run("simple.SetActiveSource(deform); edit('LatticeDimensions', [2, 2, 2])")
-    assert gui.value("counts()") == [8, 8, 0]
-
-
-@pytest.mark.matrix
-def test_edits_after_vtk_mls(start):
-    """Handles added, removed and replaced, Undo, Redo, the cut moved, a state."""
-    wavelet = vtkRTAnalyticSource()
-    wavelet.Update()
-    file = write_image(OWN / "wavelet.vti", wavelet.GetOutput())
-    with start(command=vtk_mls_command(file)) as gui:
-        require_qt(gui)
-        gui.run(BRAIN)
-        gui.run("simple.GetDisplayProperties(file, view).SetRepresentationType('Outline')")
-        gui.add_deform(apply=False)
-        gui.run("deform.CutFrame = 'deformed'")  # then all points behind the plane are void
-        gui.click("drop_down('CutType')")
-        gui.click("option('CutType', 'plane')")
-        with gui.dragging((10, 10, 0), PULL):
-            gui.until("dragged()")
-        gui.press("alt+a")
-        gui.until("output(deform) and is_cut()")
-        add_remove_and_replace_handles(gui)
-        move_the_cut(gui)
-        load_and_edit_a_state(gui)
-        assert noise(gui) == []

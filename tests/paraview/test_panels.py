@@ -111,8 +111,3 @@ def test_properties_of_cuts_are_shown_with_any_cut(panel, name):
     assert (composite.get("type"), any_of.get("type")) == ("CompositeDecorator", "or")
     conditions = [[hint.get(key) for key in ("property", "value", "inverse")] for hint in any_of]
     assert conditions == [["CutType", "none", "1"], ["Cuts", "null", "1"]]
-
-
-def test_an_unsupported_property_is_an_error():
-    with pytest.raises(TypeError, match="`Cuts` must be of a kind that ParaView can show"):
-        panels.element(property_tables.CUTS)

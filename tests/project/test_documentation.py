@@ -153,17 +153,6 @@ def test_python_names_exist(page):
                 assert owner is None or hasattr(owner, node.attr), f"{owner} has no {node.attr}"
 
 
-def test_a_wrong_command_is_found():
-    assert wrong("vtk-mls deform a.vti b.csv c.vti --no-such", ()) == "the command does not take it"
-    assert wrong("make nothing", ("docs",)) == "no target ['nothing']"
-    assert wrong("pip install '.[vtk,none]'", ()) == "no extra ['none']"
-    loop = "for i in 0 1; do vtk-mls deform a_$i.vti b.csv c_$i.vti; done  # both"
-    assert shell_lines(f"```sh\n{loop}\n```\n") == ["vtk-mls deform a_$i.vti b.csv c_$i.vti"]
-    assert commands('export A="$(vtk-mls plugin-path)"') == ["vtk-mls plugin-path"]
-    assert mentions("so `vtk-mls field` and\n`a`") == ["vtk-mls field"]
-    assert wrong("python docs/nothing.py", ()) == "no file ['docs/nothing.py']"
-
-
 # What a block of Python finds there: the names that the text around it tells of, or those of the
 # blocks before it. A page's blocks that are not listed are whole programs.
 CONTROL_POINTS = """
@@ -265,7 +254,3 @@ def write_files(folder):
     (folder / "handles.csv").write_text("px,py,pz,qx,qy,qz\n1,2,3,4,5,6\n9,8,7,9,8,7\n")
     grid = vtk_mls.Grid((4, 4, 4), (0, 0, 0), (8, 8, 8))
     field_files.write(np.zeros((4, 4, 4, 3), np.float32), grid, folder / "warp.nii.gz")
-
-
-def test_what_is_given_has_a_block():
-    assert set(GIVEN) <= {(block.id.partition("-")[0], int(block.id[-1])) for block in BLOCKS}

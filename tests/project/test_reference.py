@@ -36,8 +36,3 @@ def test_what_is_public_is_in_the_reference(module):
     public = resolve_name(module)
     missing = [name for name in public.__all__ if id(getattr(public, name)) not in there]
     assert not missing, f"docs/reference/api.md lacks {missing} of {module}"
-
-
-def test_a_list_is_read():
-    text = "```{eval-rst}\n.. currentmodule:: a.b\n.. autosummary::\n\n   One\n```\n`vtk_mls.TWO`"
-    assert listed(text) == {"a.b", "a.b.One", "vtk_mls.TWO"}

@@ -57,12 +57,3 @@ def test_every_public_function_is_annotated():
     found = {name: lacking(function) for name, function in public()}
     assert len(found) > 40
     assert not {name: missing for name, missing in found.items() if missing}
-
-
-def test_the_test_sees_what_lacks():
-    def half(a: int, b, *, c=1) -> None: ...
-
-    def none(a: int): ...
-
-    assert lacking(half) == ["b", "c"]
-    assert lacking(none) == ["return"]

@@ -11,6 +11,7 @@ from typing_extensions import assert_type
 from vtkmodules.vtkRenderingCore import vtkRenderer, vtkVolume
 
 from vtk_mls import Deformation, DisplacementField, Grid, HalfPlane, Plane, Surface
+from vtk_mls.filters import MLSDeform
 from vtk_mls.rendering import DeformedVolume
 
 Float64 = npt.NDArray[np.float64]
@@ -43,6 +44,15 @@ drawn = DeformedVolume(volume, renderer)
 drawn.update(deformation, nodes=32, within=grid)
 assert_type(drawn.uploads, int)
 drawn.update(3)  # type: ignore[arg-type]
+
+deform = MLSDeform()
+deform.SetRestPoints(rest)
+deform.SetKind("affine")
+deform.AddCut(half_plane)
+assert_type(deform.GetAlpha(), float)
+assert_type(deform.GetRestPoints(), tuple[tuple[float, float, float], ...])
+deform.SetKind("affin")  # type: ignore[arg-type]
+deform.SetNothing(1)  # type: ignore[attr-defined]
 
 deformation.forward()  # type: ignore[call-arg]
 deformation.backward(points, progress=3)  # type: ignore[arg-type]

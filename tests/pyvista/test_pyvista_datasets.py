@@ -214,28 +214,6 @@ def test_invalid_control_points_are_named(handles, error, sentence):
         DATASETS["surface"]().mls.deform(handles())
 
 
-def test_integer_points_are_deformed():
-    x = np.arange(-5, 6, 5)
-    grid = pyvista.StructuredGrid(*np.meshgrid(x, x, x, indexing="ij"), force_float=False)
-    assert grid.points.dtype.kind == "i"
-    places = grid.points.astype(float)
-    found = grid.mls.deform(REST, DEFORMED)
-    expected = pyvista.PolyData(places).mls.deform(REST, DEFORMED)
-    np.testing.assert_array_equal(found.points, expected.points)
-    assert found.points.dtype == np.float64
-
-
-def test_voxels_of_a_threshold_turn():
-    image = pyvista.ImageData(dimensions=(6, 6, 6))
-    image.cell_data["number"] = np.arange(125)
-    part = image.threshold(10, scalars="number")
-    turned = REST[:, [1, 2, 0]] @ [[0.6, 0.8, 0], [-0.8, 0.6, 0], [0, 0, 1]]
-    found = part.mls.deform(REST, turned)
-    assert set(found.celltypes) == {12}
-    np.testing.assert_allclose(found.compute_cell_sizes()["Volume"], 1, rtol=1e-4)
-    np.testing.assert_array_equal(found["number"], part["number"])
-
-
 def test_images_that_touch_are_warned_about(caplog):
     parts = [pyvista.ImageData(dimensions=(5, 5, 5), origin=(4 * i, 0, i)) for i in (0, 1)]
     pyvista.MultiBlock(parts).mls.deform(REST, DEFORMED)

@@ -40,24 +40,9 @@ child_process.call(folder, request)
 def started(name, *arguments, **options):
     """A child that calls a function; it is killed when the block ends.
 
-    Parameters
-    ----------
-    name : str
-        "module:name" of the function. Its arguments are the child's folder, and these:
-    *arguments
-        Values of JSON.
-    **options
-        As of `subprocess.Popen`. Standard input should be `DEVNULL` in programs that embed Python.
-
-    Yields
-    ------
-    child : subprocess.Popen
-    folder : Path
-
-    Raises
-    ------
-    OSError
-        If no child can be started.
+    `name` is "module:name" of the function. Its arguments are the child's folder, and `arguments`,
+    values of JSON. Options are those of `subprocess.Popen`; standard input should be `DEVNULL` in
+    programs that embed Python. Yields the Popen and the folder. OSError if no child can be started.
     """
     with tempfile.TemporaryDirectory(prefix=PREFIX, ignore_cleanup_errors=True) as folder:
         python = interpreter()
@@ -78,14 +63,8 @@ def started(name, *arguments, **options):
 def run(name, *arguments, timeout):
     """Call the function "module:name" in a child, and wait for it.
 
-    Raises
-    ------
-    Exception
-        The `error` that ended it.
-    TimeoutError
-        After `timeout` seconds.
-    ChildProcessError
-        If the process crashed.
+    Raises the `error` that ended it, TimeoutError after `timeout` seconds, or ChildProcessError if
+    the process crashed.
     """
     silent = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.DEVNULL)
     with started(f"{__name__}:_call_without_folder", name, *arguments, **silent) as (child, folder):
@@ -113,11 +92,8 @@ def error(folder) -> Exception | None:
 def lines(child, timeout):
     """Lines that a child prints.
 
-    Raises
-    ------
-    TimeoutError
-        After `timeout` seconds without a line, which end the child; so many times later as
-        processes share a processor.
+    TimeoutError after `timeout` seconds without a line, which end the child; so many times later as
+    processes share a processor.
     """
     while True:
         has_answered, has_timed_out = threading.Event(), threading.Event()

@@ -65,25 +65,29 @@ def sample(array, index, method, background, source):
     return result.reshape(len(index), *array.shape[3:])
 
 
-def linear_with_slopes(values, index):
-    """Linear values (m,) at indices (m, 3) = (i, j, k) of an array (nz, ny, nx), and slopes (m, 3).
+def linear_with_slopes(values, index, with_slopes=True):
+    """Linear values (m, ...) at indices (m, 3) = (i, j, k) of an array (nz, ny, nx, ...).
 
-    Indices are limited to the array. Slopes are per index.
+    Indices are limited to the array. The slopes (m, ..., 3) are per index, or None.
     """
-    last = np.array(values.shape[::-1]) - 1
-    index = np.clip(index, 0, last)
-    cell = np.minimum(np.floor(index).astype(np.int64), np.maximum(last - 1, 0))
-    share = index - cell
-    result, slope = np.zeros(len(index)), np.zeros((len(index), 3))
+    size = np.array(values.shape[2::-1])
+    index = np.clip(index, 0, size - 1)
+    cell = np.minimum(np.floor(index).astype(np.int64), np.maximum(size - 2, 0))
+    shares = [(1 - t, t) for t in np.ascontiguousarray((index - cell).T)]
+    strides = np.array([1, size[0], size[0] * size[1]])
+    first, to_next = cell @ strides, np.minimum(size - 1, 1) * strides
+    flat = values.reshape(-1, *values.shape[3:])
+    rows = (slice(None), *[None] * (values.ndim - 3))
+    result = np.zeros((len(index), *values.shape[3:]))
+    slopes = np.zeros((*result.shape, 3)) if with_slopes else None
     for corner in np.ndindex(2, 2, 2):
-        at = np.minimum(cell + corner, last)
-        tap = values[at[:, 2], at[:, 1], at[:, 0]].astype(np.float64)
-        weights = np.where(corner, share, 1 - share)
-        result += weights.prod(axis=1) * tap
-        for axis in range(3):
-            others = np.delete(weights, axis, axis=1).prod(axis=1)
-            slope[:, axis] += (1 if corner[axis] else -1) * others * tap
-    return result, slope
+        tap = flat[first + np.dot(corner, to_next)].astype(np.float64)
+        x, y, z = weights = [share[side] for share, side in zip(shares, corner)]
+        result += (x * y * z)[rows] * tap
+        for axis in range(3) if with_slopes else ():
+            others = weights[axis - 1] * weights[axis - 2]
+            slopes[..., axis] += (2 * corner[axis] - 1) * others[rows] * tap
+    return result, slopes
 
 
 def joined_bounds(bounds, index, grid):

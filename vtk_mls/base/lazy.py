@@ -31,13 +31,8 @@ def cached(function):
 def names(package, modules, rooms=()):
     """The functions `__getattr__` and `__dir__` of a package.
 
-    Parameters
-    ----------
-    package : str
-    modules : dict
-        Modules of the package by the public names that they define.
-    rooms : tuple of str, optional
-        Modules of the package that are public names themselves.
+    `modules` are modules of the package by the public names that they define, `rooms` modules that
+    are public names themselves.
     """
     namespace = vars(sys.modules[package])
 

@@ -174,15 +174,9 @@ def corners_of(shape: Sequence[int]) -> list[tuple[int, ...]]:
 def corner_median(values: Sequence[Any]) -> float | tuple[float, ...]:
     """The automatic background of an array, as 3D Slicer's: the median of values at its corners.
 
-    Parameters
-    ----------
-    values : sequence of numbers, or of (components,) arrays
-        Values at `corners_of` the array. NaN is ignored.
-
-    Returns
-    -------
-    number, or tuple with one for each component
-        Of two middle values it is the lower, which is a value of the array. NaN if all are.
+    `values` are numbers or arrays (components,) at `corners_of` the array; NaN is ignored. A
+    number, or a tuple with one for each component: of two middle values the lower, which is a value
+    of the array. NaN if all are.
     """
     ordered = np.sort(np.stack(values), axis=0)  # NaN is last
     middle = np.maximum(np.sum(ordered == ordered, axis=0) - 1, 0) // 2

@@ -8,16 +8,10 @@ _ROUNDING = 0.01  # steps; files round times to float32, or to a few decimal dig
 
 
 def step_at(steps, time):
-    """The index of the step of a time: the last that is not after it, or the first.
+    """The index in sorted `steps` of a time: of the last that is not after it, or the first.
 
-    A step that is after it by rounding only, by less than a hundredth of the step, counts.
-
-    Parameters
-    ----------
-    steps : sequence of float
-        Sorted.
-    time : float or None
-        None is before all steps.
+    A step that is after it by rounding only, by less than a hundredth of the step, counts. None is
+    before all steps.
     """
     if time is None or not steps:
         return 0

@@ -26,11 +26,8 @@ def check_unmasked(name, value):
 def as_float(name, value, expected="numbers"):
     """A float64 copy of `value`, of any shape.
 
-    Raises
-    ------
-    TypeError, ValueError
-        Naming it `name`, if it is not made of real numbers within the range of floats, or if values
-        are masked.
+    TypeError or ValueError, naming it `name`, if it is not made of real numbers within the range of
+    floats, or if values are masked.
     """
     check_unmasked(name, value)
     try:

@@ -12,12 +12,12 @@ from vtk_mls.base import buffer_pool, interpolation, lazy
 from vtk_mls.base.progress import SILENT
 from vtk_mls.base.sampling import Sampling
 from vtk_mls.engine.device import devices
-from vtk_mls.engine.launch import array_types, kernel_arguments
-from vtk_mls.engine.launch.launcher import Launcher, RegionMap
+from vtk_mls.engine.launch import kernel_arguments
+from vtk_mls.engine.launch.launcher import Launcher
 from vtk_mls.engine.map.inverse import InverseSearch
+from vtk_mls.engine.map.region_map import RegionMap
 from vtk_mls.engine.sample import differences, void_corners
-from vtk_mls.engine.sample.sampler import samplers
-from vtk_mls.engine.sample.source_map import SourceMap
+from vtk_mls.engine.sample.sampler import SourceMap, samplers
 from vtk_mls.queries import vector_fields
 from vtk_mls.queries.direct_inverses import direct_inverses
 
@@ -47,15 +47,7 @@ def _exclusive(method):
 
 
 class Engine:
-    """A `protocol.Engine` on one device.
-
-    Attributes
-    ----------
-    NAME : str
-        Name of the device for people.
-    device : Device
-    memory : Memory
-    """
+    """A `protocol.Engine` on one device."""
 
     def __init__(self, device):
         self.NAME = str(device)
@@ -194,13 +186,13 @@ class Engine:
 
     @_exclusive
     def gradient(self, array, grid, progress=SILENT):
-        if not array_types.is_for_device(array, self.device):
+        if not kernel_arguments.is_for_device(array, self.device):
             return vector_fields.gradient(array, grid, progress)
         return differences.gradient(self.launcher, array, grid, progress)
 
     @_exclusive
     def sample(self, array, index, method, background, source, version=None):
-        if len(index) == 0 or not array_types.is_for_device(array, self.device):
+        if len(index) == 0 or not kernel_arguments.is_for_device(array, self.device):
             return interpolation.sample(array, index.astype(float), method, background, source)
         result = np.empty((len(index), *array.shape[3:]), array.dtype)
         settings = {"background": [background], "versions": [version]}

@@ -2,7 +2,7 @@
 
 from vtk_mls.base import lazy
 
-# Types of these are in __init__.pyi.
+# Types of these are in __init__.pyi, which docs/filter_stubs.py writes.
 __all__ = ["MLSControlPoints", "MLSDeform", "MLSDisplacementField", "MLSLandmarkReport"]
 
 # Modules are imported when a name is first used: the command reads the tables of properties, and

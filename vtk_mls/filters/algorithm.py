@@ -139,19 +139,11 @@ class Algorithm(VTKPythonAlgorithmBase):
             self.Modified()
 
     def _update_input(self, port, index=0, time=None, request=pipeline.request_all):
-        """An input, updated at a time.
+        """An input, updated at a time or as it is; `request` requests a part in a vtkInformation.
 
         For RequestInformation and RequestUpdateExtent, if requests depend on data. While VTK goes
         through blocks, all inputs are up to date and a block replaces the producer's output: the
         producer must not run.
-
-        Parameters
-        ----------
-        port, index : int
-            Of the connection.
-        time : float, optional
-        request : callable
-            Requests a part in a vtkInformation.
         """
         if self.is_among_blocks():
             return self.GetInputDataObject(port, index)

@@ -88,17 +88,10 @@ class MLSControlPoints(OwnControlPoints, Algorithm):
 
 
 def lattice(dimensions, bounds):
-    """Places that fill a box regularly; a single one along an axis lies in the middle.
+    """Places (nx * ny * nz, 3) that fill a box regularly, x fastest.
 
-    Parameters
-    ----------
-    dimensions : (nx, ny, nz)
-    bounds : (xmin, xmax, ymin, ymax, zmin, zmax)
-
-    Returns
-    -------
-    (nx * ny * nz, 3) float64
-        x fastest.
+    Along an axis with a single one it is in the middle of `bounds` (xmin, xmax, ymin, ymax, zmin,
+    zmax).
     """
     axes = [
         np.linspace(low, high, count) if count > 1 else [(low + high) / 2]

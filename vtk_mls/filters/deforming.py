@@ -29,7 +29,6 @@ from vtk_mls.filters.algorithm import Algorithm, CachedValue, inputs
 from vtk_mls.filters.largest_blend import Blends
 from vtk_mls.filters.own_control_points import OwnControlPoints
 from vtk_mls.filters.properties import with_properties
-from vtk_mls.filters.shared_inputs import SharedInputs
 from vtk_mls.model import options
 from vtk_mls.model.handles.handle_cells import handles_of_cells
 from vtk_mls.model.handles.handle_paths import blended_path
@@ -37,9 +36,11 @@ from vtk_mls.model.handles.rigid_motion import blended
 from vtk_mls.queries.handle_warnings import handle_warnings
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
-from vtk_mls.vtk.control_point_polydata import DISPLACEMENT, WEIGHT, path_of
+from vtk_mls.vtk.control_point_polydata import DISPLACEMENT, WEIGHT, as_polydata, path_of
 from vtk_mls.vtk.handle_datasets import cells_of
 
+# Ports: control points, cuts, mask, deformed control points. Processes share all but masks.
+_PORTS, _POINT_SETS, _SHARED = (1, 2, 3, 4), (1, 4), (1, 2, 4)
 _ANCHOR = np.zeros((1, 3))
 _AT_REST = (
     "`Input` has a {} in a block, which is passed and stays at rest; make a mesh of it first if it "
@@ -48,7 +49,7 @@ _AT_REST = (
 
 
 @with_properties(property_tables.DEFORMING)
-class DeformingFilter(SharedInputs, OwnControlPoints, Algorithm):
+class DeformingFilter(OwnControlPoints, Algorithm):
     """Base of the filters that have control points and cuts.
 
     Control points are a vtkPointSet (polydata, an unstructured grid, ...) on input port 1, if
@@ -95,6 +96,7 @@ class DeformingFilter(SharedInputs, OwnControlPoints, Algorithm):
     """
 
     warns_of_overlap = True
+    _collected = None  # state of the shared ports when processes shared them, and the data
 
     def __init__(self, output_type="vtkImageData", input_ports=5):
         super().__init__(
@@ -168,6 +170,52 @@ class DeformingFilter(SharedInputs, OwnControlPoints, Algorithm):
             for index in range(information.GetNumberOfInformationObjects()):
                 pipeline.request_all(information.GetInformationObject(index))
         return 1
+
+    def _collect(self, info=None):
+        """Data on the shared ports, from all processes.
+
+        All processes must call this at the same times, in RequestInformation and in
+        RequestUpdateExtent. They communicate only after a change upstream, which all see.
+        """
+        counts = {port: self.GetNumberOfInputConnections(port) for port in _SHARED}
+        connections = [(port, index) for port in counts for index in range(counts[port])]
+        state = self._upstream(connections, info)
+        if not connections:
+            self._collected = None
+        if not connections or (self._collected is not None and self._collected[0] == state):
+            return
+
+        def update():
+            return [
+                as_polydata(data) if port in _POINT_SETS else data
+                for port, index in connections
+                for data in [self._update_input(port, index, state[-1])]
+            ]
+
+        try:
+            data = dict(zip(connections, parallel.gather_polydata(update)))
+        except ValueError as error:
+            data = error
+        self._collected = state, data
+
+    def _upstream(self, connections, info):
+        """Connections, the pipeline's modification time of each, and the requested time."""
+        changes = [self.GetInputExecutive(*pair).GetPipelineMTime() for pair in connections]
+        return connections, changes, pipeline.requested_time(info)
+
+    def _control_data(self, make_inputs):
+        """Lists of the data on ports 1 to 4; `make_inputs(port)` gives those of this process."""
+        if not parallel.is_parallel() or self._collected is None:
+            return [make_inputs(port) for port in _PORTS]
+        data = self._collected[1]
+        if isinstance(data, ValueError):
+            raise data
+        return [
+            [item for (shared_port, _), item in data.items() if shared_port == port]
+            if port in _SHARED
+            else make_inputs(port)
+            for port in _PORTS
+        ]
 
     def _requested_part(self, target, info):
         """The part of the output requested by downstream, if it has the geometry of the output."""

@@ -30,35 +30,17 @@ def scalars(image, name):
 
 @dataclass(frozen=True)
 class DirectionArrays:
-    """Which arrays are directions that turn with the material.
+    """Which arrays are directions that turn with the material."""
 
-    Attributes
-    ----------
-    gradients, tangents : names of arrays
-        Transformed covariantly and contravariantly.
-    is_unit : bool
-        Whether gradients get length 1, as normals always do.
-    """
-
-    gradients: tuple
-    tangents: tuple
-    is_unit: bool
+    gradients: tuple  # names of arrays that are transformed covariantly
+    tangents: tuple  # and contravariantly
+    is_unit: bool  # whether gradients get length 1, as normals always do
 
     def of(self, attributes):
-        """Directions in point or cell data.
+        """ "gradient", "tangent" or, for the active normals, "normal", by names of arrays.
 
-        Parameters
-        ----------
-        attributes : vtkDataSetAttributes
-
-        Returns
-        -------
-        dict of name: "gradient", "tangent" or (the active normals) "normal"
-
-        Raises
-        ------
-        ValueError
-            If one of the names does not hold three floats.
+        `attributes` are point or cell data. ValueError if one of the names does not hold three
+        floats.
         """
         result = {}
         for argument, names, direction in (
@@ -83,17 +65,10 @@ class DirectionArrays:
 
 
 def add_jacobian(output, jacobian, void, matrix, determinant):
-    """Add arrays of the Jacobian to an image.
+    """Add "Jacobian" if `matrix`, and if `determinant` its determinant and "FoldedVoxels".
 
-    Parameters
-    ----------
-    output : vtkImageData
-    jacobian : (nz, ny, nx, 3, 3) float32
-        dG_i/dv_j at the points.
-    void : (nz, ny, nx) bool
-        Points that do not count as folded.
-    matrix, determinant : bool
-        Whether "Jacobian", or "JacobianDeterminant" and "FoldedVoxels" are added.
+    `output` is a vtkImageData, `jacobian` dG_i/dv_j (nz, ny, nx, 3, 3) at its points; those where
+    `void` (nz, ny, nx) is true do not count as folded.
     """
     if matrix:
         rows = jacobian.swapaxes(-1, -2).reshape(-1, 9)

@@ -11,14 +11,10 @@ from vtk_mls.vtk.control_point_polydata import DISPLACEMENT, fill_polydata
 
 
 def fill_arrows(polydata, rest, deformed):
-    """Make the arrows from p to q.
+    """Fill polydata with arrows from p to q, (n, 3) each, world coordinates.
 
-    Parameters
-    ----------
-    polydata : vtkPolyData
-        Gets polygons and the point vectors "Displacement"; none for control points that stay, or
-        whose displacement is not finite.
-    rest, deformed : (n, 3) float64, world coordinates
+    They have the point vectors "Displacement". There is none for control points that stay, or whose
+    displacement is not finite.
     """
     displacement = deformed - rest
     moved = np.isfinite(displacement).all(axis=1) & displacement.any(axis=1)

@@ -19,38 +19,21 @@ from vtk_mls.vtk.arrays import ImageGeometry
 
 @dataclass(frozen=True)
 class ImageOptions:
-    """How the arrays of an image are resampled, and which are added.
-
-    Attributes
-    ----------
-    directions : gradients.DirectionArrays
-    gradient_array : str
-        Point scalars whose gradient is added; "" for none.
-    label_arrays : names of arrays, sampled nearest
-    flags : set of str
-        `__this__` of arrays of 0 and 1.
-    hides_void : bool
-    is_cached : bool
-        Whether a GPU keeps the arrays for later updates.
-    """
+    """How the arrays of an image are resampled, and which are added."""
 
     directions: gradients.DirectionArrays
-    gradient_array: str
-    label_arrays: tuple
-    flags: frozenset
+    gradient_array: str  # point scalars whose gradient is added, or ""
+    label_arrays: tuple  # names of arrays that are sampled nearest
+    flags: frozenset  # `__this__` of arrays of 0 and 1
     hides_void: bool
-    is_cached: bool
+    is_cached: bool  # whether a GPU keeps the arrays for later updates
 
 
 def automatic_backgrounds(geometry, part_at):
     """The `corner_median` of each array of an image: a dict by `_key`.
 
-    Parameters
-    ----------
-    geometry : ImageGeometry
-        Of the whole image.
-    part_at : callable
-        Of the extent of a cell at a corner: a vtkImageData that holds it.
+    `geometry` is the ImageGeometry of the whole image; `part_at` gives a vtkImageData that holds
+    the extent of a cell at a corner.
     """
     values, ends = {}, np.reshape(geometry.extent, (3, 2))
     for corner in itertools.product(*(sorted(set(pair)) for pair in ends.tolist())):
@@ -85,21 +68,10 @@ def _key(is_points, array, index):
 class Resampling:
     """The resampling of one image, or of a part of it.
 
-    Parameters
-    ----------
-    options : ImageOptions
-    deformation : Deformation
-    image, output : vtkImageData
-        `output` has the geometry of the target; it is filled.
-    sampling : Sampling
-        From the grid of the image to that of the output.
-    backgrounds : dict, optional
-        `automatic_backgrounds` that replace those of `image`, which may be a part of a whole.
-
-    Attributes
-    ----------
-    used_backgrounds : set of (name, number or tuple of numbers)
-        To which automatic ones are added.
+    `output`, a vtkImageData with the geometry of the target, is filled. `sampling` goes from the
+    grid of the image to that of the output. `backgrounds` are `automatic_backgrounds` that replace
+    those of `image`, which may be a part. `used_backgrounds`, pairs of name and number or tuple of
+    numbers, are those that were used.
     """
 
     def __init__(self, options, deformation, image, output, sampling, backgrounds=None):
@@ -167,12 +139,7 @@ class Resampling:
     def _detailed(self, indexed_arrays, dtypes, sampling, is_points):
         """A `Sampling` with the interpolation, background and version of each array.
 
-        Parameters
-        ----------
-        indexed_arrays : list of (index, vtkAbstractArray)
-        dtypes : list of dtype
-        sampling : Sampling
-        is_points : bool
+        `indexed_arrays` are pairs (index, vtkAbstractArray).
         """
         methods, backgrounds, checked = [], [], {}
         for (index, array), dtype in zip(indexed_arrays, dtypes):

@@ -21,17 +21,8 @@ from vtk_mls.vtk import arrays
 def read_initial(value, cache):
     """The transform of the property InitialTransform, or None.
 
-    Parameters
-    ----------
-    value : Transform or path
-        "" for none.
-    cache : CachedValue
-        Of the last file, until it changes.
-
-    Raises
-    ------
-    TypeError, ValueError
-        Naming the property.
+    `value` is a Transform or the path of a file, "" for none; `cache` a CachedValue for the last
+    file. Errors name the property.
     """
     if isinstance(value, Transform):
         return value
@@ -57,15 +48,9 @@ def split_chain(transform):
 
 
 class WarpAfter(warping.Warp):
-    """The deformation of a mesh that another transform has moved before.
+    """The deformation of a mesh that the Transform `initial` has moved before.
 
-    Parameters
-    ----------
-    initial : Transform
-    between : warping.MeshCache
-        Of the meshes that it has moved.
-    arguments
-        Of `Warp`.
+    `between` is a MeshCache of the meshes that it has moved; the others are arguments of `Warp`.
     """
 
     def __init__(self, initial, between, *arguments):

@@ -13,42 +13,19 @@ STEPS = 100  # of a blend of 1
 
 @dataclass(frozen=True)
 class Blends:
-    """Shares of a deformation.
+    """Shares of a deformation."""
 
-    Attributes
-    ----------
-    blend : float
-        That of the filter.
-    whole : Transform
-        At this blend.
-    at : callable, optional
-        `at(blend)`: that at another.
-    """
-
-    blend: float
-    whole: Transform
-    at: Callable[[float], Transform] | None = None
+    blend: float  # that of the filter
+    whole: Transform  # at this blend
+    at: Callable[[float], Transform] | None = None  # at another
 
 
 def largest_blend(blend, inverts, progress):
-    """The largest blend at which no cell is inside out, in steps of 1 / `STEPS`.
+    """The largest blend at which no cell is inside out, a multiple of 1 / `STEPS`.
 
-    By bisection between 0, where nothing moves, and `blend`: at the result no cell is inside out,
-    and at one step more some cell is. Cells that are inside out over a part of the way only can be
-    missed.
-
-    Parameters
-    ----------
-    blend : float
-        Some cell is inside out there.
-    inverts : callable
-        `inverts(blend, progress)`: whether some cell is inside out.
-    progress : Progress
-
-    Returns
-    -------
-    float
-        A multiple of 1 / `STEPS`.
+    By bisection between 0, where nothing moves, and `blend`, where some cell is inside out: at the
+    result none is, and at one step more some is. Cells that are inside out over a part of the way
+    only can be missed. `inverts(blend, progress)` says whether some cell is inside out.
     """
     low, high = 0, math.ceil(abs(blend) * STEPS)
     parts = iter(progress.divided(*[1] * (high.bit_length() + 1)))

@@ -20,21 +20,11 @@ _MAX_SHIFT = 1e-4  # voxels between points of one lattice
 
 
 class LatticeBlock(NamedTuple):
-    """A block of a joined image.
+    """A block of a joined image."""
 
-    Attributes
-    ----------
-    image : vtkImageData
-        Joined.
-    extent : (6,) ints
-        Of the block, in the indices of the joined image.
-    same_arrays : dict
-        `__this__` of the arrays of the block by that of the joined arrays.
-    """
-
-    image: vtkImageData
-    extent: tuple
-    same_arrays: dict
+    image: vtkImageData  # joined
+    extent: tuple  # of the block, in the indices of the joined image
+    same_arrays: dict  # `__this__` of the arrays of the block by that of the joined arrays
 
 
 class Lattices:
@@ -73,15 +63,11 @@ class _Place(NamedTuple):
 
 
 def lattice_blocks(blocks):
-    """The `LatticeBlock` of each image that is a block of another one, by its `__this__`.
+    """The `LatticeBlock` of each of `blocks` that is a part of a joined image, by its `__this__`.
 
-    Blocks are joined if they touch or overlap, have the same arrays with the same values where they
-    overlap, and fill a box together. Images with ghosts, with arrays that are not numeric, or with
-    the extent of another one, are not joined.
-
-    Parameters
-    ----------
-    blocks : list of vtkDataSet
+    Blocks, vtkDataSets, are joined if they touch or overlap, have the same arrays with the same
+    values where they overlap, and fill a box together. Images with ghosts, with arrays that are not
+    numeric, or with the extent of another one, are not joined.
     """
     result = {}
     for places in _lattices(blocks):

@@ -13,24 +13,10 @@ class OwnControlPoints:
         return self.GetRestPoints(), self.GetDeformedPoints(), self.GetWeights()
 
     def _listed_control_points(self, rest=None, deformed=None, weights=None):
-        """p, q and weights.
+        """p and q (n, 3) float64, world coordinates, and weights (n,) float64 or None.
 
-        Parameters
-        ----------
-        rest : (n, 3) float64, optional
-            p, in place of RestPoints.
-        deformed, weights : (n, 3) and (n,) float64, optional
-            Defaults for empty lists.
-
-        Returns
-        -------
-        rest, deformed : (n, 3) float64, world coordinates
-        weights : (n,) float64 or None
-
-        Raises
-        ------
-        ValueError
-            If the lists differ in length, or do not hold numbers.
+        `rest` replaces RestPoints; `deformed` and `weights` are defaults for empty lists.
+        ValueError if the lists differ in length, or do not hold numbers.
         """
         if rest is None:
             rest = as_float_rows("RestPoints", self.GetRestPoints(), (3,))

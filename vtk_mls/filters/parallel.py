@@ -21,15 +21,9 @@ def is_parallel():
 
 
 def all_gather(value):
-    """The values of all processes, in the order of ranks. Every process must call this.
+    """A list of the values of all processes, in the order of ranks; they are pickled.
 
-    Parameters
-    ----------
-    value : anything that can be pickled
-
-    Returns
-    -------
-    list
+    Every process must call this.
     """
     controller = vtkMultiProcessController.GetGlobalController()
     own = pickle.dumps(value)
@@ -40,20 +34,9 @@ def all_gather(value):
 
 
 def gather_results(make):
-    """`all_gather` of the results of `make`. If it fails on one process, it fails on all.
+    """`all_gather` of the results of `make()`. If it fails on one process, it fails on all.
 
-    Parameters
-    ----------
-    make : callable
-
-    Returns
-    -------
-    list
-
-    Raises
-    ------
-    ValueError
-        With the message of any exception that `make` raised on a process.
+    ValueError has the message of any exception that `make` raised on a process.
     """
     try:
         share, problem = make(), None
@@ -67,19 +50,11 @@ def gather_results(make):
 
 
 def gather_polydata(make):
-    """Polydata of all processes, merged. Every process must call this.
+    """The vtkPolyData of all processes, merged. Every process must call this.
 
-    Parameters
-    ----------
-    make : callable
-        Returns a list of vtkPolyData, of the same length on every process; may fail as that of
-        `gather_results`.
-
-    Returns
-    -------
-    list of vtkPolyData
-        Each with the points and cells of all processes, in the order of ranks. Data that are equal
-        on all processes with points count once.
+    `make()` returns a list of the same length on every process, and may fail as that of
+    `gather_results`. Each result has the points and cells of all processes, in the order of ranks.
+    Data that are equal on all processes with points count once.
     """
     shares = gather_results(lambda: [_pack(polydata) for polydata in make()])
     return [_merge(parts) for parts in zip(*shares)]

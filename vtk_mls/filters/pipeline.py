@@ -84,20 +84,8 @@ def cell_sampling(sampling):
 def needed_extent(deformation, geometry, sampling, margin=0):
     """The extent of an image that determines all values of a part of the deformed image.
 
-    Parameters
-    ----------
-    deformation : Deformation
-    geometry : ImageGeometry
-        Of the whole input.
-    sampling : Sampling
-        From the grid of the whole input to the part of the output.
-    margin : int
-        Number of additional points on every side.
-
-    Returns
-    -------
-    (6,) ints
-        At least one cell of the input.
+    `geometry` is that of the whole input, from whose grid `sampling` goes to the part of the
+    output. `margin` points are added on every side. There is at least one cell.
     """
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     reach = interpolation.REACH[sampling.interpolation] + margin
@@ -118,12 +106,7 @@ def publish_times(inputs, outputs):
     """Set the time steps of the outputs to those of all inputs; VTK takes the first input's only.
 
     Every input is asked for the time requested of the output, and chooses its own step (see
-    `request_time`).
-
-    Parameters
-    ----------
-    inputs, outputs : list of vtkInformation
-        Of all connections of all ports.
+    `request_time`). `inputs` and `outputs` are the vtkInformation of all connections of all ports.
     """
     steps, ends = set(), []
     for info in inputs:

@@ -19,39 +19,20 @@ _WIDTH = 88  # of docstrings; those of stubs are indented further
 
 @dataclass(frozen=True)
 class Property:
-    """A property of a filter: its name, default and help.
+    """A property of a filter: its name, default and help."""
 
-    Attributes
-    ----------
-    name : str
-        In CamelCase: the methods are Set<name> and Get<name>.
-    default : object
-        Of the filter; it must not change a list.
-    help : str
-        For every user: ParaView's tooltip and the help of the command, too.
-    more : str
-        For those who write programs.
-    unit : str
-        Unit or frame of numbers.
-    is_advanced : bool
-        Whether ParaView shows it only among advanced properties.
-    shown_when, hidden_when : (str, value), optional
-        ParaView shows it only while another property has a value or has not; None is that of an
-        input which is not connected.
-    shown_with : str, optional
-        An input: while it is connected, `hidden_when` does not count.
-    """
-
-    name: str
-    default: object
-    help: str
+    name: str  # in CamelCase: the methods are Set<name> and Get<name>
+    default: object  # of the filter; it must not change a list
+    help: str  # for every user: ParaView's tooltip and the help of the command, too
     _: KW_ONLY
-    more: str = ""
-    unit: str = ""
-    is_advanced: bool = False
+    more: str = ""  # for those who write programs
+    unit: str = ""  # unit or frame of numbers
+    is_advanced: bool = False  # whether ParaView shows it only among advanced properties
+    # ParaView shows it only while another property has a value or has not: (name, value). None is
+    # the value of an input that is not connected.
     shown_when: tuple | None = None
     hidden_when: tuple | None = None
-    shown_with: str | None = None
+    shown_with: str | None = None  # an input: while it is connected, `hidden_when` does not count
 
     @property
     def attribute(self):
@@ -114,11 +95,8 @@ class Property:
 class Number(Property):
     """A number: an integer if its default is one.
 
-    Attributes
-    ----------
-    spellings : dict
-        Other spellings of values, by text. The value "auto" is that of another property,
-        Automatic<name>.
+    `spellings` are other spellings of values, by text. The value "auto" is that of another
+    property, Automatic<name>.
     """
 
     _: KW_ONLY
@@ -399,12 +377,8 @@ def resize(algorithm, values, count, new):
 def with_properties(table):
     """A decorator that gives a class of algorithms the methods of a table of properties.
 
-    Methods that the class itself defines, and those of properties of its bases, stay.
-
-    Parameters
-    ----------
-    table : sequence of Property
-        All that the class has, those of its bases included.
+    The table has all that the class has, those of its bases included. Methods that the class itself
+    defines, and those of properties of its bases, stay.
     """
 
     def decorate(cls):

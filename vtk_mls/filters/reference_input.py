@@ -43,10 +43,7 @@ class ReferenceInput:
     def _reference_geometry(self):
         """ImageGeometry of the Reference, None without; the pipeline has that of the input.
 
-        Raises
-        ------
-        TypeError, ValueError
-            If it is no grid, or an empty one.
+        TypeError or ValueError if it is no grid, or an empty one.
         """
         value = self.GetReference()
         if not self.has_reference():

@@ -14,19 +14,9 @@ from vtk_mls.base.progress import Aborted
 def update(algorithm, progress=None, names=None):
     """Update a filter; its warnings go to `base.messages`, as PyVista hides VTK's output window.
 
-    Parameters
-    ----------
-    algorithm : vtkAlgorithm
-    progress : callable, optional
-        Called with the completed fraction, from 0 to 1; a true return value stops with `Aborted`.
-    names : dict, optional
-        Replacements, by argument, for the names in backticks in errors.
-
-    Raises
-    ------
-    Aborted
-    ValueError
-        The first error of the filter or of its blocks.
+    `progress` is called with the completed fraction, from 0 to 1; a true return value stops with
+    `Aborted`. The first error of the filter or of its blocks is a ValueError, in which `names`
+    replace the names in backticks.
     """
     errors, warnings, is_stopped = [], [], False
 

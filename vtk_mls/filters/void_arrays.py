@@ -16,13 +16,9 @@ CAN_HIDE_CELLS = (vtkVersion.GetVTKMajorVersion(), vtkVersion.GetVTKMinorVersion
 
 
 def add_void(attributes, void_distance):
-    """Add the arrays of a void distance: "VoidDistance"; "Void" is its sign.
+    """Add "VoidDistance" to point data, and its sign "Void".
 
-    Parameters
-    ----------
-    attributes : vtkPointData
-    void_distance : (nz, ny, nx) float32, world units
-        As of `DisplacementField.void_distance`.
+    `void_distance` (nz, ny, nx) float32, world units, is that of a `DisplacementField`.
     """
     arrays.add(attributes, "VoidDistance", void_distance.ravel())
     void = buffer_pool.empty(void_distance.size, bool)

@@ -102,35 +102,20 @@ class MeshCache:
 
 @dataclass(frozen=True)
 class MeshOptions:
-    """How the arrays of a mesh are transformed, and which are added.
-
-    Attributes
-    ----------
-    directions : gradients.DirectionArrays
-    has_jacobian, has_determinant : bool
-        Whether "Jacobian", or "JacobianDeterminant" and the number of inverted cells are added.
-    has_quality, has_largest_blend : bool
-        Whether "CellQuality" and "CellQualityBefore", or "LargestBlend" are added.
-    """
+    """How the arrays of a mesh are transformed, and which are added."""
 
     directions: gradients.DirectionArrays
-    has_jacobian: bool = False
-    has_determinant: bool = False
-    has_quality: bool = False
-    has_largest_blend: bool = False
+    has_jacobian: bool = False  # adds "Jacobian"
+    has_determinant: bool = False  # "JacobianDeterminant" and the number of inverted cells
+    has_quality: bool = False  # "CellQuality" and "CellQualityBefore"
+    has_largest_blend: bool = False  # "LargestBlend"
 
 
 class Warp:
-    """The deformation of one mesh.
+    """The deformation of one mesh, a vtkPointSet or vtkRectilinearGrid.
 
-    Parameters
-    ----------
-    options : MeshOptions
-    deformations : Blends
-    mesh : vtkPointSet or vtkRectilinearGrid
-    output : vtkPointSet
-        Of the class that `output_type` names; it is filled.
-    splits : MeshCache of divided meshes, or None to keep cells whole
+    `output`, of the class that `output_type` names, is filled. `splits` is a MeshCache of divided
+    meshes, or None to keep cells whole.
     """
 
     def __init__(self, options, deformations, mesh, output, splits):
@@ -312,15 +297,8 @@ def offset_from_cuts(deformation, positions, to_cut, side):
 def transform(attributes, directions, parts, unit):
     """Transform covariant and contravariant vectors of point or cell data.
 
-    Parameters
-    ----------
-    attributes : vtkDataSetAttributes
-    directions : dict
-        As `gradients.DirectionArrays.of` returns them.
-    parts : iterable
-        Slices, and Jacobians (m, 3, 3) there, as of `jacobians`.
-    unit : bool
-        Whether gradients are to have length 1, as normals always have.
+    `directions` are as of `DirectionArrays.of`, `parts` slices and Jacobians (m, 3, 3) there, as of
+    `jacobians`. With `unit` gradients get length 1, as normals always have.
     """
     values = {name: arrays.to_numpy(attributes.GetArray(name)).copy() for name in directions}
     for part, jacobian in parts:

@@ -22,12 +22,8 @@ _BEFORE_PARAVIEW, _AFTER_PARAVIEW = 0.5, -0.5  # priorities; `SurfaceMouse` come
 class DeferredDrags:
     """Keeps drags from ParaView until they end, if there are many handles.
 
-    Parameters
-    ----------
-    proxy : proxy with lists of handles
-    callbacks : dict of str to callable
-        By the names of lists: called with the list's property and an event for each edit that
-        ParaView does not get yet.
+    `callbacks` by the names of lists of the proxy are called with the list's property and an event
+    for each edit that ParaView does not get yet.
     """
 
     def __init__(self, proxy, callbacks):

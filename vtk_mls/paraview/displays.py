@@ -109,19 +109,8 @@ def block_settings(display):
 class BlockSettings:
     """The settings of single blocks, by the indices of the blocks.
 
-    Attributes
-    ----------
-    hidden : set of int
-    colors : dict of (red, green, blue)
-        Chosen by the user.
-    opacities : dict of float
-        Chosen by the user.
-
-    Parameters
-    ----------
-    display : proxy of a representation
-    data : vtkDataObject
-        With the blocks of the displayed data.
+    Those that are `hidden`, and the `colors` (red, green, blue) and `opacities` that the user has
+    chosen in a display, a proxy of a representation of `data`.
     """
 
     def __init__(self, display, data):

@@ -35,16 +35,11 @@ _TABLE_EDIT_SECONDS = 1.0  # at most, between the two events of a click on *+* o
 
 
 class HandleController:
-    """The handles of a proxy.
+    """The handles of a proxy with lists of handles.
 
-    Parameters
-    ----------
-    proxy : proxy with lists of handles
-    edited : callable
-        Called with whether the mouse drags, after edits that may change a deformation: the handles
-        may be the control points of another filter.
-    selected : proxy of a source or an output port, or None
-        The selection before the proxy was made.
+    `edited` is called with whether the mouse drags, after edits that may change a deformation: the
+    handles may be the control points of another filter. `selected` is the selection before the
+    proxy was made, a proxy of a source or an output port, or None.
     """
 
     def __init__(self, proxy, edited, selected):

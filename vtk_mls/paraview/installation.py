@@ -61,14 +61,7 @@ os._exit(0)  # drivers may hang at the end
 
 @dataclass(frozen=True)
 class ParaView:
-    """An installation.
-
-    Attributes
-    ----------
-    folder : Path
-        Of its programs.
-    version : (major, minor, patch)
-    """
+    """An installation, by the `folder` of its programs."""
 
     folder: Path
     version: tuple[int, ...]
@@ -81,10 +74,7 @@ class ParaView:
     def environment(self):
         """Environment variables with which it finds and loads the plugin.
 
-        Raises
-        ------
-        ValueError
-            If PYTHONPATH would replace its own VTK or numpy.
+        ValueError if PYTHONPATH would replace its own VTK or numpy.
         """
         variables = dict(os.environ)
         variables.pop("PYTHONHOME", None)
@@ -103,18 +93,11 @@ class ParaView:
         return variables
 
     def contents(self, venv=None):
-        """The contents of its Python, with a virtual environment or without.
+        """The contents of its Python, with a virtual environment or without: a dict of str.
 
-        Returns
-        -------
-        dict of str
-            Versions "python", "vtk", "numpy"; "plugin", true; an OpenCL "device"; a "problem", if
-            there is no device or a package is missing.
-
-        Raises
-        ------
-        ValueError
-            If it does not run or does not load the plugin.
+        Versions "python", "vtk", "numpy"; "plugin", true; an OpenCL "device"; a "problem", if there
+        is no device or a package is missing. ValueError if it does not run or does not load the
+        plugin.
         """
         pvpython = _program(self.folder, "pvpython")
         variables = self.environment()
@@ -162,13 +145,7 @@ class ParaView:
 
 
 def find(folder=None):
-    """The installation in `folder`, by default on PATH or in a usual folder.
-
-    Raises
-    ------
-    ValueError
-        If there is none.
-    """
+    """The installation in `folder`, by default on PATH or in a usual folder; or ValueError."""
     if folder is not None:
         folder = Path(folder)
         folders = [folder, folder / "bin", folder / "Contents/MacOS"]

@@ -15,16 +15,8 @@ class LiveProp:
     """A prop of our own with the properties of ParaView's, which is hidden.
 
     Subclasses have `_show(pending, is_dragging)`, and a constructor whose fourth parameter is the
-    index of the data among the blocks of the display.
-
-    Parameters
-    ----------
-    display : proxy of a representation
-        One that `can_draw` accepts.
-    data : vtkDataSet
-    renderer : vtkRenderer
-    mapper : vtkAbstractMapper3D
-        Of the new prop.
+    index of the data among the blocks of the display. `display` is a proxy of a representation that
+    `can_draw` accepts, `mapper` that of the new prop.
     """
 
     draws_images = False  # otherwise meshes

@@ -27,12 +27,8 @@ _SOURCE = "MLSControlPoints"
 class PendingFilter:
     """The deformation by edits that wait for Apply.
 
-    Attributes
-    ----------
-    deformation : Deformation or None
-        None until there are valid edits, and with an InitialTransform.
-    version : object
-        Differs after each edit.
+    `deformation` is None until there are valid edits, and with an InitialTransform; `version`
+    differs after each edit.
     """
 
     def __init__(self):
@@ -42,10 +38,8 @@ class PendingFilter:
     def update(self, proxy):
         """Copy the pending values of a proxy of MLSDeform.
 
-        Raises
-        ------
-        TypeError, ValueError, RuntimeError
-            If a value is wrong, as Apply reports it; the last deformation stays.
+        TypeError, ValueError or RuntimeError if a value is wrong, as Apply reports it; the last
+        deformation stays.
         """
         self._set_properties(proxy)
         transform = self._filter.updated_deformation()

@@ -152,14 +152,7 @@ def elements(table):
 def element(prop, domain="", default=""):
     """The XML of a property.
 
-    Parameters
-    ----------
-    prop : Property
-        Of a type that is registered below.
-    domain : str
-        XML of a domain that only ParaView has.
-    default : str
-        The default of a list.
+    `domain` is the XML of a domain that only ParaView has, `default` that of a list.
     """
     raise TypeError(f"`{prop.name}` must be of a kind that ParaView can show, got {prop!r}")
 

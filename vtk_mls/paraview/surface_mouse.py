@@ -17,14 +17,8 @@ class SurfaceMouse:
     """The surface under the mouse for the handles of a widget, while Ctrl is held.
 
     During a drag this is the surface as it was when Ctrl was first held: the handle bends it.
-
-    Parameters
-    ----------
-    widget : proxy of a vtk3DWidgetRepresentation
-    markers : sequence of vtkProp
-        Drawn handles, which are not part of the surface.
-    add_handle : callable
-        Called with the clicked position (3,).
+    `widget` is the proxy of a vtk3DWidgetRepresentation; `markers`, vtkProps, are not part of the
+    surface; `add_handle` is called with the clicked position (3,).
     """
 
     def __init__(self, widget, markers, add_handle):

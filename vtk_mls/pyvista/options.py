@@ -76,20 +76,9 @@ def argument_names(algorithm):
 
 
 def control_points(rest, deformed=None, weights=None):
-    """Control-point polydata.
+    """Control-point polydata of p and q, (n, 3) array_like or vtkPointSet, and weights (n,).
 
-    Parameters
-    ----------
-    rest : (n, 3) array_like or vtkPointSet, world coordinates
-        p; a point set alone has q - p, too.
-    deformed : (n, 3) array_like or vtkPointSet, world coordinates, optional
-        q.
-    weights : (n,) array_like, optional
-
-    Raises
-    ------
-    TypeError, ValueError
-        Naming the argument.
+    A point set alone has q - p, too. Errors name the argument.
     """
     if rest is None:
         raise TypeError("`rest` is missing: give the positions of control points, or `handles`")

@@ -30,17 +30,9 @@ def has_material(deformation, grid, source):
 
 
 def arrives(deformation, source, target):
-    """Whether points of a grid have material of another; a few points are tested first.
+    """Whether points of the grid `target` have material that was on `source` at rest.
 
-    Parameters
-    ----------
-    deformation : Deformation or Chain
-    source, target : Grid
-        Where the material is at rest, and where it may arrive.
-
-    Returns
-    -------
-    bool
+    A few points are tested first.
     """
     if has_material(deformation, coarse(target), source).any():
         return True

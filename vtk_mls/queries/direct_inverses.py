@@ -13,13 +13,7 @@ def direct_inverses(backward, deformation, points):
     """Rows (k,) of `points` (m, 3) and their displacements (k, 3), world units.
 
     A search may find another place to which the map brings the same material where it folds.
-
-    Parameters
-    ----------
-    backward : function of points (k, 3)
-        The map.
-    deformation : MapParameters
-    points : (m, 3) float32 or float64, world coordinates of the undeformed space
+    `backward` is the map, a function of points (k, 3).
     """
     indices, displacements = [np.zeros(0, np.int64)], [np.zeros((0, 3))]
     for region in deformation.handle_set.regions:

@@ -18,23 +18,9 @@ _ON_FACE = 1e-3  # distance below which material counts as on a cut, in voxels
 def gradients_near_faces(engine, deformation, void_distance, fields, sampling, progress):
     """Gradient of a deformed array near the faces of voids.
 
-    Parameters
-    ----------
-    engine : engine.protocol.Engine
-    deformation : Deformation
-        With cuts.
-    void_distance : (sampling.target.size,) array, world units
-    fields : (nz, ny, nx) and (nz, ny, nx, 3) arrays of floats
-        The undeformed array, and its `vector_fields.gradient`.
-    sampling : Sampling
-        Of the array.
-    progress : Progress
-
-    Returns
-    -------
-    rows : (m,) int64
-        Ids of the points of the target, x fastest.
-    values : (m, 3) float64, per world unit
+    `fields` are the undeformed array (nz, ny, nx) and its `vector_fields.gradient`; `void_distance`
+    (target.size,) is in world units. Returns ids (m,) of points of the target, x fastest, and
+    values (m, 3) per world unit.
     """
     values, slopes = fields
     source, voxel = sampling.source, np.abs(sampling.source.spacing).mean()

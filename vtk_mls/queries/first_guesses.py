@@ -81,15 +81,11 @@ def padded(box, share):
 
 
 def motions(rest, deformed, points):
-    """Possible displacements v - x of material next to a cut, for x of `points` (m, 3).
+    """Possible displacements v - x (m, 3) of material next to a cut, for x of `points` (m, 3).
 
     A control point dragged along a cut moves only the material on its own side. The map with p and
-    q swapped is between both sides, where there may be no material.
-
-    Yields
-    ------
-    (m, 3) float64, units of the control points `rest` and `deformed` (n, 3)
-        The mean displacement of the control points, then that of the nearest control point.
+    q swapped is between both sides, where there may be no material. Yields the mean displacement of
+    the control points, then that of the nearest control point.
     """
     displacements = deformed - rest
     yield np.tile(displacements.mean(axis=0), (len(points), 1))

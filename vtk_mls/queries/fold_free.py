@@ -27,15 +27,8 @@ _MAX_HANDLES = 1024  # the first to fold: those with the longest steps relative 
 def enough_steps(engine, deformation, where=None, progress=SILENT) -> tuple[int, float]:
     """The number of steps with no determinant below `MIN_DETERMINANT`, and the smallest one.
 
-    The number is doubled up to `MAX_STEPS`; then the smallest determinant may be below.
-
-    Parameters
-    ----------
-    engine : Engine
-    deformation : MapParameters
-    where : Grid or (m, 3) float64, world coordinates of the deformed space, optional
-        By default a box around the handles.
-    progress : Progress
+    The number is doubled up to `MAX_STEPS`; then the smallest determinant may be below. `where` is
+    a Grid or points (m, 3) of the deformed space, by default a box around the handles.
     """
     counts = [2**i for i in range(MAX_STEPS.bit_length())]
     for count, part in zip(counts, progress.divided(*counts)):

@@ -12,24 +12,11 @@ _MIN_SHARE = 0.01  # of a Newton step, by backtracking
 
 
 def newton(evaluate, x, guess, size):
-    """Solve v + d(v) = x from a first guess of v.
+    """v (m, 3) with v + d(v) = x from a first guess of v, and the residuals |v + d(v) - x| (m,).
 
-    Backtracking halves a step that does not reduce the residual.
-
-    Parameters
-    ----------
-    evaluate : callable
-        `evaluate(v, rows)` returns the displacements d (k, 3) at v (k, 3) for `rows` (k,) of x, and
-        a function without arguments for the Jacobians of v + d(v), (k, 3, 3).
-    x, guess : (m, 3) float64
-    size : (m,) float64
-        Length that the tolerance is relative to.
-
-    Returns
-    -------
-    v : (m, 3) float64
-    residual : (m,) float64
-        |v + d(v) - x|.
+    `evaluate(v, rows)` returns the displacements d (k, 3) at v (k, 3) for `rows` (k,) of x, and a
+    function without arguments for the Jacobians of v + d(v), (k, 3, 3). The tolerance is relative
+    to the lengths `size` (m,). Backtracking halves a step that does not reduce the residual.
     """
     candidate, v = guess.copy(), guess.copy()
     residual, share, step = np.full(len(x), np.inf), np.ones(len(x)), np.zeros_like(x)

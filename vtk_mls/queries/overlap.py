@@ -14,22 +14,11 @@ _ROUNDING = 1e-5
 
 
 def overlap(engine, deformation, points, progress):
-    """Whether material from both sides of a cut is at each point.
+    """Whether material from both sides of a cut is at each of `points` (m, 3): (m,) bool.
 
     The search for a second origin starts just behind each cut, at the closest point to the first
-    origin, and behind all of two or three planes that intersect.
-
-    Parameters
-    ----------
-    engine : Engine
-    deformation : Deformation
-    points : (m, 3) float64, world coordinates
-    progress : Progress
-
-    Returns
-    -------
-    (m,) bool
-        False for all points with cuts in the deformed frame.
+    origin, and behind all of two or three planes that intersect. False with cuts in the deformed
+    frame.
     """
     found = np.zeros(len(points), bool)
     if not deformation.in_rest_frame:

@@ -73,12 +73,8 @@ def distance_buffer(deformation, void_distance, target, is_needed=False):
 def resampled(engine, deformation, arrays, sampling, progress, distances=None, covariant=None):
     """`arrays` resampled by an engine, in their own types.
 
-    Parameters
-    ----------
-    distances : (sampling.target.size,) float32, optional
-        To be filled with void distances.
-    covariant : dict, optional
-        Whether vectors become unit vectors, by the index of each array of covariant vectors.
+    `distances` (target.size,) float32 are filled with void distances. `covariant` says whether
+    vectors become unit vectors, by the index of each array of covariant vectors.
     """
     values = [validation.native_array(array) for array in arrays]
     results = engine.resample(deformation, values, sampling, progress, distances, covariant)

@@ -63,7 +63,6 @@ class Transform:
         Parameters
         ----------
         points : (m, 3) array_like, world coordinates
-        progress : callable, optional
 
         Returns
         -------
@@ -81,7 +80,6 @@ class Transform:
         Parameters
         ----------
         points : (m, 3) array_like, world coordinates of the undeformed space
-        progress : callable, optional
 
         Returns
         -------
@@ -109,7 +107,6 @@ class Transform:
         ----------
         points : (m, 3) array_like, world coordinates of the undeformed space
             float32 is used as it is, other types as float64.
-        progress : callable, optional
         """
         points = validation.coordinates(points)
         with question(progress) as part:
@@ -128,7 +125,6 @@ class Transform:
         Parameters
         ----------
         points : (m, 3) array_like, world coordinates
-        progress : callable, optional
         origins : (m, 3) array_like, world coordinates of the undeformed space, optional
             x = G(v), if known. With cuts in the rest frame it selects the material at a face where
             material of both sides meets.
@@ -160,7 +156,6 @@ class Transform:
         Parameters
         ----------
         points : (m, 3) array_like, world coordinates
-        progress : callable, optional
 
         Returns
         -------
@@ -184,7 +179,6 @@ class Transform:
         Parameters
         ----------
         points : (m, 3) array_like, world coordinates
-        progress : callable, optional
 
         Returns
         -------
@@ -217,7 +211,6 @@ class Transform:
         ----------
         dimensions, origin, spacing, direction
             Of the `Grid`, with dimensions (nx, ny, nz); or only the `Grid`.
-        progress : callable, optional
 
         Notes
         -----
@@ -263,7 +256,6 @@ class Transform:
         grid : Grid
         void_distance : (nz, ny, nx) float32, world units, optional
             The `void_distance_field` of the grid, if known.
-        progress : callable, optional
 
         Returns
         -------
@@ -310,7 +302,6 @@ class Transform:
         arrays : sequence of (nz, ny, nx) or (nz, ny, nx, components) arrays, any real dtype
         sampling : Sampling or Grid
             A Grid is short for `Sampling(grid)`.
-        progress : callable, optional
         void_distance : (nz, ny, nx) float32, contiguous, optional
             With the target's shape; filled with the `void_distance_field`.
 
@@ -360,7 +351,6 @@ class Transform:
         normalise : bool
             Whether to return unit vectors. The factor det(J_G) of Eq. 29 then cancels; gradients do
             not have it.
-        progress : callable, optional
 
         Returns
         -------
@@ -385,7 +375,6 @@ class Transform:
         ----------
         vectors : (nz, ny, nx, 3) array, world frame
         sampling : Sampling or Grid
-        progress : callable, optional
 
         Returns
         -------
@@ -420,7 +409,6 @@ class Transform:
         sampling : Sampling or Grid
         normalise : bool
             Whether to return unit vectors.
-        progress : callable, optional
 
         Returns
         -------
@@ -461,7 +449,6 @@ class Transform:
         ----------
         source : Grid
             Of the undeformed volume.
-        progress : callable, optional
         """
         checked_grid("source", source)
         with question(progress) as part:

@@ -9,18 +9,10 @@ from vtk_mls.base.progress import SILENT
 
 
 def gradient(array, grid, progress=SILENT):
-    """Gradient of `array` on `grid`, by finite differences.
+    """Gradient (nz, ny, nx, 3) float32, per world unit, of an array (nz, ny, nx) on a grid.
 
-    Parameters
-    ----------
-    array : (nz, ny, nx) array
-    grid : Grid
-    progress : Progress, optional
-
-    Returns
-    -------
-    (nz, ny, nx, 3) float32, per world unit
-        Of fourth order inside, of second order at the border, 0 across a single slice.
+    By finite differences of fourth order inside, of second order at the border, 0 across a single
+    slice.
     """
     values = np.asarray(array, dtype=np.float64)
     slopes = np.stack([_slope(values, axis) for axis in progress.over((2, 1, 0))], axis=-1)
@@ -51,20 +43,10 @@ def contravariant(vectors, jacobian):
 def sampled_parts(arrays, versions, sampling, parts, sample, void_distance, normalise):
     """`arrays` at all points of the target of a `Sampling`, part by part: `Engine.resample`.
 
-    Parameters
-    ----------
-    arrays, versions : sequences
-        Arrays (nz, ny, nx[, components]) of the source, and `Sampling.versions` of them.
-    sampling : Sampling
-    parts : iterable
-        Slices of the target, indices (m, 3) of the source, void distances (m,) or None, and
-        Jacobians (m, 3, 3) or None.
-    sample : callable
-        `Engine.sample`.
-    void_distance : (target.size,) float32, optional
-        To be filled.
-    normalise : dict, optional
-        Whether vectors become unit vectors, by the index of each array of covariant vectors.
+    `parts` are slices of the target, indices (m, 3) of the source, void distances (m,) or None, and
+    Jacobians (m, 3, 3) or None. `sample` is `Engine.sample`. `void_distance` (target.size,) is
+    filled. `normalise` says whether vectors become unit vectors, by the index of each array of
+    covariant vectors.
     """
     normalise = normalise or {}
     results = [np.empty(sampling.target.shape + a.shape[3:], a.dtype) for a in arrays]

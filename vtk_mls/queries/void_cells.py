@@ -48,17 +48,7 @@ class VoidCells(NamedTuple):
 
 
 def classify_cells(deformation, engine, grid, void_distance, progress):
-    """The `VoidCells` of a grid.
-
-    Parameters
-    ----------
-    deformation : Deformation
-    engine : engine.protocol.Engine
-    grid : Grid
-    void_distance : (nz, ny, nx) float32, world units
-        At the points of the grid.
-    progress : Progress
-    """
+    """The `VoidCells` of a grid, by void distances (nz, ny, nx), world units, at its points."""
     if not deformation.cuts:
         return VoidCells(*np.zeros((2, *grid.cells.shape), bool))
     classifying, mapping = progress.divided(1, 3)
@@ -87,19 +77,10 @@ def _min_distance(deformation, grid):
 
 
 def by_corners(void_distance: NDArray[np.float32], min_distance: float) -> NDArray[Any]:
-    """Classify cells by the void distances at their corners.
+    """The bits VOID, UNKNOWN and TOUCHED of the `Grid.cells`, by distances at their corners.
 
-    Parameters
-    ----------
-    void_distance : (nz, ny, nx) float32, world units
-        At the points of a grid.
-    min_distance : float, world units
-        Smallest distance of the corners of a cell that is far from every face.
-
-    Returns
-    -------
-    array of uint8
-        With the shape of the `Grid.cells`: the bits VOID, UNKNOWN and TOUCHED.
+    `void_distance` (nz, ny, nx) is that at the points of a grid, `min_distance` the smallest one of
+    the corners of a cell that is far from every face, world units.
     """
     low, high = (_over_corners(pick, void_distance) for pick in (np.minimum, np.maximum))
     with np.errstate(invalid="ignore"):  # infinite distances have no difference, and stay unknown

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vtk_mls.base.grid import Grid, checked_grid
+from vtk_mls.base.interpolation import linear_with_slopes
 from vtk_mls.base.validation import as_float, freeze
 from vtk_mls.queries.newton import newton
 from vtk_mls.transforms.pointwise import PointwiseTransform
@@ -103,29 +104,13 @@ class Field(PointwiseTransform):
 
     def _interpolate(self, points, result, slopes):
         """Fill displacements (m, 3), and slopes (m, 3, 3) unless None."""
-        grid, last = self.grid, np.array(self.grid.dimensions) - 1
-        index = grid.index_of(points)
+        grid, index = self.grid, self.grid.index_of(points)
         inside = grid.covers(index)
-        limited = np.clip(np.where(inside[:, None], index, 0), 0, last)
-        cell = np.minimum(np.floor(limited).astype(np.int64), np.maximum(last - 1, 0))
-        share = [(1 - t, t) for t in np.ascontiguousarray((limited - cell).T)]
-        to_next = np.minimum(last, 1) * self._strides
-        first, flat = cell @ self._strides, self.displacement.reshape(-1, 3)
-        result[:] = 0
-        per_index: Any = np.zeros((len(points), 3, 3)) if slopes is not None else None
-        for corner in np.ndindex(2, 2, 2):
-            tap = flat[first + np.dot(corner, to_next)].astype(np.float64)
-            x, y, z = weights = [shares[side] for shares, side in zip(share, corner)]
-            result += (x * y * z)[:, None] * tap
-            for axis in range(3) if slopes is not None else ():
-                others = weights[axis - 1] * weights[axis - 2]
-                per_index[:, :, axis] += (2 * corner[axis] - 1) * others[:, None] * tap
+        within = np.where(inside[:, None], index, 0)
+        with_slopes = slopes is not None
+        result[:], per_index = linear_with_slopes(self.displacement, within, with_slopes)
         result[~inside] = 0
-        if slopes is not None:
-            per_index *= (inside[:, None] & (index == limited))[:, None, :]
+        if with_slopes:
+            is_limited = (index < 0) | (index > np.array(grid.dimensions) - 1)
+            per_index *= (inside[:, None] & ~is_limited)[:, None, :]
             np.einsum("mia,aj->mij", per_index, grid.world_to_index, out=slopes)
-
-    @property
-    def _strides(self):
-        nx, ny, _ = self.grid.dimensions
-        return np.array([1, nx, nx * ny])

@@ -16,29 +16,14 @@ CONTROL_POINTS, ARROWS = "MLSControlPoints", "its output Arrows"
 
 @dataclass(frozen=True)
 class Array:
-    """An array of an output.
-
-    Attributes
-    ----------
-    name : str
-    of : str
-        POINTS, CELLS or FIELD.
-    writers : tuple of str
-        Some of the constants above.
-    values : str
-        Type and number of the values, with unit or frame.
-    help : str
-        Meaning of the values.
-    when : str
-        Condition; "" for always.
-    """
+    """An array of an output."""
 
     name: str
-    of: str
-    writers: tuple[str, ...]
-    values: str
-    help: str
-    when: str = ""
+    of: str  # POINTS, CELLS or FIELD
+    writers: tuple[str, ...]  # some of the constants above
+    values: str  # type and number of the values, with unit or frame
+    help: str  # meaning of the values
+    when: str = ""  # condition; "" for always
 
 
 _CUTS = "With cuts"

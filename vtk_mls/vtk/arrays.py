@@ -33,15 +33,9 @@ _IDENTITY = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 class ImageGeometry:
     """Extent and placement of a vtkImageData.
 
-    Attributes
-    ----------
-    extent : (6,) ints
-        First and last index along each axis; the first need not be 0.
-    origin, spacing : (3,) floats, world coordinates and units
-        The origin is the position of index (0, 0, 0), which need not be in the extent. Along an
-        axis of one point the spacing may be 0, which counts as 1.
-    direction : (9,) floats
-        Direction matrix, row by row.
+    The `extent` has the first and the last index along each axis; the first need not be 0. `origin`
+    is the position of index (0, 0, 0), which need not be in the extent, world coordinates. Along an
+    axis of one point `spacing` may be 0, which counts as 1. `direction` has 9 numbers, row by row.
     """
 
     extent: tuple
@@ -128,17 +122,9 @@ def _part_of(whole, extent):
 
 
 def to_numpy(array):
-    """Values of a vtkDataArray.
+    """Values of a vtkDataArray of any type and layout: (n,) or (n, components).
 
-    Parameters
-    ----------
-    array : vtkDataArray
-        Of any type and layout.
-
-    Returns
-    -------
-    (n,) or (n, components) array
-        A view of VTK's memory where that is contiguous, else a copy; bits are uint8.
+    A view of VTK's memory where that is contiguous, else a copy; bits are uint8.
     """
     n, components = array.GetNumberOfTuples(), array.GetNumberOfComponents()
     shape = (n,) if components == 1 else (n, components)
@@ -160,17 +146,8 @@ def from_numpy(values, vtk_type):
     """A vtkDataArray of the type `vtk_type` that shares the memory of `values` if it can.
 
     Memory is shared from VTK 9.7 on. Older versions cannot keep it alive for shallow copies of the
-    array, which ParaView makes: they copy it.
-
-    Parameters
-    ----------
-    values : (n,) or (n, components) array
-        Of the dtype that `to_numpy` returns for the type.
-
-    Raises
-    ------
-    TypeError
-        For another dtype.
+    array, which ParaView makes: they copy it. `values` (n,) or (n, components) have the dtype that
+    `to_numpy` returns for the type; TypeError otherwise.
     """
     array = vtkDataArray.CreateDataArray(vtk_type)
     if vtk_type != VTK_BIT and values.dtype != _dtype(array):
@@ -257,19 +234,10 @@ def name_normals(dataset):
 
 
 def image_values(attributes, grid):
-    """All arrays of an image's point or cell data in their order, as numpy arrays.
+    """All arrays of an image's point or cell data, (nz, ny, nx) or (nz, ny, nx, components).
 
-    Parameters
-    ----------
-    attributes : vtkDataSetAttributes
-    grid : Grid
-        Where the values are.
-
-    Returns
-    -------
-    list of (nz, ny, nx) or (nz, ny, nx, components) arrays
-        Views as of `to_numpy`. An array that is not numeric (strings) gives the indices of its
-        own tuples.
+    Views as of `to_numpy`, at the points of a `Grid`. An array that is not numeric (strings) gives
+    the indices of its own tuples.
     """
     values = []
     for array in all_arrays(attributes):
@@ -298,15 +266,10 @@ def check_lengths(dataset):
 
 
 def set_image_values(attributes, values, source):
-    """Fill an image's point or cell data.
+    """Fill an image's point or cell data with `values`, as `image_values` gives them.
 
-    Parameters
-    ----------
-    attributes : vtkDataSetAttributes
-    values : list of arrays, as `image_values` gives them
-        An index that is negative leaves a string empty.
-    source : vtkDataSetAttributes
-        Gives types, names, component names, lookup tables and the active attributes.
+    An index that is negative leaves a string empty. `source`, also point or cell data, gives types,
+    names, component names, lookup tables and the active attributes.
     """
     set_values(attributes, [new.reshape(-1, *new.shape[3:]) for new in values], source)
 
@@ -370,29 +333,12 @@ def is_numeric(array):
 
 
 def control_points(polydata, displacement, weight=None, moved=None):
-    """Control points of a point set.
+    """p and q (n, 3), world coordinates, and weights (n,) or None of a vtkPointSet: float64.
 
-    Parameters
-    ----------
-    polydata : vtkPointSet
-    displacement : str
-        Point vector array with q - p.
-    weight : str, optional
-        Point array with a factor for each.
-    moved : vtkPointSet, optional
-        Its points are q, in the same order; the displacement array does not count then.
-
-    Returns
-    -------
-    rest, deformed : (n, 3) float64, world coordinates
-        p and q.
-    weights : (n,) float64 or None
-
-    Raises
-    ------
-    ValueError
-        If there is no point, an array is missing or has the wrong shape, or `moved` has another
-        number of points.
+    `displacement` names the point vectors q - p, `weight` a point array with factors. The points of
+    `moved`, a vtkPointSet, are q, in the same order, in place of displacements. ValueError if there
+    is no point, an array is missing or has the wrong shape, or `moved` has another number of
+    points.
     """
     count = polydata.GetNumberOfPoints()
     if count == 0:
@@ -465,16 +411,11 @@ def _pick_tuples(array, index):
 
 
 def along_world_axes(grid):
-    """The points of a grid in the order and the direction of the x, y and z axes.
+    """A Grid with its axes in the order and the direction of x, y and z, and a function.
 
-    The direction matrix is then the identity, or for oblique axes the smallest possible rotation.
-
-    Returns
-    -------
-    reordered : Grid
-        `grid` itself if its axes are in order.
-    reorder : callable
-        Takes values (nz, ny, nx, ...) at the points of `grid` to those of `reordered`: a view.
+    The function takes values (nz, ny, nx, ...) of `grid` to those of the result, as a view. The
+    direction matrix is then the identity, or for oblique axes the smallest possible rotation. It is
+    `grid` itself if its axes are in order.
     """
 
     def alignment(axes):

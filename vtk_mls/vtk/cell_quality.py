@@ -14,19 +14,11 @@ _MAX_QUALITY = 2  # that of inverted wedges is down to -1.2
 
 
 def scaled_jacobians(mesh, positions):
-    """VTK's scaled Jacobian of the cells of a mesh with its points at `positions`.
+    """VTK's scaled Jacobian (m,) of the cells of a vtkPointSet with its points at `positions`.
 
-    Parameters
-    ----------
-    mesh : vtkPointSet
-    positions : (n, 3) array, world coordinates
-
-    Returns
-    -------
-    (m,) float64
-        At most 1, for regular cells; 0 or less for solid cells that are inside out at a corner,
-        and for concave quads. NaN for cells that are no triangles, quads, tetrahedra, hexahedra,
-        wedges or pyramids, and for those with a point that is not finite.
+    At most 1, for regular cells; 0 or less for solid cells that are inside out at a corner, and for
+    concave quads. NaN for cells that are no triangles, quads, tetrahedra, hexahedra, wedges or
+    pyramids, and for those with a point that is not finite.
     """
     moved = mesh.NewInstance()
     moved.CopyStructure(mesh)

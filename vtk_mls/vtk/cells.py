@@ -50,13 +50,7 @@ _CELL_IDS = "vtkOriginalCellIds"  # of vtkExtractCells
 
 
 def connectivity_of(cells):
-    """Connectivity and offsets of a vtkCellArray or None.
-
-    Returns
-    -------
-    connectivity : (m,) integers
-    offsets : (n + 1,) integers
-    """
+    """Connectivity (m,) and offsets (n + 1,) of a vtkCellArray or None."""
     if cells is None or cells.GetNumberOfCells() == 0:
         return np.zeros(0, np.int64), np.zeros(1, np.int64)
     return arrays.to_numpy(cells.GetConnectivityArray()), arrays.to_numpy(cells.GetOffsetsArray())

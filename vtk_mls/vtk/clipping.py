@@ -42,20 +42,11 @@ _STRAIGHT_TYPES = (
 
 
 def clip_cells(grid):
-    """The pieces of cells above and below height 0, and the cells that clipping cannot divide.
+    """The cells above and below height 0, and those that clipping cannot divide: three grids.
 
-    Tetrahedra are divided into tetrahedra, which VTK's mappers of unstructured volumes need. Pieces
-    without a size, which clipping makes of corners on the cut, are left out unless the whole cell
-    has no size.
-
-    Parameters
-    ----------
-    grid : vtkUnstructuredGrid
-        With the point array `HEIGHT`.
-
-    Returns
-    -------
-    above, below, undivided : vtkUnstructuredGrid
+    The vtkUnstructuredGrid `grid` has the point array `HEIGHT`. Tetrahedra are divided into
+    tetrahedra, which VTK's mappers of unstructured volumes need. Pieces without a size, which
+    clipping makes of corners on the cut, are left out unless the whole cell has no size.
     """
     if grid.GetNumberOfCells() == 0:
         return grid, grid, grid

@@ -18,20 +18,10 @@ DISPLACEMENT, WEIGHT, LABEL, PATH = "Displacement", "Weight", "Label", "Path"
 def fill_polydata(polydata, rest, deformed, weights, labels=(), cells=None, path=()):
     """Make control-point polydata, what `arrays.control_points` reads.
 
-    Parameters
-    ----------
-    polydata : vtkPolyData
-        Gets the active vectors "Displacement" = q - p, "Weight" if there are weights, float64, and
-        the cells.
-    rest, deformed : (n, 3) float64, world coordinates
-    weights : (n,) float64 or None
-    labels : list of n str, optional
-        Become the point array "Label" if any is not empty.
-    cells : HandleCells, optional
-        By default a vertex for each p.
-    path : (k, n, 3) float64, world coordinates, optional
-        Intermediate places. They become the point array "Path" of 3 k components, the displacements
-        from p to each.
+    It gets the active vectors "Displacement" = q - p, "Weight" if there are weights (n,), and the
+    `cells`, by default a vertex for each p. p and q are (n, 3) float64, world coordinates. Labels
+    become the point array "Label" if any is not empty. The intermediate places `path` (k, n, 3)
+    become "Path" of 3 k components, the displacements from p to each.
     """
     set_positions(polydata, rest, VTK_DOUBLE)
     set_cells(polydata, cells or HandleCells.points(len(rest)))
@@ -46,21 +36,9 @@ def fill_polydata(polydata, rest, deformed, weights, labels=(), cells=None, path
 
 
 def path_of(point_set):
-    """Intermediate places of control points, from their array "Path".
+    """Intermediate places (k, n, 3) of control points, world coordinates, from their array "Path".
 
-    Parameters
-    ----------
-    point_set : vtkPointSet
-
-    Returns
-    -------
-    (k, n, 3) float64, world coordinates
-        k is 0 without the array.
-
-    Raises
-    ------
-    ValueError
-        If the array is not finite or has the wrong shape.
+    k is 0 without the array. ValueError if it is not finite or has the wrong shape.
     """
     count, array = point_set.GetNumberOfPoints(), point_set.GetPointData().GetArray(PATH)
     if array is None or count == 0:

@@ -79,25 +79,14 @@ def count_inverted(mesh, before, after, jacobian, ghosts=None):
     A solid cell is inside out if the edges at a corner, or the axes of a hexahedron, span a volume
     of another sign than before, or none: VTK's scaled Jacobian is not above 0 there. A polygon is
     inside out if its vector area points against the normal that the map carries, J_G^T n (Eq. 29);
-    a quad also if the edges at a corner span such an area; a triangle strip if one of its
-    triangles is inside out. Vertices, lines, cells without a volume or area before (to rounding),
-    curved cells with a positive volume, and cells with a point that is not finite cannot be
-    checked. Cells of a vtkStructuredGrid with a blanked point do not count.
+    a quad also if the edges at a corner span such an area; a triangle strip if one of its triangles
+    is inside out. Vertices, lines, cells without a volume or area before (to rounding), curved
+    cells with a positive volume, and cells with a point that is not finite cannot be checked. Cells
+    of a vtkStructuredGrid with a blanked point do not count.
 
-    Parameters
-    ----------
-    mesh : vtkDataSet
-        The deformed mesh.
-    before, after : (n, 3) arrays, world coordinates
-        Its points.
-    jacobian : (n, 3, 3) array
-        dG_i/dv_j at them.
-    ghosts : (n,) array, optional
-        Flags of cells as of vtkGhostType; cells of other processes and hidden ones do not count.
-
-    Returns
-    -------
-    inverted, unchecked : int
+    `before` and `after` (n, 3) are the points of the deformed vtkDataSet, world coordinates, and
+    `jacobian` (n, 3, 3) is dG_i/dv_j there. `ghosts` are flags of cells as of vtkGhostType: cells
+    of other processes and hidden ones do not count.
     """
     margins = _Margins(before, after, jacobian)
     result = np.full(mesh.GetNumberOfCells(), np.nan)
@@ -166,16 +155,8 @@ class _Margins:
     def _volumes(self, points, edges):
         """Volumes spanned by the edges from one point of cells to three others.
 
-        Parameters
-        ----------
-        points : (n, k) integers
-        edges : list of (corner, end, end, end)
-
-        Returns
-        -------
-        measures : list, one for each of `edges`
-        positions : list of (3, k, n) float64
-            Positions of the points before and after.
+        For `points` (n, k) of cells and `edges` (corner, end, end, end): a measure for each edge;
+        and the positions (3, k, n) of the points before and after.
         """
         points = np.ascontiguousarray(points.T)
         positions = [np.take(x, points, axis=1) for x in self._columns]
@@ -210,10 +191,8 @@ class _Margins:
     def _areas(self, points, at_corners=False):
         """Areas of polygons along the normals that the map carries: J_G^T n (Eq. 29).
 
-        Returns
-        -------
-        measures : list
-            The vector areas; and if `at_corners`, those that the edges at each corner span.
+        A list of measures: the vector areas; and if `at_corners`, those that the edges at each
+        corner span.
         """
         before, after = (x[points].astype(np.float64) for x in self._rows)
         normal = _vector_area(before)

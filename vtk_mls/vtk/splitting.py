@@ -62,27 +62,13 @@ _SOURCE = "_Source"  # point and cell array: row in the mesh
 
 
 def split(mesh, cuts, progress=SILENT):
-    """A mesh with its cells divided along cuts.
+    """A vtkDataSet with its cells divided along cuts: vtkPolyData if it is one, or unstructured.
 
-    Parameters
-    ----------
-    mesh : vtkDataSet
-    cuts : sequence of Plane, HalfPlane and Surface
-    progress : Progress, optional
+    It has all arrays of points and cells. At new points numbers are interpolated; ids, bits and
+    texts are those of the nearest point. Global ids are plain arrays: pieces repeat them.
 
-    Returns
-    -------
-    mesh : vtkPolyData if `mesh` is one, else vtkUnstructuredGrid
-        With all arrays of points and cells. At new points numbers are interpolated; ids, bits and
-        texts are those of the nearest point. Global ids are plain arrays: pieces repeat them.
-    to_cut : (n, 3) float64, world units
-        From each point on a cut to the exact cut; 0 for the other points.
-    side : (n, 3) float64
-        Normal of the cut towards the cells of the point; 0 for points on no cut.
-
-    Raises
-    ------
-    Aborted
+    Also returns the vectors (n, 3) from each point on a cut to the exact cut, world units, and the
+    normals (n, 3) of the cut towards the cells of the point; 0 for points on no cut.
     """
     named, cell_data = mesh.NewInstance(), vtkCellData()
     named.ShallowCopy(mesh)

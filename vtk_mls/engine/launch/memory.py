@@ -15,15 +15,10 @@ MIN_LIMIT = 1 << 20  # bytes of device memory below which work is not retried
 
 
 class Memory:
-    """Makes buffers of host arrays. A CPU device uses host arrays without copies.
+    """Makes buffers of host arrays. A CPU device uses host arrays without copies: `in_place`.
 
-    Attributes
-    ----------
-    limit : int
-        Bytes of device memory to use, divided among MPI processes that share the device. Larger
-        grids are processed in slabs.
-    in_place : bool
-        Whether the device uses the memory of host arrays.
+    `limit` is the number of bytes of device memory to use, divided among MPI processes that share
+    the device. Larger grids are processed in slabs.
     """
 
     def __init__(self, device):

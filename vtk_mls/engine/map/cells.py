@@ -10,13 +10,7 @@ from vtk_mls.engine.launch.structs import filled
 
 
 class Box:
-    """Cells from `first` on, (nx, ny, nz) of them.
-
-    Parameters
-    ----------
-    first, stop : (3,) ints
-        First cells along x, y, z, and those after the last ones.
-    """
+    """Cells from the index `first` (3,) along x, y, z up to `stop`: (nx, ny, nz) of them."""
 
     def __init__(self, first, stop):
         self.first, self.stop = np.asarray(first), np.asarray(stop)
@@ -52,18 +46,9 @@ def box_of(grid, step):
 
 
 class ListedCells:
-    """Cells of a box in the order of memory, for kernels that compute these only.
+    """Cells of a box where `mask` (nz, ny, nx) is true, in the order of memory.
 
-    Parameters
-    ----------
-    memory : Memory
-    box : Box
-    mask : array (nz, ny, nx) of bool
-
-    Attributes
-    ----------
-    buffer : Buffer
-        Their indices, int32.
+    Kernels compute these only; `buffer` has their indices, int32.
     """
 
     def __init__(self, memory, box, mask):

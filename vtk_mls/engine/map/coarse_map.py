@@ -29,72 +29,56 @@ class CoarseMap:
     """The map of a region at nodes over a grid, and the cells that are interpolated accurately.
 
     Nodes and cells are those of the whole grid, and some beyond its end, so parts find the same.
-
-    Parameters
-    ----------
-    map_ : RegionMap
+    Its RegionMap, `map_`, owns it.
     """
 
-    def __init__(self, map_):
-        self.map = map_
+    def __init__(self):
         self._grid = None
         self._pays_off = {}  # by whole grid
 
-    def pays_off(self, grid):
+    def pays_off(self, map_, grid):
         """Whether a grid has far fewer nodes, and cells near control points, than points."""
         whole = grid.whole
         if whole not in self._pays_off:
-            self._pays_off[whole] = self._has_few_nodes(whole) and self._has_few_near_cells(whole)
+            self._pays_off[whole] = _has_few_nodes(whole) and _has_few_near_cells(map_, whole)
         return self._pays_off[whole]
 
-    def _has_few_nodes(self, whole):
-        cells = box_of(whole, STEP).cells
-        return (np.prod(cells + 5.0) + np.prod(cells)) / whole.size < MAX_NODE_FRACTION
-
-    def _has_few_near_cells(self, whole):
-        handles = self.map.control_points.handles
-        count = len(handles) if len(handles.segments) == 0 else np.inf
-        bound = 27 * count / np.prod(box_of(whole, STEP).cells)
-        if bound < MAX_NEAR_FRACTION:
-            return True
-        return near_handles(self.map, whole, box_of(whole, STEP), STEP).mean() < MAX_NEAR_FRACTION
-
-    def launch(self, name, grid, part, *arguments, constants=()):
+    def launch(self, map_, name, grid, part, *arguments, constants=()):
         """Launch a kernel for the points `part` of a grid.
 
         It computes the points of inaccurate cells, after another kernel has interpolated those of
         all cells. Both take the `arguments`.
         """
         if grid is not self._grid:
-            self._find(grid)
+            self._find(map_, grid)
             self._grid = grid
-        points = kernel_arguments.grid_points(grid, part, self.map.control_points)
+        points = kernel_arguments.grid_points(grid, part, map_.control_points)
         own = box_of(grid, STEP)
         first, cells = own.first, own.cells
         nx, ny, _ = grid.dimensions
         low, high = ((grid.first[2] + n // (nx * ny)) // STEP for n in (part.start, part.stop - 1))
         grid_and_pass = (grid.whole, False)
         block = dict(first_cell=[*first[:2], low], cells=[*cells[:2], high - low + 1])
-        to_local = grid.index_to_world / self.map.control_points.scale
+        to_local = grid.index_to_world / map_.control_points.scale
         to_slopes = kernel_arguments.transform(np.linalg.inv(to_local).T, np.zeros(3))
         record = filled("coarse_t", **block, **self._around, to_slopes=to_slopes)
         nodes.launch_cells(
-            *(self.map, _COARSE[name], grid_and_pass, block["cells"], points, record),
+            *(map_, _COARSE[name], grid_and_pass, block["cells"], points, record),
             *(self._nodes, *arguments),
             constants=constants,
         )
         layers = slice(low - first[2], high + 1 - first[2])
         for record in self._inaccurate.records(layers):
-            items = self.map.grid_items(grid, part, record, self._inaccurate.buffer)
+            items = map_.grid_items(grid, part, record, self._inaccurate.buffer)
             count = int(record["listed"]) * STEP**3
-            self.map.launch(
+            map_.launch(
                 *(name, grid_and_pass, count, points, *items, *arguments),
                 constants=(*constants, ("POINTS", "CELLS")),
             )
 
-    def _find(self, grid):
+    def _find(self, map_, grid):
         """Find the nodes around a grid, and its inaccurate cells."""
-        map_, whole, own = self.map, grid.whole, box_of(grid, STEP)
+        whole, own = grid.whole, box_of(grid, STEP)
         box = own.widened(1, 1).within(box_of(whole, STEP))  # neighbors are checked, too
         node_box = box.widened(nodes.BEFORE, nodes.AFTER)
         self._around = {"first_node": box.first, "nodes": node_box.cells}
@@ -120,3 +104,17 @@ class CoarseMap:
         is_inaccurate |= dilated(spreads) | near_handles(map_, whole, box, STEP)
         inaccurate = (is_inaccurate & ~is_elsewhere)[box.rows(own)]
         self._inaccurate = ListedCells(map_.memory, own, inaccurate)
+
+
+def _has_few_nodes(whole):
+    cells = box_of(whole, STEP).cells
+    return (np.prod(cells + 5.0) + np.prod(cells)) / whole.size < MAX_NODE_FRACTION
+
+
+def _has_few_near_cells(map_, whole):
+    handles = map_.control_points.handles
+    count = len(handles) if len(handles.segments) == 0 else np.inf
+    bound = 27 * count / np.prod(box_of(whole, STEP).cells)
+    if bound < MAX_NEAR_FRACTION:
+        return True
+    return near_handles(map_, whole, box_of(whole, STEP), STEP).mean() < MAX_NEAR_FRACTION

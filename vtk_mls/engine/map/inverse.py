@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from vtk_mls.engine.launch import kernel_arguments
-from vtk_mls.engine.launch.launcher import RegionMap
 from vtk_mls.engine.map.lattice import Lattice
+from vtk_mls.engine.map.region_map import RegionMap
 from vtk_mls.queries import first_guesses as guesses
 
 _SAMPLES = 1 << 12  # of the map, to restart Newton's method where it fails

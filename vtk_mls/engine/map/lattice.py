@@ -20,18 +20,8 @@ class Lattice:
 
     A launcher keeps it for each region as long as the deformation exists, so it holds arrays only.
     Nodes are solved for when a point first lies in a cell beside them. Points determine which nodes
-    are solved for, never their values.
-
-    Parameters
-    ----------
-    box : (2, 3) float64, local units
-        Level 0.
-
-    Attributes
-    ----------
-    record : lattice_t
-    samples : dict
-        Kernel arguments by level, as `InverseSearch` makes them.
+    are solved for, never their values. `box` (2, 3), local units, is level 0; `samples` are kernel
+    arguments by level, as `InverseSearch` makes them.
     """
 
     def __init__(self, box):

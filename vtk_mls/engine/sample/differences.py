@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vtk_mls.base import buffer_pool
-from vtk_mls.engine.launch import array_types, kernel_arguments
+from vtk_mls.engine.launch import kernel_arguments
 from vtk_mls.engine.launch.structs import filled
 
 _REACH = 2  # slices that a difference takes on either side
@@ -16,7 +16,7 @@ def gradient(launcher, array, grid, progress):
     """`vector_fields.gradient` of an array (nz, ny, nx) that the device can read."""
     memory, (nx, ny, nz) = launcher.memory, grid.dimensions
     result = buffer_pool.empty((*grid.shape, 3), np.float32)
-    constants = array_types.constants(array, launcher)
+    constants = kernel_arguments.array_constants(array, launcher)
     matrix = grid.world_to_index.T
     to_world = kernel_arguments.transform(matrix, np.zeros(3))
     lanes = dict(constants)["LANES"]

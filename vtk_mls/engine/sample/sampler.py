@@ -1,4 +1,4 @@
-"""Sampling of arrays on an OpenCL device."""
+"""Sampling of arrays on an OpenCL device, and the map to where they are sampled."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pyopencl as cl
 from vtk_mls.base import interpolation
 from vtk_mls.base.grid import Grid
 from vtk_mls.engine.device import devices
-from vtk_mls.engine.launch import array_types
+from vtk_mls.engine.launch import kernel_arguments
 from vtk_mls.engine.launch.structs import filled
 
 _TAPS = {"nearest": 1, "linear": 2, "cubic": 4}
@@ -37,19 +37,9 @@ class Rule(NamedTuple):
 
 
 class Sampler:
-    """The values of one array at the points of slabs.
+    """The values of one array (nz, ny, nx[, components]) on the Grid `source` at points of slabs.
 
-    The whole array is on the device if it fits, else the slices that the points need.
-
-    Parameters
-    ----------
-    launcher : Launcher
-    array : (nz, ny, nx) or (nz, ny, nx, components) array
-    source : Grid
-        Grid of its values.
-    rule : Rule
-    fits : bool
-        Whether the whole array fits the device.
+    The whole array is on the device if it `fits`, else the slices that the points need.
     """
 
     def __init__(self, launcher, array, source, rule, fits):
@@ -60,7 +50,7 @@ class Sampler:
     def sample(self, index, result):
         """Write into `result` (m, ...) the values at the indices in a buffer, in planes."""
         count = len(result)
-        if not array_types.is_for_device(self.array, self.launcher.device):
+        if not kernel_arguments.is_for_device(self.array, self.launcher.device):
             points = self.memory.planes(index, count).T.astype(np.float64)
             result[:] = interpolation.sample(
                 self.array, points, self.rule.method, self.rule.background, self.source
@@ -127,7 +117,7 @@ class Sampler:
     def _launch(self, piece, index, result):
         """Sample a piece at its indices."""
         array, count = self.array, piece.stop - piece.first
-        constants = (*array_types.constants(array, self.launcher), self.taps)
+        constants = (*kernel_arguments.array_constants(array, self.launcher), self.taps)
         if self._background is None:
             background = interpolation.cast(self.rule.background, array.dtype)
             values = np.empty(int(np.prod(array.shape[3:])), array.dtype)
@@ -157,6 +147,55 @@ def samplers(launcher, arrays, sampling, covariant):
             zip(arrays, sampling.methods(len(arrays)), sampling.backgrounds(len(arrays)))
         )
     ]
+
+
+class SourceMap:
+    """The map of the points of a target grid to continuous indices of the source.
+
+    `maps` are the RegionMaps to launch on a grid, and whether it is the second pass; `competing` a
+    buffer for void distances, if competing regions need it to choose.
+    """
+
+    def __init__(self, memory, maps, sampling, competing):
+        self.memory, self.target, self.competing = memory, sampling.target, competing
+        self._launches = [
+            (map_, kernel_arguments.to_source(sampling, map_.control_points), second_pass)
+            for map_, second_pass in maps
+        ]
+
+    def find(self, part, index, distance):
+        """Write the indices of the points `part` of the target into a buffer, in planes.
+
+        And their void distances into the buffer `distance`, unless it is None.
+        """
+        self._launch("grid_source_index", part, index, distance)
+
+    def transform(self, vectors, part, index, distance, result):
+        """As `find`, and fill `result` (m, 3) with the covariant vectors at `part` of a Sampler."""
+        count = part.stop - part.start
+        if not vectors.fits:
+            self.find(part, index, distance)
+        for piece in vectors.pieces(index, count):
+            if piece.stop - piece.first < count:  # `find` has filled the buffers of the part
+                index = self.memory.scratch("sources of a piece", 12 * count)
+                distance = self.competing
+            points = slice(part.start + piece.first, part.start + piece.stop)
+            with self.memory.output_buffer(result[piece.first : piece.stop]) as out:
+                self._launch(
+                    *("grid_covariant", points, index, distance, vectors.record(piece)),
+                    *(np.int32(bool(vectors.rule.covariant)), piece.values, out),
+                    constants=(kernel_arguments.offset(vectors.array), vectors.taps),
+                )
+
+    def _launch(self, kernel, part, index, distance, *arguments, constants=()):
+        for map_, to_source, second_pass in self._launches:
+            outputs = [index, *map_.void_outputs(distance), *arguments]
+            map_.launch_on_grid(
+                *(kernel, self.target, part, to_source, *outputs),
+                second_pass=second_pass,
+                coarsely=True,
+                constants=constants,
+            )
 
 
 def _slices_needed(z, grid):
