@@ -19,14 +19,13 @@ vectors in RAS and become LPS, as in ITK. Vectors of another intent are not turn
 
 Labels are integers with the intent 1002 (label) or 1003 (name of an anatomical structure).
 
-The values are read here because nibabel allocates what the header claims before it looks at the
-size of a compressed file, and does not check the checksum of gzip.
+The values are read by `volumes` because nibabel allocates what the header claims before it looks
+at the size of a compressed file, and does not check the checksum of gzip.
 """
 
 from __future__ import annotations
 
 import contextlib
-import functools
 
 import numpy as np
 
@@ -54,6 +53,7 @@ _TIME_UNITS = {8: "s", 16: "ms", 24: "us", 32: "Hz", 40: "ppm", 48: "rad/s"}
 _LENGTHS = {1: 1000.0, 3: 0.001}  # millimeters per unit; other codes mean millimeters
 _MAX_SHEAR = 1e-4  # axes closer to orthogonal than this are orthogonal for ITK
 _MAX_SHIFT = 0.01  # voxels between two placements of a vertex without a warning
+_MAX_HEADER = 540  # bytes, of version 2
 _QUATERNION_ERROR = 1e-6  # rounding of its squared length
 
 
@@ -68,41 +68,25 @@ def open_file(path):
     Returns
     -------
     Series
-        Headers of its volumes have lines `field: value`. Volumes are read one at a time, unless
-        they have components.
+        Headers of its volumes have lines `field: value`. The values of all times are in memory.
 
     Raises
     ------
     OSError, ValueError
     """
     encoding = "gzip" if path.suffix.lower() == ".gz" else "raw"
-    with path.open("rb") as file:
-        header = _read_header(volumes.unpacked(file, encoding))
-    components, count, *shape = _shape(header)
-    start, data = int(header["vox_offset"]), path
-    if _is_pair(header, path):
-        data = paths.named_file(path, path.with_suffix(".img").name)
-
-    def open_values(stack):
-        file = volumes.unpacked(stack.enter_context(data.open("rb")), encoding)
-        volumes.skip(file, start)
-        return file
-
-    # the file has all times of one component, then those of the next
-    is_whole = components > 1
-    slab = (components, count, *shape) if is_whole else shape
-    storage = volumes.Storage(_dtype(header), tuple(slab), encoding)
-    size = max(data.stat().st_size - (start if encoding == "raw" else 0), 0)
-    slabs = volumes.Slabs(open_values, storage, 1 if is_whole else count, size)
+    with path.open("rb") as file, volumes.unpacked(file, encoding, _MAX_HEADER) as start:
+        header = _read_header(start)
+    shape = _shape(header)
+    data = paths.named_file(path, path.with_suffix(".img").name) if _is_pair(header, path) else path
+    with data.open("rb") as file:
+        skip = max(int(header["vox_offset"]), 0)
+        values = volumes.read_values(file, _dtype(header), shape, encoding, skip)
     affine = _affine(header)
     _warn_if_itk_differs(path, header, affine)
-    whole = functools.cache(lambda: slabs.read(0))
-
-    def read_values(index):
-        return np.moveaxis(whole()[:, index], 0, -1) if is_whole else slabs.read(index)
-
-    times = _times(header) if count > 1 else ()
-    return Series(times, lambda index: _volume(header, affine, read_values(index)))
+    values = np.moveaxis(values, 0, -1) if len(values) > 1 else values[0]
+    times = _times(header) if shape[1] > 1 else ()
+    return Series(times, lambda index: _volume(header, affine, values[index]))
 
 
 def _volume(header, affine, values):

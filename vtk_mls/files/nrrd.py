@@ -58,8 +58,8 @@ def open_file(path):
     Returns
     -------
     Series
-        Headers of its volumes have key/value pairs and some fields. Volumes are read one at a time
-        if time is the slowest axis.
+        Headers of its volumes have key/value pairs and some fields. The values of all times are in
+        memory.
 
     Raises
     ------
@@ -68,19 +68,17 @@ def open_file(path):
     """
     with _failures_named(path), path.open("rb") as file:
         fields, pairs = _header(file)
-        start = file.tell()
         sizes = _sizes(fields)
+        values = nrrd_values.read(fields, file, path, sizes)
         time_axis, fields, volume_sizes = nrrd_times.without_time(fields, sizes)
         details = _details(path, fields, pairs, volume_sizes)
-        if time_axis is None:
-            values = nrrd_values.read(fields, file, path, sizes)
-            return Series((), lambda index: _volume(values, details))
-        source = nrrd_values.ValuesInTime(fields, path, start, sizes, time_axis.index)
+    if time_axis is None:
+        return Series((), lambda index: _volume(values, details))
+    in_time = np.moveaxis(values, len(sizes) - 1 - time_axis.index, 0)
 
     def read_volume(index):
-        with _failures_named(path):
-            volume = _volume(source.read(index), details)
-            return replace(volume, time_unit=time_axis.unit)
+        volume = _volume(np.ascontiguousarray(in_time[index]), details)
+        return replace(volume, time_unit=time_axis.unit)
 
     return Series(time_axis.times, read_volume)
 
