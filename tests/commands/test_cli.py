@@ -269,24 +269,6 @@ def test_doctor_checks_devices_again(monkeypatch):
     assert rechecks[0]  # the choice of a device follows
 
 
-@pytest.mark.skipif(not DEVICES, reason="no OpenCL device that computes right")
-def test_what_may_not_have_been_meant_is_said(files, capsys):
-    def output_of(*arguments, command="deform"):
-        assert main([command, "in.vti", *arguments, "--device", FAST]) == 0
-        return capsys.readouterr().out
-
-    Path("far.csv").write_text("500,0,0,505,0,0\n510,0,0,510,0,0\n")
-    assert "far from the data" in output_of("far.csv", "out.vti")
-    assert "far from the data" in output_of("far.csv", "field.vti", command="field")
-    assert "far from the data" not in output_of("handles.csv", "out.vti")
-    assert "the degree is that of polynomials" in output_of(
-        "handles.csv", "out.vti", "--degree", "3"
-    )
-    assert "the degree" not in output_of(
-        "handles.csv", "out.vti", "--degree", "1", "--kind", "polynomial"
-    )
-
-
 def test_a_field_tells_how_much_is_void(files, capsys):
     cut = "--cut-plane", "1,0,0,1,0,0"
     for name in ("field.vti", "field.nrrd"):

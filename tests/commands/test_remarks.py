@@ -71,9 +71,8 @@ def test_what_moves_nothing_is_an_error(inputs, command, handles, options, sente
     assert _main(command, handles, *options, "--allow-identity") == 0
 
 
-def test_with_leave_the_identity_is_one(inputs, capsys):
+def test_with_leave_the_identity_is_one(inputs):
     assert _main("deform", "equal.csv", "--allow-identity") == 0
-    assert "; nothing moves, for all control points rest" in capsys.readouterr().out
     before, after = (values_of(io.read_dataset(name), "values") for name in ("in.vti", "out.vti"))
     np.testing.assert_array_equal(before, after)
 
@@ -106,11 +105,8 @@ def test_an_output_without_anything_of_the_input_is_told(inputs, output, capsys)
     assert main([*arguments, "--grid", "fitted"]) == 0
     printed = capsys.readouterr()
     assert printed.err == ""
-    assert "; the output lies apart from the input" in printed.out
     assert main(["deform", source, "handles.csv", output, "--device", FAST]) == 0
-    printed = capsys.readouterr()
-    assert printed.err == ""
-    assert "apart" not in printed.out
+    assert capsys.readouterr().err == ""
 
 
 @pytest.mark.parametrize("background", ["0", "nan", "1"])
