@@ -237,55 +237,6 @@ def test_the_frame_of_files_that_do_not_say_theirs(tmp_path, space):
 
 
 NOWHERE = np.full(3, np.nan)
-MOVED = {  # what a file becomes if its first point moves to (7, 8, 9) and the second is lost
-    "x.csv": (
-        'label,c,x,y,z\n"a #1",0,1,2,3\nb,0,4,5,6\nc,"1, 2",1,1,1\n',
-        'label,c,x,y,z\n"a #1","0","7.0","8.0","9.0"\nc,"1, 2",1.0,1.0,1.0\n',
-    ),
-    "blanks.txt": ("1 2 3\n4 5 6\n1 1 1\n", "7.0 8.0 9.0\n1.0 1.0 1.0\n"),
-    "elastix.txt": (
-        "point\n3\n1 2 3\n4 5 6\n1 1 1\n",
-        "point\n2\n7.0 8.0 9.0\n1.0 1.0 1.0\n",
-    ),
-    "bigwarp.csv": (
-        "p,true,1,2,3,5,5,5\nq,true,1,2,3,6,6,6\nr,false,1,1,1,7,7,7\n",
-        "p,true,7.0,8.0,9.0,5,5,5\nq,false,Infinity,Infinity,Infinity,6,6,6\n"
-        "r,false,1.0,1.0,1.0,7,7,7\n",
-    ),
-    "slicer.csv": (
-        "label,r,a,s,defined\np,1,2,3,1\nq,1,2,3,1\nr,-1,-1,1,1\n",
-        "label,r,a,s,defined\np,-7.0,-8.0,9.0,1\nq,1,2,3,0\nr,-1.0,-1.0,1.0,1\n",
-    ),
-    "idav.pts": (
-        "Version 1.0\n3\nS000 1 2 3\nS001 4 5 6\nS 2 1 1 1\n",
-        "Version 1.0\n3\nS000 7.0 8.0 9.0\nS001 9999 9999 9999\nS 2 1.0 1.0 1.0\n",
-    ),
-    "minc.tag": (
-        "MNI Tag Point File\nVolumes = 2;\n% by hand\nPoints =\n"
-        ' 5 5 5 -1 -2 3 2 1 -1 "a\\"" \n6 6 6 4 5 6 "b"\n 7 7 7 -1 -1 1;\n',
-        "MNI Tag Point File\nVolumes = 2;\n% by hand\n\nPoints =\n"
-        '  5.0 5.0 5.0 -7.0 -8.0 9.0 2 1 -1 "a\\""\n  7.0 7.0 7.0 -1.0 -1.0 1.0;\n',
-    ),
-    "x.fcsv": (
-        "# Markups fiducial file version = 5.6\n# CoordinateSystem = RAS\n"
-        "1,1,2,3,0,0,0,1,1,1,0,a,,\n2,1,2,3,0,0,0,1,1,1,0,b,,,2,0\n3,-1,-1,1,0,0,0,1,1,1,0,c,,,2,0\n",
-        "# Markups fiducial file version = 5.6\n# CoordinateSystem = RAS\n"
-        "1,-7.0,-8.0,9.0,0,0,0,1,1,1,0,a,,\n2,1,2,3,0,0,0,1,1,1,0,b,,,0,0\n"
-        "3,-1.0,-1.0,1.0,0,0,0,1,1,1,0,c,,,2,0\n",
-    ),
-}
-
-
-@pytest.mark.parametrize("name", MOVED)
-def test_a_file_with_other_places_keeps_all_else(tmp_path, name):
-    text, expected = MOVED[name]
-    points = _read(tmp_path, text, name)
-    places = np.array([(7.0, 8, 9), NOWHERE, points.positions[2]])
-    moved = Landmarks(name, places, "LPS", points.labels)
-    path = tmp_path / name  # over itself
-    left_out = control_point_files.write_landmarks(path, moved, path)
-    assert path.read_text() == expected
-    assert left_out == (3 - len(control_point_files.read_landmarks(path).positions))
 
 
 def test_markups_with_other_places_keep_all_else(tmp_path):

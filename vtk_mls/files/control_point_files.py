@@ -21,7 +21,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vtk_mls.files import elastix_points, formats, idav_points, markups, minc_tags, point_tables
+from vtk_mls.files import elastix_points, formats, idav_points, markups, point_tables
 from vtk_mls.files.frames import signs
 from vtk_mls.files.landmarks import Landmarks, Pairs, paired
 from vtk_mls.files.paths import check_replaceable, existing_file, replacing
@@ -175,10 +175,10 @@ def write_landmarks(path, points, source=None, space="LPS"):
     points : Landmarks
         In LPS. Points that are not placed are marked, or left out if the format has no mark.
     source : path, optional
-        The file of the points. If the new file has the same ending, all its other contents are
-        copied, except for outputs of elastix, which become its inputs. Otherwise the new file is a
-        table of ITK and ANTs (.csv), an input of transformix (.txt, .pts) or markups, with labels
-        and descriptions if the format has them.
+        The file of the points. From .mrk.json to .mrk.json all other contents are copied.
+        Otherwise the new file is a table of ITK and ANTs (.csv), an input of transformix (.txt,
+        .pts), tag points of one volume (.tag) or markups, with labels and descriptions if the
+        format has them.
     space : str
         The frame of files that do not say theirs.
 
@@ -194,10 +194,10 @@ def write_landmarks(path, points, source=None, space="LPS"):
     """
     path = check_writable(path)
     line = formats.choose(path, "write points to", **_WRITE)
-    rewrite = source and _rewriter(Path(source), line.ending(path))
+    old = source and formats.find(Path(source), **_READ)
     with _new_text_file(path) as file:
-        if rewrite:
-            return rewrite(Path(source), file, points.positions, space)
+        if old and line.read is old.read is markups.read_json:
+            return markups.rewrite_json(Path(source), file, points.positions)
         if line.frame == formats.CALLER:
             points = replace(points, positions=points.positions * signs(space))
         return line.write(file, points)
@@ -216,24 +216,6 @@ def _reader(path):
     with path.open(encoding="utf-8-sig") as file:
         first = next((line for line in file if line.strip()), "")
     return elastix_points.reader(first) or idav_points.reader(first) or point_tables.read
-
-
-def _rewriter(source, ending):
-    """The function that copies `source` with other positions to this ending, or None.
-
-    It takes the path, an open text file, positions (n, 3) in LPS, NaN for points that are not
-    placed, and the frame of files that do not say theirs. It returns the number of points left out.
-    """
-    if not source.name.lower().endswith(ending):
-        return None
-    rewriters = {
-        markups.read_json: markups.rewrite_json,
-        markups.read_fcsv: markups.rewrite_fcsv,
-        point_tables.read: point_tables.rewrite,
-        idav_points.read: idav_points.rewrite,
-        minc_tags.read: minc_tags.rewrite,
-    }
-    return rewriters.get(_reader(source))
 
 
 @contextmanager

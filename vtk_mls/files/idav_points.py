@@ -9,7 +9,6 @@ import re
 
 import numpy as np
 
-from vtk_mls.files.frames import signs
 from vtk_mls.files.landmarks import Landmarks, counted_lines, numbered_lines, shortened
 from vtk_mls.files.point_tables import numbers
 
@@ -24,27 +23,9 @@ def reader(line):
 
 def read(path):
     """The points of a file."""
-    _, rows = _parsed(path)
-    places = [3 * [np.nan] if place == _MISSING else place for _, place in rows]
-    return Landmarks(path, np.reshape(places, (-1, 3)), labels=[label for label, _ in rows])
-
-
-def rewrite(path, file, positions, space):
-    """Write a file again, with other positions; those at NaN are marked as missing."""
-    version, rows = _parsed(path)
-    positions = positions * signs(space)
-    file.write(f"{version}\n{len(rows)}\n")
-    for (label, _), position in zip(rows, positions.tolist()):
-        place = position if np.isfinite(position).all() else [9999] * 3
-        file.write(" ".join([label, *map(repr, place)]) + "\n")
-    return 0
-
-
-def _parsed(path):
-    """The first line, and (label, [x, y, z]) of each point."""
     lines = numbered_lines(path)
-    _, version = next(lines)
-    rows = []
+    next(lines)  # the version
+    labels, places = [], []
     for number, line in counted_lines(path, lines):
         label, *cells = line.rsplit(maxsplit=3)
         place = numbers(cells)
@@ -53,5 +34,6 @@ def _parsed(path):
                 f"`{path}`, line {number}: expected a label and three numbers, got "
                 + shortened(line)
             )
-        rows.append((label, place))
-    return version, rows
+        labels.append(label)
+        places.append(3 * [np.nan] if place == _MISSING else place)
+    return Landmarks(path, np.reshape(places, (-1, 3)), labels=labels)
