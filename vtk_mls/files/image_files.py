@@ -18,7 +18,7 @@ from vtkmodules.vtkIOLegacy import vtkDataSetWriter
 from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLImageDataWriter
 
 from vtk_mls.files import frames, meta_image, metadata, nifti, nrrd, ome_zarr, volumes, vtk_io
-from vtk_mls.files.ome_zarr_axes import SHORT_UNITS
+from vtk_mls.files.units import NANOMETERS, symbol
 from vtk_mls.files.volumes import Volume
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
@@ -275,8 +275,8 @@ def read_ome_zarr(path, max_points=None):
         names.append(name)
     image.GetPointData().SetActiveScalars(names[0])
     metadata.store(image, metadata.LABEL_ARRAYS, names * source.is_label)
-    unit = SHORT_UNITS.get(source.space[-1].get("unit"), "")
-    metadata.store(image, metadata.LENGTH_UNIT, [unit] * bool(unit))
+    unit = symbol(source.space[-1].get("unit") or "")
+    metadata.store(image, metadata.LENGTH_UNIT, [unit] * (unit in NANOMETERS))
     return image
 
 

@@ -87,7 +87,7 @@ def write_json(file, landmarks):
         }
         points.append(_placed(point, np.array(position)))
     markups = {"type": "Fiducial", "coordinateSystem": "LPS", "controlPoints": points}
-    _write(file, {"@schema": _SCHEMA, "markups": [markups]})
+    json.dump({"@schema": _SCHEMA, "markups": [markups]}, file, indent=1)
     return 0
 
 
@@ -104,7 +104,7 @@ def rewrite_json(path, file, positions):
             markups.update(copied, type="Fiducial", controlPoints=points)
         markups.pop("measurements", None)  # of the old positions
     document.setdefault("@schema", _SCHEMA)
-    _write(file, document)
+    json.dump(document, file, indent=1)
     return 0
 
 
@@ -135,25 +135,6 @@ def write_fcsv(file, landmarks):
         position = landmarks.positions[i].tolist()
         lines.writerow([i + 1, *position, 0, 0, 0, 1, 1, 1, 0, label, description, ""])
     return int((~landmarks.is_placed).sum())
-
-
-def _write(file, document):
-    """Write a document, with each point on a line of its own."""
-    file.write("{\n")
-    for key, value in document.items():
-        if key != "markups":
-            file.write(f" {json.dumps(key)}: {json.dumps(value)},\n")
-    file.write(' "markups": [')
-    for number, markups in enumerate(document["markups"]):
-        file.write(",\n  {\n" if number else "\n  {\n")
-        for key, value in markups.items():
-            if key != "controlPoints":
-                file.write(f"   {json.dumps(key)}: {json.dumps(value)},\n")
-        file.write('   "controlPoints": [')
-        for i, point in enumerate(markups.get("controlPoints", [])):
-            file.write((",\n    " if i else "\n    ") + json.dumps(point))
-        file.write("\n   ]\n  }")
-    file.write("\n ]\n}\n")
 
 
 def _document(path):
