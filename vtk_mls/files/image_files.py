@@ -187,7 +187,7 @@ def write_volume(name, image, path):
 
 @contextlib.contextmanager
 def writing_volumes(name, path, times):
-    """A context with a function that adds an image to a file in time.
+    """A context with a function that adds an image to a file in time, written at the end.
 
     Parameters
     ----------
@@ -203,21 +203,21 @@ def writing_volumes(name, path, times):
         If the images do not have the same grid and the same type of values.
     """
     module, header = _FORMATS[name]
-    first = None
-    with module.writing(path, times) as add_volume:
+    volumes.steps_of(times or (0.0,))
+    series = []
 
-        def add(image):
-            nonlocal first
-            volume = _volume_of(image, path, header)
-            first = first or volume
-            if volume is not first and not _is_alike(volume, first):
-                raise ValueError(
-                    f"`{path}` must get images of one grid and one type of values, got "
-                    f"{_summary(volume)} after {_summary(first)}; write .pvd, which takes any"
-                )
-            add_volume(volume)
+    def add(image):
+        volume = _volume_of(image, path, header)
+        first = series[0] if series else volume
+        if not _is_alike(volume, first):
+            raise ValueError(
+                f"`{path}` must get images of one grid and one type of values, got "
+                f"{_summary(volume)} after {_summary(first)}; write .pvd, which takes any"
+            )
+        series.append(volume)
 
-        yield add
+    yield add
+    module.write(path, series, times)
 
 
 def _is_alike(volume, other):

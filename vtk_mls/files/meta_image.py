@@ -11,7 +11,6 @@ Labels. MetaImage has no key for them. ITK writes NIfTI labels with `intent_code
 
 from __future__ import annotations
 
-import contextlib
 import io
 import math
 import re
@@ -98,30 +97,27 @@ def _volume(header, origin, spacing, direction, values):
     return Volume(values, origin, steps, is_label=is_label, header=lines, time_unit=unit)
 
 
-@contextlib.contextmanager
-def writing(path, times):
-    """A context with a function that adds a `Volume` to a file.
+def write(path, series, times):
+    """Write volumes.
 
     Parameters
     ----------
     path : Path
         A .mha file; or a .mhd header, for which a .raw file is written to the same folder.
+    series : list of Volume
     times : tuple of float
         Of the volumes; empty for one that has none.
     """
     is_local = path.suffix.lower() == ".mha"
     time_axis = (*volumes.steps_of(times), len(times)) if times else None
-    with contextlib.ExitStack() as stack:
-        file = stack.enter_context(path.open("wb"))
-        data = file if is_local else stack.enter_context(path.with_suffix(".raw").open("wb"))
-
-        def add(volume):
-            if file.tell() == 0:
-                file.write(_text(volume, "LOCAL" if is_local else f"{path.stem}.raw", time_axis))
-                file.flush()
-            volumes.write_values(data, volume.values)
-
-        yield add
+    content = _text(series[0], "LOCAL" if is_local else f"{path.stem}.raw", time_axis)
+    if not is_local:
+        path.write_bytes(content)
+        path, content = path.with_suffix(".raw"), b""
+    with path.open("wb") as file:
+        file.write(content)
+        for volume in series:
+            volumes.write_values(file, volume.values)
 
 
 def _text(volume, data_file, time_axis):

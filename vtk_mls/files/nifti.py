@@ -110,45 +110,28 @@ def _volume(header, affine, values):
     )
 
 
-@contextlib.contextmanager
-def writing(path, times):
-    """A context with a function that adds a `Volume` to a file.
-
-    Volumes are written at once, those with components when the context ends.
+def write(path, series, times):
+    """Write volumes to a .nii or .nii.gz file.
 
     Parameters
     ----------
     path : Path
-        A .nii or .nii.gz file.
+    series : list of Volume
     times : tuple of float
         Of the volumes; empty for one that has none.
     """
-    times = times or (0.0,)
-    volumes.steps_of(times)
-    components_in_time = []
+    header, values = _header_of(series[0], times or (0.0,)), [volume.values for volume in series]
+    if header["dim"][0] == 5:  # all times of one component, then those of the next
+        if header["intent_code"] == _DISPLACEMENT:
+            values = [array * TO_RAS.astype(array.dtype) for array in values]
+        values = [array[..., n] for n in range(values[0].shape[3]) for array in values]
     with contextlib.ExitStack() as stack:
         file = stack.enter_context(path.open("wb"))
         if path.suffix.lower() == ".gz":
             file = stack.enter_context(volumes.packing(file))
-        header = None
-
-        def add(volume):
-            nonlocal header
-            if header is None:
-                header = _header_of(volume, times)
-                file.write(header.binaryblock + bytes(4))  # no extensions
-            if header["dim"][0] < 5:
-                volumes.write_values(file, volume.values)
-                return
-            signs = TO_RAS.astype(volume.values.dtype)
-            is_displacement = header["intent_code"] == _DISPLACEMENT
-            values = volume.values * signs if is_displacement else volume.values
-            components_in_time.append(np.moveaxis(values, -1, 0))
-
-        yield add
-        for component in zip(*components_in_time):
-            for values in component:
-                volumes.write_values(file, values)
+        file.write(header.binaryblock + bytes(4))  # no extensions
+        for array in values:
+            volumes.write_values(file, array)
 
 
 def _header_of(volume, times):
