@@ -269,13 +269,6 @@ def test_doctor_checks_devices_again(monkeypatch):
     assert rechecks[0]  # the choice of a device follows
 
 
-def test_a_field_tells_how_much_is_void(files, capsys):
-    cut = "--cut-plane", "1,0,0,1,0,0"
-    for name in ("field.vti", "field.nrrd"):
-        assert main(["field", "in.vti", "handles.csv", name, *cut, "--device", FAST]) == 0
-        assert "; void: " in capsys.readouterr().out
-
-
 def test_a_gradient_needs_a_format_that_holds_it(files, capsys):
     arguments = ["in.vti", "handles.csv", "out.nrrd", "--gradient", "values", "--device", FAST]
     assert main(["deform", *arguments]) == 1

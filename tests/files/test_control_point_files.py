@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from vtk_fixtures import update
 
-from vtk_mls.files import control_point_files, point_tables
+from vtk_mls.files import control_point_files
 from vtk_mls.filters import MLSControlPoints
 from vtk_mls.vtk import arrays
 
@@ -24,25 +24,6 @@ def test_a_table_gives_back_what_it_got(tmp_path, name, weights):
     assert (found is None) if weights is None else found.tolist() == weights
 
 
-@pytest.mark.parametrize("name", ["x.fcsv", "x.mrk.json"])
-def test_markups_give_back_the_deformed_places(tmp_path, name):
-    control_point_files.write(tmp_path / name, REST, DEFORMED)
-    rest, deformed, weights = control_point_files.read(tmp_path / name)
-    np.testing.assert_array_equal(rest, DEFORMED)
-    np.testing.assert_array_equal(deformed, DEFORMED)
-    assert weights is None
-
-
-@pytest.mark.parametrize("mark", [":", "_"])
-def test_a_table_by_paraview(tmp_path, mark):
-    path = tmp_path / "x.csv"
-    names = [f"{name}{mark}{axis}" for name in ("Displacement", "Points") for axis in range(3)]
-    path.write_text(f'"{names[0]}","{names[1]}",{",".join(names[2:])},Weight\n.5,0,0,1,2,3,7\n')
-    rest, deformed, weights = control_point_files.read(path)
-    assert (rest.tolist(), deformed.tolist()) == ([[1, 2, 3]], [[1.5, 2, 3]])
-    assert weights.tolist() == [7]
-
-
 @pytest.mark.parametrize(("system", "sign"), [("LPS", 1), ("1", 1), ("RAS", -1), ("0", -1)])
 def test_fiducials_of_both_conventions(tmp_path, system, sign):
     path = tmp_path / "x.fcsv"
@@ -55,17 +36,6 @@ def test_fiducials_of_both_conventions(tmp_path, system, sign):
     assert control_point_files.read(path)[0].tolist() == [[sign, 2 * sign, 3]]
 
 
-def test_markups_leave_out_what_is_not_placed(tmp_path):
-    path = tmp_path / "x.mrk.json"
-    points = [
-        {"id": "1", "position": [1, 2, 3], "positionStatus": "defined"},
-        {"id": "2", "position": [0, 0, 0], "positionStatus": "undefined"},
-    ]
-    markups = {"type": "Fiducial", "coordinateSystem": "RAS", "controlPoints": points}
-    path.write_text(json.dumps({"markups": [markups]}))
-    assert control_point_files.read(path)[0].tolist() == [[-1, -2, 3]]
-
-
 @pytest.mark.parametrize(
     "text",
     ["1,5;2;3;4;5;-6,25\n", "px;py;pz;qx;qy;qz\n1,5;2,0;3;4;5;-6,25\n", "a;1,5;2;3;4;5;-6.25\n"],
@@ -75,29 +45,6 @@ def test_a_table_with_semicolons_may_have_decimal_commas(tmp_path, text):
     path.write_text(text)
     rest, deformed, *_ = control_point_files.read(path)
     assert (rest.tolist(), deformed.tolist()) == ([[1.5, 2, 3]], [[4, 5, -6.25]])
-
-
-@pytest.mark.parametrize(
-    ("header", "idle"),
-    [
-        ("x,y,z,x_std,y_std,z_std", "x_std,y_std,z_std"),
-        ("X Y Z x3 y3 z3", "x3,y3,z3"),
-        ("x,y,z,t,label,comment", None),
-        ("px,py,pz,qx,qy,qz,next", None),
-    ],
-)
-def test_places_in_columns_of_other_names_are_missed(tmp_path, caplog, header, idle):
-    path = tmp_path / "points.csv"
-    mark = "," if "," in header else " "
-    path.write_text(f"{header}\n{mark.join('123456789'[: header.count(mark) + 1])}\n")
-    point_tables.read(path)
-    messages = [record.getMessage() for record in caplog.records]
-    if idle is None:
-        assert messages == []
-    else:
-        assert messages == [
-            f"`{path}`: the columns `{idle}` are ignored; control points have px,py,pz,qx,qy,qz"
-        ]
 
 
 def test_semicolons_in_a_label_part_nothing(tmp_path):

@@ -1,7 +1,6 @@
 """What image files can say: types, components, scalings, spaces; and what they must not."""
 
 import gzip
-import re
 import subprocess
 import sys
 
@@ -26,7 +25,6 @@ from file_fixtures import (
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
 from vtk_mls import io
-from vtk_mls.cli import main
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
@@ -190,16 +188,6 @@ def test_truncated_files(tmp_path, suffix, rng):
         (tmp_path / data).write_bytes(content[:size])
         with pytest.raises(ValueError, match=rf"x\{suffix}`"):
             io.read_dataset(tmp_path / f"x{suffix}")
-
-
-def test_handles_far_from_an_image_name_both_files(tmp_path, capsys):
-    source = as_itk(RIGHT)
-    source.SetOrigin((4e9, 0, 0))
-    SimpleITK.WriteImage(source, str(tmp_path / "x.mha"))
-    (tmp_path / "h.csv").write_text("0,0,0,1,0,0\n")
-    arguments = ["x.mha", "h.csv", "out.mha"]
-    assert main(["deform", *(str(tmp_path / name) for name in arguments)]) == 1
-    assert re.search(r"h\.csv` must be where the data of `.*x\.mha` are", capsys.readouterr().err)
 
 
 @pytest.mark.parametrize("components", [1, 3])

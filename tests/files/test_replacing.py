@@ -99,14 +99,6 @@ def test_control_points_too(tmp_path, disk, suffix):
     assert _contents(tmp_path) == {path.name: b"the old one"}
 
 
-@pytest.mark.parametrize("name", ["float", "unsigned char", "short", "int"])
-@pytest.mark.parametrize("components", [1, 3])
-@pytest.mark.parametrize("suffix", [".nii", ".nii.gz"])
-def test_a_whole_nifti_file_counts_as_whole(tmp_path, suffix, name, components):
-    image = image_with(np.ones((24, components)), TYPES[name])
-    io.write_dataset(image, tmp_path / f"x{suffix}")
-
-
 def test_a_whole_ply_file_counts_as_whole(tmp_path):
     sphere = _sphere()
     add_array(sphere.GetPointData(), "uv", np.ones((sphere.GetNumberOfPoints(), 2)), TYPES["float"])
@@ -190,10 +182,3 @@ def test_the_remains_of_a_killed_process_can_be_removed(tmp_path):
     (tmp_path / ".vtk-mls-171-abc").mkdir()
     remove_remains(tmp_path / "x.vti", 17)
     assert [path.name for path in tmp_path.iterdir()] == [".vtk-mls-171-abc"]
-
-
-def test_the_limit_can_be_met(tmp_path, disk):
-    disk(10)
-    (tmp_path / "x").write_bytes(bytes(10))
-    with pytest.raises(OSError, match="File too large"):
-        (tmp_path / "x").write_bytes(bytes(11))

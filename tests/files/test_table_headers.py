@@ -4,12 +4,9 @@ import itertools
 
 import numpy as np
 import pytest
-from vtk_fixtures import update
 
 from vtk_mls import io
 from vtk_mls.files import control_point_files
-from vtk_mls.filters import MLSControlPoints
-from vtk_mls.vtk import arrays
 
 REST = np.array([(40.5, 41.25, 42.5), (60.5, 40.5, 40.5), (40.5, 60.5, 40.25)])
 DEFORMED = REST + [(3.5, 0, 0), (0, 1.25, 0), (0, 0, -2.5)]
@@ -59,6 +56,7 @@ def test_names_count_and_not_the_order(tmp_path):
         "# x y z dx dy dz",
         "px,py,pz,dx,dy,dz",
         '"Points:0","Points:1","Points:2","Displacement:0","Displacement:1","Displacement:2"',
+        "Points_0,Points_1,Points_2,Displacement_0,Displacement_1,Displacement_2",
     ],
 )
 def test_displacements_are_added(tmp_path, header):
@@ -197,21 +195,3 @@ def test_weights_and_whole_coordinates_are_read(tmp_path):
 def test_labels_between_tabs_may_have_blanks(tmp_path):
     found = _read(tmp_path, "left eye\t1\t2\t3\t4\t5\t6\nnose\t1\t2\t3\t4\t5\t6\n", "x.txt")
     assert found.labels == ["left eye", "nose"]
-
-
-def test_a_source_reads_and_refuses_as_the_functions_do(tmp_path, messages):
-    source = MLSControlPoints()
-    source.SetMode("file")
-    source.SetFileName(str(tmp_path / "x.csv"))
-    (tmp_path / "x.csv").write_text(_table(""))
-    p, q, _ = arrays.control_points(update(source), "Displacement")
-    np.testing.assert_array_equal(p, REST)
-    np.testing.assert_allclose(q, DEFORMED, rtol=1e-15)
-    (tmp_path / "x.csv").write_text(_table("x,y,z,u,v,w"))
-    source.Modified()
-    assert not source.GetExecutive().Update()
-    messages.assert_one("the columns `u,v,w` are not known")
-    for name, sentence in {"": "choose one", str(tmp_path): "is a folder; expected"}.items():
-        source.SetFileName(name)
-        assert not source.GetExecutive().Update()
-        messages.assert_one(f"`FileName`.*{sentence}")
