@@ -2,10 +2,9 @@
 
 Markups of 3D Slicer (.mrk.json, .fcsv) are described in `markups`, tag points of MINC (.tag) in
 `minc_tags`. The first line that is not blank tells what other files (.csv, .txt, .pts) are: files
-of elastix (`elastix_points`) begin with `point`, `index`, or `Point`, a number and a semicolon;
-files of IDAV Landmark (`idav_points`) begin with `Version 1.0`. All others are tables
-(`point_tables`) of control points, or of landmarks as in plain text, ITK, ANTs, BigWarp or 3D
-Slicer.
+of elastix begin with `point`, `index`, or `Point`, a number and a semicolon; files of IDAV Landmark
+begin with `Version 1.0` (`point_lists`). All others are tables (`point_tables`) of control points,
+or of landmarks as in plain text, ITK, ANTs, BigWarp or 3D Slicer.
 
 A file of positions alone gives control points at rest (q = p); a second file of positions gives q.
 All coordinates are returned in LPS (see `frames`). The caller can name the frame of files that do
@@ -21,7 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vtk_mls.files import elastix_points, formats, idav_points, markups, point_tables
+from vtk_mls.files import formats, markups, point_lists, point_tables
 from vtk_mls.files.frames import signs
 from vtk_mls.files.landmarks import Landmarks, Pairs, paired
 from vtk_mls.files.paths import check_replaceable, existing_file, replacing
@@ -215,7 +214,7 @@ def _reader(path):
         return read_file
     with path.open(encoding="utf-8-sig") as file:
         first = next((line for line in file if line.strip()), "")
-    return elastix_points.reader(first) or idav_points.reader(first) or point_tables.read
+    return point_lists.reader(first) or point_tables.read
 
 
 @contextmanager
