@@ -48,13 +48,8 @@ def is_empty(algorithm):
 
 
 def warn_of_emptiness(are_empty, options):
-    """Print a warning about outputs for which `is_empty` is true.
-
-    Parameters
-    ----------
-    are_empty : list of bool
-        Of each time step, or of the one output.
-    options : argparse.Namespace
+    """Print a warning about outputs for which `is_empty` is true: one for each time step, or the
+    one output.
     """
     if not any(are_empty):
         return
@@ -66,14 +61,8 @@ def warn_of_emptiness(are_empty, options):
 
 
 def folds(deformation, target, source=None):
-    """A note, for the end of a sentence, if a map folds at points of a grid.
-
-    Parameters
-    ----------
-    deformation : Deformation
-    target : Grid
-    source : Grid, optional
-        Counts only points whose material comes from this grid.
+    """A note, for the end of a sentence, if a map folds at points of the grid `target` whose
+    material comes from the grid `source`, if there is one.
     """
     import numpy as np
 
@@ -92,9 +81,7 @@ def folds(deformation, target, source=None):
 def background(used):
     """A note on automatic backgrounds other than 0, for the end of a sentence; "" without any.
 
-    Parameters
-    ----------
-    used : iterable of (name of an array, number or tuple of numbers)
+    `used` are (name of an array, number or tuple of numbers).
     """
     import numpy as np
 
@@ -108,12 +95,7 @@ def background(used):
 
 
 class InvertedCells:
-    """Counts cells that a filter inverts in one or more runs, without a trace in the outputs.
-
-    Parameters
-    ----------
-    deform : MLSDeform
-    """
+    """Counts cells that an MLSDeform inverts in one or more runs; outputs show no trace."""
 
     def __init__(self, deform):
         self._deform, self._is_counted = deform, False

@@ -128,15 +128,8 @@ def open_volumes(name, path):
 
 
 def image_of(volume, name, header=""):
-    """The vtkImageData of a `Volume`.
-
-    Parameters
-    ----------
-    volume : Volume
-    name : str
-        Of its array.
-    header : str
-        Name of the metadata that keep the header.
+    """The vtkImageData of a `Volume`; `name` is that of its array, `header` of the metadata that
+    keep the header.
     """
     flat = volume.values.reshape(-1, *volume.values.shape[3:])
     image = vtkImageData()
@@ -187,20 +180,9 @@ def write_volume(name, image, path):
 
 @contextlib.contextmanager
 def writing_volumes(name, path, times):
-    """A context with a function that adds an image to a file in time, written at the end.
-
-    Parameters
-    ----------
-    name : str
-        Of the format.
-    path : Path
-    times : tuple of float
-        One for each image; their steps must be equal. Empty for one image without a time.
-
-    Raises
-    ------
-    ValueError
-        If the images do not have the same grid and the same type of values.
+    """A context with a function that adds an image to a file in time of the format `name`, written
+    at the end. `times` are one for each image, with equal steps, or () for one image without a
+    time. Images of different grids or types are a ValueError.
     """
     module, header = _FORMATS[name]
     volumes.steps_of(times or (0.0,))

@@ -46,22 +46,9 @@ _MAX_LINE = 1 << 16  # bytes
 
 
 def open_file(path):
-    """Open a file.
+    """The `Series` of a .mha file, or of a .mhd header with its data in other files of its folder.
 
-    Parameters
-    ----------
-    path : Path
-        A .mha file, or a .mhd header with its data in other files of its folder. A fourth axis is
-        time, in
-        seconds as in ITK.
-
-    Returns
-    -------
-    Series
-
-    Raises
-    ------
-    OSError, ValueError
+    A fourth axis is time, in seconds as in ITK.
     """
     with path.open("rb") as file:
         header = _header(file)
@@ -98,15 +85,8 @@ def _volume(header, origin, spacing, direction, values):
 
 
 def write(path, series, times):
-    """Write volumes.
-
-    Parameters
-    ----------
-    path : Path
-        A .mha file; or a .mhd header, for which a .raw file is written to the same folder.
-    series : list of Volume
-    times : tuple of float
-        Of the volumes; empty for one that has none.
+    """Write a list of `Volume` to a .mha file, or to a .mhd header and a .raw file in its folder;
+    `times` are () for one without.
     """
     is_local = path.suffix.lower() == ".mha"
     time_axis = (*volumes.steps_of(times), len(times)) if times else None

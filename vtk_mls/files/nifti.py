@@ -58,21 +58,8 @@ _QUATERNION_ERROR = 1e-6  # rounding of its squared length
 
 
 def open_file(path):
-    """Open a file.
-
-    Parameters
-    ----------
-    path : Path
-        A .nii or .nii.gz file, or the .hdr of two files, whose .img is in the same folder.
-
-    Returns
-    -------
-    Series
-        Headers of its volumes have lines `field: value`. The values of all times are in memory.
-
-    Raises
-    ------
-    OSError, ValueError
+    """The `Series` of a .nii or .nii.gz file, or of the .hdr of two files, whose .img is in the
+    same folder. Headers of its volumes have lines `field: value`.
     """
     encoding = "gzip" if path.suffix.lower() == ".gz" else "raw"
     with path.open("rb") as file, volumes.unpacked(file, encoding, _MAX_HEADER) as start:
@@ -111,15 +98,7 @@ def _volume(header, affine, values):
 
 
 def write(path, series, times):
-    """Write volumes to a .nii or .nii.gz file.
-
-    Parameters
-    ----------
-    path : Path
-    series : list of Volume
-    times : tuple of float
-        Of the volumes; empty for one that has none.
-    """
+    """Write a list of `Volume` to a .nii or .nii.gz file; `times` are () for one without."""
     header, values = _header_of(series[0], times or (0.0,)), [volume.values for volume in series]
     if header["dim"][0] == 5:  # all times of one component, then those of the next
         if header["intent_code"] == _DISPLACEMENT:
@@ -336,16 +315,10 @@ def _warn_if_itk_differs(path, header, affine):
 
 
 def _place(header, source, affine):
-    """Set the fields that place an image.
+    """Set the fields that place an image in a header whose `dim` and `xyzt_units` are set.
 
-    Parameters
-    ----------
-    header : nibabel.Nifti1Header or Nifti2Header
-        Its `dim` and `xyzt_units` are set.
-    source : nibabel.Nifti2Header
-        The header of the file that the image comes from, if any.
-    affine : (3, 4) array
-        From indices to RAS, in millimeters.
+    `source` is the header of the file that the image comes from, if any; `affine` (3, 4) leads from
+    indices to RAS, in millimeters.
     """
     header["pixdim"][4:] = source["pixdim"][4:]
     has_source = source["dim"][0] > 0

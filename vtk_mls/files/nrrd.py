@@ -48,23 +48,9 @@ _LPS = "left-posterior-superior"
 
 
 def open_file(path):
-    """Open a file.
-
-    Parameters
-    ----------
-    path : Path
-        A .nrrd file, or a .nhdr header with its data in one other file of its folder.
-
-    Returns
-    -------
-    Series
-        Headers of its volumes have key/value pairs and some fields. The values of all times are in
-        memory.
-
-    Raises
-    ------
-    ValueError
-        Naming the file.
+    """The `Series` of a .nrrd file, or of a .nhdr header with its data in one other file of its
+    folder. Headers of its volumes have key/value pairs and some fields. Errors are ValueErrors that
+    name the file.
     """
     with _failures_named(path), path.open("rb") as file:
         fields, pairs = _header(file)
@@ -135,20 +121,11 @@ def _length_unit(copied):
 
 
 def write(path, series, times):
-    """Write volumes, compressed.
+    """Write a list of `Volume` to a .nrrd file, or to a .nhdr header and a .raw.gz file in its
+    folder.
 
-    Parameters
-    ----------
-    path : Path
-        A .nrrd file; or a .nhdr header, for which a .raw.gz file is written to the same folder.
-    series : list of Volume
-    times : tuple of float
-        Of the volumes, which are written in LPS. Empty for one volume without a time, which keeps
-        its space if NRRD has it, and is written in LPS otherwise.
-
-    Raises
-    ------
-    OSError, ValueError
+    With `times` they are written in LPS. One volume without a time keeps its space if NRRD has it,
+    and is written in LPS otherwise.
     """
     content = _text(path, series[0], (*volumes.steps_of(times), len(times)) if times else None)
     if path.suffix.lower() == ".nhdr":

@@ -50,19 +50,9 @@ def check_folder(path: str | os.PathLike[str]) -> None:
 
 
 def named_file(path, name):
-    """The file that a header names.
+    """The file that a header (a Path) names, relative to its folder.
 
-    Parameters
-    ----------
-    path : Path
-        Of the header.
-    name : str
-        Relative to the folder of the header.
-
-    Raises
-    ------
-    ValueError
-        If the name leads out of that folder, or the file does not exist.
+    A ValueError says that the name leads out of that folder, or that the file does not exist.
     """
     check_within(name)
     file = path.parent / name

@@ -107,23 +107,8 @@ def times(path):
 
 
 def read(path, is_alone=False, time=None):
-    """The points of a table.
-
-    Parameters
-    ----------
-    path : path
-    is_alone, time
-        As in `control_point_files.read_landmarks`.
-
-    Returns
-    -------
-    Landmarks
-        With partners if the table has pairs.
-
-    Raises
-    ------
-    ValueError
-        Naming the file and the line.
+    """The `Landmarks` of a table, with partners if it has pairs; `is_alone` and `time` are as in
+    `control_point_files.read_landmarks`. A ValueError names the file and the line.
     """
     layout, rows = _open(path)
     if not rows:

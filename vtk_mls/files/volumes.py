@@ -65,14 +65,8 @@ def decoded(line):
 
 
 def full_steps(steps, dimensions):
-    """Steps (3, 3), with orthogonal unit steps for axes of one point whose step is 0.
-
-    Parameters
-    ----------
-    steps : (3, 3) array
-        Columns are the steps along the three axes.
-    dimensions : (3,) ints
-        Numbers of points along them.
+    """Steps (3, 3), columns along the axes, with orthogonal unit steps for axes of one point whose
+    step is 0; `dimensions` are the numbers of points along them.
     """
     steps = np.array(steps, dtype=float)
     is_missing = (np.asarray(dimensions) <= 1) & ~steps.any(axis=0)
@@ -84,14 +78,8 @@ def full_steps(steps, dimensions):
 
 
 class Series(NamedTuple):
-    """The volumes of a file.
-
-    Attributes
-    ----------
-    times : tuple of float
-        In seconds if the file states a unit of time; empty for a file without a time axis.
-    read : callable
-        Returns the `Volume` of a time by its index.
+    """The volumes of a file: `times`, in seconds if the file states a unit of time, () without a
+    time axis; and `read`, which returns the `Volume` of a time by its index.
     """
 
     times: tuple
@@ -106,12 +94,7 @@ def single(series, path):
 
 
 def steps_of(times):
-    """The first time and the step of times, if the steps are equal.
-
-    Raises
-    ------
-    ValueError
-    """
+    """The first time and the step of times; ValueError unless the steps are equal."""
     steps = np.diff(times)
     step = float(np.mean(steps)) if len(steps) else 1.0
     if not np.allclose(steps, step, rtol=1e-4, atol=0):
@@ -126,17 +109,8 @@ def steps_of(times):
 def unpacked(file, encoding, max_size):
     """A context with a binary file of the decompressed rest of an open file.
 
-    Parameters
-    ----------
-    file : binary file
-    encoding : {"raw", "gzip", "bzip2"}
-        "gzip" is also zlib's format.
-    max_size : int
-        Bytes that are read at most.
-
-    Raises
-    ------
-    ValueError
+    `encoding` is "raw", "gzip" (also zlib's format) or "bzip2"; `max_size` bytes are read at most.
+    A broken stream is a ValueError.
     """
     start = file.tell()
     is_zlib = encoding == "gzip" and file.read(2) != b"\x1f\x8b"
@@ -155,23 +129,9 @@ def unpacked(file, encoding, max_size):
 def read_values(file, dtype, shape, encoding="raw", skip=0):
     """Values from the rest of an open file, in this machine's byte order.
 
-    Memory is allocated only if the file can hold so many values. Nothing after them is unpacked.
-
-    Parameters
-    ----------
-    file : binary file
-    dtype : dtype
-        With the byte order of the file.
-    shape : ints
-    encoding : str
-        As in `unpacked`.
-    skip : int
-        Unpacked bytes before the values.
-
-    Raises
-    ------
-    ValueError
-        If values are missing, or the checksum behind them is wrong.
+    `dtype` has the byte order of the file, `encoding` is as in `unpacked`, `skip` bytes come before
+    the values. Memory is allocated only if the file can hold so many values, and nothing after them
+    is unpacked. Missing values and a wrong checksum are a ValueError.
     """
     dtype, count, start = np.dtype(dtype), math.prod(map(int, shape)), file.tell()
     size = file.seek(0, io.SEEK_END) - start - skip * (encoding == "raw")
