@@ -6,14 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import SimpleITK as sitk
 from command_fixtures import WITHOUT, run
 from control_point_sets import DEVICES
 from vtk_fixtures import DEFORMED, FAST, REST, values_of
-from vtkmodules.vtkFiltersSources import vtkCellTypeSource
 
 from vtk_mls import (
-    CUT_FRAMES,
     KINDS,
     Deformation,
     HalfPlane,
@@ -108,21 +105,6 @@ def test_void_and_overlapping_points_are_counted(files, capsys):
     assert notes == [f"; void: {void.sum()}", both, both]
 
 
-@pytest.mark.parametrize("frame", CUT_FRAMES)
-def test_cuts_of_deform_and_field_are_in_a_frame(files, frame):
-    options = ["--cut-plane", "4.3,0,0,1,0,0", "--cut-frame", frame, "--device", FAST]
-    assert main(["deform", "in.vti", "handles.csv", "out.vti", *options]) == 0
-    assert main(["field", "in.vti", "handles.csv", "out.nrrd", *options]) == 0
-    grid = ImageGeometry.of_image(io.read_dataset("in.vti")).grid
-    cut = Plane((4.3, 0, 0), (1, 0, 0))
-    value = Deformation(REST, DEFORMED, cuts=cut, cut_frame=frame, device=FAST)
-    found = values_of(io.read_dataset("out.vti"), "VoidDistance")
-    np.testing.assert_array_equal(found, value.void_distance_field(grid))
-    found = sitk.GetArrayFromImage(sitk.ReadImage("out.nrrd"))
-    expected = value.displacement_field(grid.dimensions, grid.origin, grid.spacing)
-    np.testing.assert_allclose(found, expected.displacement, atol=1e-6)
-
-
 @pytest.mark.parametrize(
     "cut", [["--cut-plane", "-.5,4,3,1,0,0"], ["--cut-half-plane", "-1,4,3,0,1,0,0,0,1"]]
 )
@@ -136,23 +118,6 @@ def test_numbers_that_begin_with_a_minus_are_no_option(files, cut, capsys):
     with pytest.raises(SystemExit):
         main(["deform", "in.vti", "handles.csv", "a.vti", cut[0], "--alpha", "1"])
     assert "expected one argument" in capsys.readouterr().err
-
-
-def test_deform_a_mesh(files, capsys):
-    blocks = vtkCellTypeSource()
-    blocks.SetBlocksDimensions(5, 6, 4)
-    blocks.Update()
-    io.write_dataset(blocks.GetOutput(), "in.vtu")
-    assert main(["deform", "in.vtu", "handles.csv", "out.vtu", "--device", FAST]) == 0
-    before, after = (
-        arrays.to_numpy(io.read_dataset(name).GetPoints().GetData())
-        for name in ("in.vtu", "out.vtu")
-    )
-    expected = Deformation(REST, DEFORMED, device="reference").forward(before)
-    np.testing.assert_allclose(after, expected, atol=1e-4)
-    assert "out.vtu: 210 points, 120 cells, rigid" in capsys.readouterr().out
-    assert main(["deform", "in.vtu", "handles.csv", "out.vti", "--device", FAST]) == 1
-    assert "cannot write a vtkUnstructuredGrid to `out.vti`" in capsys.readouterr().err
 
 
 def test_progress_bar(files, capsys):
@@ -204,17 +169,6 @@ def test_values_that_are_not_finite_are_no_matter_for_warnings(files, options):
     arguments = ["deform", "in.vti", "handles.csv", "out.vti", "--device", "reference", *options]
     status, _, err = run(*arguments)
     assert (status, err) == (0, "")
-
-
-def test_as_a_process(files):
-    arguments = ["deform", "in.vti", "handles.csv", "out.nii.gz", "--device", "reference"]
-    status, out, err = run(*arguments)
-    assert (status, err) == (0, "")
-    assert "out.nii.gz" in out
-    status, out, err = run("deform", "handles.csv", "handles.csv", "out.vti")
-    assert (status, out) == (1, "")
-    assert err.startswith("vtk-mls: cannot read an image or a mesh from `handles.csv`")
-    assert err.count("\n") == 1
 
 
 # To start ParaView takes seconds, and minutes where it finds new OpenCL devices.
