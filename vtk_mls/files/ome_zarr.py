@@ -89,21 +89,11 @@ class Image:
     def windows(self, index):
         """The windows of a level in an earlier one, along (z, y, x).
 
-        The earlier one is the last that is a whole number of times finer, or else the one before.
-
-        Returns
-        -------
-        source : int
-            Number of the earlier level.
-        steps, first, widths : (3,) float64
-            Distance of the centers of windows, the first of them, and points of a window, in
-            indices of the earlier level. If windows do not touch each other from the border on, the
-            level was made by sampling, and the width is 1.
-
-        Raises
-        ------
-        ValueError
-            If the level is finer than the one before, or lies elsewhere.
+        The earlier one, whose number is returned first, is the last that is a whole number of times
+        finer, or else the one before. Then come (3,) the distance of the centers of windows, the
+        first of them, and the points of a window, in indices of the earlier level. If windows do
+        not touch each other from the border on, the level was made by sampling, and has 1 point. A
+        ValueError says that it is finer than the one before, or lies elsewhere.
         """
         found = [self._windows(index, source) for source in range(index)][::-1]
         _, steps, first, _ = found[0]

@@ -21,13 +21,7 @@ _INDICES = ".vtm", ".vtmb", ".vtpc", ".pvd"  # their data are in a folder of the
 
 
 def existing_file(path: str | os.PathLike[str]) -> Path:
-    """`path` as a Path, if it is a file.
-
-    Raises
-    ------
-    OSError
-        Naming it.
-    """
+    """`path` as a Path, if it is a file; an OSError names it."""
     if not os.fspath(path):
         raise FileNotFoundError("no file is named, got an empty name; choose a file")
     path = Path(path)
@@ -72,13 +66,9 @@ def check_within(name):
 def replacing(path):
     """A path to write to. Its file replaces the one at `path` when the block ends without error.
 
-    Files that are written next to it, also in folders, replace those next to `path`. A link is
-    kept and leads to the new file. The new file gets the permissions of the old one.
-
-    Raises
-    ------
-    OSError, ValueError
-        Naming `path`, also in errors of the block.
+    Files that are written next to it, also in folders, replace those next to `path`. A link is kept
+    and leads to the new file. The new file gets the permissions of the old one. Errors, also those
+    of the block, name `path`.
     """
     target = check_replaceable(path)
     try:
@@ -98,13 +88,7 @@ def replacing(path):
 
 
 def check_replaceable(path):
-    """The file that `path` leads to, if it exists or can be created.
-
-    Raises
-    ------
-    OSError
-        Naming the file.
-    """
+    """The file that `path` leads to, if it exists or can be created; an OSError names it."""
     if not os.fspath(path):
         raise FileNotFoundError("no file is named to write, got an empty name; choose one")
     target = Path(os.path.realpath(path))
