@@ -216,7 +216,7 @@ def map_arguments(options):
 
 
 def _moving_control_points(options):
-    """Control-point polydata of the files; ValueError if nothing moves, without `--allow-identity`."""
+    """Control-point polydata of the files; ValueError if nothing moves and that is not allowed."""
     from vtk_mls.vtk.control_point_polydata import is_moving
 
     handles, has_partners = _read_control_points(options)
