@@ -9,11 +9,9 @@ import numpy as np
 import pytest
 import SimpleITK
 from file_fixtures import (
-    LEFT,
     META,
     RIGHT,
     VALUES,
-    VECTORS,
     as_itk,
     as_nifti,
     itk_matrix,
@@ -55,19 +53,6 @@ def test_a_wrong_checksum_is_noticed(tmp_path, suffix):
     (tmp_path / f"x{suffix}").write_bytes(content)
     with pytest.raises(ValueError, match=rf"x\{suffix}` .*(incorrect data|CRC) check"):
         io.read_dataset(tmp_path / f"x{suffix}")
-
-
-@pytest.mark.parametrize("suffix", [".nii", ".nii.gz", ".nrrd", ".mha"])
-def test_components_go_to_itk_and_come_back(tmp_path, suffix):
-    source = SimpleITK.GetImageFromArray(VECTORS, isVector=True)
-    source.CopyInformation(as_itk(LEFT))
-    SimpleITK.WriteImage(source, str(tmp_path / f"x{suffix}"))
-    image = io.read_dataset(tmp_path / f"x{suffix}")
-    np.testing.assert_array_equal(scalars(image), VECTORS.reshape(504, 3))
-    io.write_dataset(image, tmp_path / f"y{suffix}")
-    back = SimpleITK.ReadImage(str(tmp_path / f"y{suffix}"))
-    np.testing.assert_array_equal(SimpleITK.GetArrayFromImage(back), VECTORS)
-    np.testing.assert_allclose(back.GetDirection(), LEFT.ravel(), atol=1e-6)
 
 
 @pytest.mark.parametrize("suffix", [".mha", ".nii.gz"])

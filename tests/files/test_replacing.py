@@ -44,14 +44,6 @@ DATASETS = {
 }
 
 
-@pytest.fixture
-def disk():
-    """Set how many bytes a file may have; a file system that is full is the same to a writer."""
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    yield lambda size: resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
-    resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
-
-
 def _contents(folder):
     return {path.name: path.read_bytes() for path in folder.iterdir()}
 
