@@ -50,16 +50,6 @@ def test_the_editor_has_a_small_map_tolerance(files, options, tolerance, monkeyp
     assert [state.map_tolerance for state in states] == [tolerance]
 
 
-def test_deform_with_labels_on_a_fitted_grid(files):
-    options = ["--label", "labels", "--grid", "fitted", "--interpolation", "cubic"]
-    assert main(["deform", "in.vti", "handles.csv", "out.vti", *options, "--device", FAST]) == 0
-    output = io.read_dataset("out.vti")
-    assert set(np.unique(values_of(output, "labels"))) == {0, 1000}
-    value = Deformation(REST, DEFORMED, device=FAST)
-    target = value.fitted_grid(ImageGeometry.of_image(io.read_dataset("in.vti")).grid)
-    assert output.GetDimensions() == target.dimensions
-
-
 def test_deform_with_cuts_and_a_gradient(files):
     (files / "cut.stl").write_text(
         "solid cut\nfacet normal 1 0 0\nouter loop\nvertex 3.9 -50 2.6\nvertex 3.9 50 2.6\n"

@@ -105,17 +105,6 @@ def test_frames_of_landmarks_and_handles(landmarks):
     np.testing.assert_allclose(landmarks, expected, rtol=1e-12)
 
 
-def test_handles_of_two_files(landmarks):
-    control_point_files.write("rest.fcsv", REST, REST)
-    control_point_files.write("q.fcsv", DEFORMED, DEFORMED)
-    assert _points("in.csv", "rest.fcsv", "out.csv", "--deformed", "q.fcsv") == 0
-    assert _points("in.csv", "handles.csv", "expected.csv") == 0
-    landmarks, expected = (
-        control_point_files.read_landmarks(f"{name}.csv") for name in ("out", "expected")
-    )
-    np.testing.assert_allclose(landmarks.positions, expected.positions, rtol=1e-12)
-
-
 @pytest.mark.parametrize(
     ("name", "fate"),
     [("out.mrk.json", "marked so"), ("out.csv", "left out"), ("out.txt", "left out")],

@@ -43,15 +43,6 @@ def _read(tmp_path, text, name="x.csv", **options):
     return control_point_files.read_landmarks(tmp_path / name, **options)
 
 
-def test_landmarks_of_bigwarp_are_pairs_from_moving_to_target(tmp_path):
-    found = _read(tmp_path, BIGWARP)
-    assert found.labels == ["Pt-0", "Pt #1", "Pt-2"]
-    rest, deformed, weights = control_point_files.read(tmp_path / "x.csv")
-    assert rest.tolist() == [[1.5, 2, 3], [-1, -2, -3]]
-    assert deformed.tolist() == [[4, 5, 6], [1e-3, 0, 0]]
-    assert weights is None
-
-
 @pytest.mark.parametrize("axes", ["l,p,s", "r,a,s"])
 def test_tables_of_slicer_say_their_frame(tmp_path, axes):
     found = _read(tmp_path, SLICER.replace('"l","p","s"', axes), space="ras")

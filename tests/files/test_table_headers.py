@@ -1,7 +1,5 @@
 """The names in the first row of a table say which columns are p and q; other names are refused."""
 
-import itertools
-
 import numpy as np
 import pytest
 
@@ -131,29 +129,6 @@ def test_a_name_that_is_there_twice_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("sep", "decimal", "index"),
-    [
-        *itertools.product(",;\t", ".", [True, False]),
-        (";", ",", False),
-        ("\t", ",", True),
-        (" ", ".", False),
-    ],
-)
-def test_tables_of_pandas(tmp_path, sep, decimal, index):
-    pandas = pytest.importorskip("pandas")
-    frame = pandas.DataFrame(np.hstack([REST, DEFORMED]))
-    form = {"sep": sep, "decimal": decimal, "index": index}
-    with pytest.raises(ValueError, match=f"can be a header that counts the columns, .*{ADVICE}$"):
-        _read(tmp_path, frame.to_csv(**form))
-    frame.columns = ["px", "py", "pz", "qx", "qy", "qz"]
-    _assert_pairs(_read(tmp_path, frame.to_csv(**form)))
-    frame.iloc[1, 4] = np.nan
-    for text in (frame.to_csv(**form), frame.to_csv(na_rep="nan", **form)):
-        with pytest.raises(ValueError, match=r"line 3: expected \d cells|number in line 3$"):
-            _read(tmp_path, text)
-
-
-@pytest.mark.parametrize(
     ("text", "first"),
     [
         ("px,py,pz,qx,qy,qz\n0,1,2,3,4,5\n40,41,42,43,41,42\n", [0, 1, 2]),
@@ -175,8 +150,10 @@ def test_points_that_are_not_a_header(tmp_path, text, first):
         ([f"{row},{i}" for i, row in enumerate(ROWS, 1)], "the last of 7 columns counts the rows"),
         ([f"{i},{row},1" for i, row in enumerate(ROWS)], "line 1: expected numbers px"),
         ([row.rpartition(",")[0] for row in ROWS], "line 1: expected numbers px"),
+        (["0,1,2,3,4,5", *ROWS], "can be a header that counts the columns, "),
+        ([",0,1,2,3,4,5", *ROWS], "can be a header that counts the columns, "),
     ],
-    ids=["index", "index last", "index and weight", "a column is missing"],
+    ids=["index", "index last", "index and weight", "a column is missing", "pandas", "its index"],
 )
 def test_numbers_that_fit_no_layout_are_refused(tmp_path, rows, sentence):
     with pytest.raises(ValueError, match=rf"x\.csv`.*{sentence}.*; {ADVICE}$"):
