@@ -248,10 +248,13 @@ def read_control_points(
 
     Parameters
     ----------
-    path, deformed_path, space
-        As of `control_point_files.read`, or a path of VTK's points (.vtp, .vtu, .vts, .vtk) with
-        points p, point vectors "Displacement" q - p and perhaps "Path"; as `deformed_path` the
-        points are q.
+    path : path
+        Of points in text, as docs/formats.md lists them; or of VTK's points (.vtp, .vtu, .vts,
+        .vtk), with point vectors "Displacement" q - p and perhaps "Path".
+    deformed_path : path, optional
+        Another file, whose positions are q (see `landmarks.paired`).
+    space : str
+        The frame of files that do not say theirs, as in `frames.signs`.
 
     Returns
     -------
@@ -359,8 +362,14 @@ def read_landmarks(
     ----------
     path : path
         As of `read_control_points`.
-    space, is_alone, time
-        As of `control_point_files.read_landmarks`.
+    space : str
+        As of `read_control_points`.
+    is_alone : bool
+        Whether these are control points without a second file for q. A table must then have pairs,
+        or a header without them.
+    time : float, optional
+        Of a table with a column of times, the points of the last time that is not later, or the
+        first ones. By default control points of several times are an error.
 
     Returns
     -------

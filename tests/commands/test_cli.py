@@ -6,14 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import SimpleITK as sitk
 from command_fixtures import WITHOUT, run
 from control_point_sets import DEVICES
 from vtk_fixtures import DEFORMED, FAST, REST, values_of
-from vtkmodules.vtkFiltersSources import vtkCellTypeSource
 
 from vtk_mls import (
-    CUT_FRAMES,
     KINDS,
     Deformation,
     HalfPlane,
@@ -51,16 +48,6 @@ def test_the_editor_has_a_small_map_tolerance(files, options, tolerance, monkeyp
     monkeypatch.setattr("vtk_mls.editor.window.show", lambda _, state, *more: states.append(state))
     assert main(["view", "in.vti", "handles.csv", *options, "--device", FAST]) == 0
     assert [state.map_tolerance for state in states] == [tolerance]
-
-
-def test_deform_with_labels_on_a_fitted_grid(files):
-    options = ["--label", "labels", "--grid", "fitted", "--interpolation", "cubic"]
-    assert main(["deform", "in.vti", "handles.csv", "out.vti", *options, "--device", FAST]) == 0
-    output = io.read_dataset("out.vti")
-    assert set(np.unique(values_of(output, "labels"))) == {0, 1000}
-    value = Deformation(REST, DEFORMED, device=FAST)
-    target = value.fitted_grid(ImageGeometry.of_image(io.read_dataset("in.vti")).grid)
-    assert output.GetDimensions() == target.dimensions
 
 
 def test_deform_with_cuts_and_a_gradient(files):
@@ -108,21 +95,6 @@ def test_void_and_overlapping_points_are_counted(files, capsys):
     assert notes == [f"; void: {void.sum()}", both, both]
 
 
-@pytest.mark.parametrize("frame", CUT_FRAMES)
-def test_cuts_of_deform_and_field_are_in_a_frame(files, frame):
-    options = ["--cut-plane", "4.3,0,0,1,0,0", "--cut-frame", frame, "--device", FAST]
-    assert main(["deform", "in.vti", "handles.csv", "out.vti", *options]) == 0
-    assert main(["field", "in.vti", "handles.csv", "out.nrrd", *options]) == 0
-    grid = ImageGeometry.of_image(io.read_dataset("in.vti")).grid
-    cut = Plane((4.3, 0, 0), (1, 0, 0))
-    value = Deformation(REST, DEFORMED, cuts=cut, cut_frame=frame, device=FAST)
-    found = values_of(io.read_dataset("out.vti"), "VoidDistance")
-    np.testing.assert_array_equal(found, value.void_distance_field(grid))
-    found = sitk.GetArrayFromImage(sitk.ReadImage("out.nrrd"))
-    expected = value.displacement_field(grid.dimensions, grid.origin, grid.spacing)
-    np.testing.assert_allclose(found, expected.displacement, atol=1e-6)
-
-
 @pytest.mark.parametrize(
     "cut", [["--cut-plane", "-.5,4,3,1,0,0"], ["--cut-half-plane", "-1,4,3,0,1,0,0,0,1"]]
 )
@@ -136,23 +108,6 @@ def test_numbers_that_begin_with_a_minus_are_no_option(files, cut, capsys):
     with pytest.raises(SystemExit):
         main(["deform", "in.vti", "handles.csv", "a.vti", cut[0], "--alpha", "1"])
     assert "expected one argument" in capsys.readouterr().err
-
-
-def test_deform_a_mesh(files, capsys):
-    blocks = vtkCellTypeSource()
-    blocks.SetBlocksDimensions(5, 6, 4)
-    blocks.Update()
-    io.write_dataset(blocks.GetOutput(), "in.vtu")
-    assert main(["deform", "in.vtu", "handles.csv", "out.vtu", "--device", FAST]) == 0
-    before, after = (
-        arrays.to_numpy(io.read_dataset(name).GetPoints().GetData())
-        for name in ("in.vtu", "out.vtu")
-    )
-    expected = Deformation(REST, DEFORMED, device="reference").forward(before)
-    np.testing.assert_allclose(after, expected, atol=1e-4)
-    assert "out.vtu: 210 points, 120 cells, rigid" in capsys.readouterr().out
-    assert main(["deform", "in.vtu", "handles.csv", "out.vti", "--device", FAST]) == 1
-    assert "cannot write a vtkUnstructuredGrid to `out.vti`" in capsys.readouterr().err
 
 
 def test_progress_bar(files, capsys):
@@ -206,17 +161,6 @@ def test_values_that_are_not_finite_are_no_matter_for_warnings(files, options):
     assert (status, err) == (0, "")
 
 
-def test_as_a_process(files):
-    arguments = ["deform", "in.vti", "handles.csv", "out.nii.gz", "--device", "reference"]
-    status, out, err = run(*arguments)
-    assert (status, err) == (0, "")
-    assert "out.nii.gz" in out
-    status, out, err = run("deform", "handles.csv", "handles.csv", "out.vti")
-    assert (status, out) == (1, "")
-    assert err.startswith("vtk-mls: cannot read an image or a mesh from `handles.csv`")
-    assert err.count("\n") == 1
-
-
 # To start ParaView takes seconds, and minutes where it finds new OpenCL devices.
 NO_PARAVIEW = {"PATH": os.devnull}
 
@@ -267,31 +211,6 @@ def test_doctor_checks_devices_again(monkeypatch):
     monkeypatch.setenv("PATH", os.devnull)  # no ParaView
     main(["doctor", "--retest"])
     assert rechecks[0]  # the choice of a device follows
-
-
-@pytest.mark.skipif(not DEVICES, reason="no OpenCL device that computes right")
-def test_what_may_not_have_been_meant_is_said(files, capsys):
-    def output_of(*arguments, command="deform"):
-        assert main([command, "in.vti", *arguments, "--device", FAST]) == 0
-        return capsys.readouterr().out
-
-    Path("far.csv").write_text("500,0,0,505,0,0\n510,0,0,510,0,0\n")
-    assert "far from the data" in output_of("far.csv", "out.vti")
-    assert "far from the data" in output_of("far.csv", "field.vti", command="field")
-    assert "far from the data" not in output_of("handles.csv", "out.vti")
-    assert "the degree is that of polynomials" in output_of(
-        "handles.csv", "out.vti", "--degree", "3"
-    )
-    assert "the degree" not in output_of(
-        "handles.csv", "out.vti", "--degree", "1", "--kind", "polynomial"
-    )
-
-
-def test_a_field_tells_how_much_is_void(files, capsys):
-    cut = "--cut-plane", "1,0,0,1,0,0"
-    for name in ("field.vti", "field.nrrd"):
-        assert main(["field", "in.vti", "handles.csv", name, *cut, "--device", FAST]) == 0
-        assert "; void: " in capsys.readouterr().out
 
 
 def test_a_gradient_needs_a_format_that_holds_it(files, capsys):

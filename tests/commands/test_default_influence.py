@@ -5,7 +5,7 @@ import pytest
 from mesh_fixtures import places_of, set_places
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
-from vtk_mls import Deformation
+from vtk_mls import Deformation, io
 from vtk_mls.commands.cli import main
 from vtk_mls.editor import State
 from vtk_mls.filters import MLSDeform
@@ -38,7 +38,7 @@ def by_the_command(points):
     np.savetxt("handles.csv", np.hstack([REST, DEFORMED]), delimiter=",")
     np.savetxt("points.csv", points, delimiter=",")
     assert main(["points", "points.csv", "handles.csv", "moved.csv"]) == 0
-    return np.loadtxt("moved.csv", delimiter=",")
+    return io.read_landmarks("moved.csv").positions
 
 
 @pytest.mark.parametrize("moved", [by_numpy, by_the_filter, by_the_editor, by_the_command])

@@ -244,7 +244,6 @@ SAID = {
     "away": (0, 500, "nothing of `IN` is in the output"),
     "crossed": (0, [(0, 0, (-1) ** i * 9) for i in range(8)], "; the map folds at 256 of 379 sam"),
     "--background=-5": (0, 0.1, "must be in the range of each array's type, got -5.0: "),
-    "--degree=1": (0, 0.1, "; the degree is that of polynomials, and has no effect here"),
     "--fixed-plane=4,4,3,0,0,1,2": (0, (0, 0, -0.5), " of 8 handles are not met, by up to "),
 }
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from vtk_fixtures import DEFORMED, FAST, REST
 
-from vtk_mls import Affine, Chain, Deformation, Field, Grid, Sampling, io
+from vtk_mls import Chain, Deformation, Field, Grid, Sampling, io
 from vtk_mls.commands.cli import main
 from vtk_mls.files import control_point_files
 from vtk_mls.files.landmarks import Landmarks
@@ -71,19 +71,6 @@ def test_fields(initial):
     written, chain = io.read_transform("out.nrrd"), chained(initial)
     v = written.grid.points()
     np.testing.assert_allclose(written.backward(v), chain.backward(v), atol=1e-4)
-
-
-def test_an_affine_transform_of_itk(initial, tmp_path):
-    pytest.importorskip("SimpleITK")
-    matrix = np.eye(4)
-    matrix[0, 3] = 0.7
-    io.write_transform(Affine(matrix), "warp.tfm")
-    control_point_files.write_landmarks("in.csv", Landmarks("", PLACES, "LPS", list("abcde")))
-    arguments = ["points", "in.csv", "handles.csv", "out.csv", "--device", FAST]
-    assert main([*arguments, "--initial-transform", "warp.tfm"]) == 0
-    expected = chained(Affine(matrix)).forward(PLACES)
-    got = control_point_files.read_landmarks("out.csv").positions
-    np.testing.assert_allclose(got, expected, rtol=1e-9)
 
 
 def test_a_missing_file_is_named(initial, capsys):

@@ -39,7 +39,6 @@ def test_it_is_what_itk_resamples_with_the_field(scans, output, capsys):
     assert main([*arguments, "--device", FAST]) == 0
     printed = capsys.readouterr()
     assert "far from" not in printed.out
-    assert "apart" not in printed.out
     assert printed.err == ""
     warp = sitk.DisplacementFieldTransform(sitk.ReadImage("warp.nii.gz", sitk.sitkVectorFloat64))
     expected = sitk.GetArrayFromImage(sitk.Resample(moving, target, warp, sitk.sitkLinear))

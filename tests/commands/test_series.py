@@ -13,7 +13,7 @@ from vtkmodules.vtkCommonDataModel import vtkUnstructuredGrid
 from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
 from vtkmodules.vtkIOHDF import vtkHDFWriter
 
-from vtk_mls import CUT_FRAMES, Deformation, HalfPlane, io
+from vtk_mls import Deformation, io
 from vtk_mls.commands import series
 from vtk_mls.commands.cli import main
 from vtk_mls.files.block_files import blocks
@@ -127,25 +127,6 @@ def test_every_time_step_is_deformed(folder, how, capsys):
     assert sorted(path.name for path in (folder / "out").iterdir()) == names
     assert np.abs(moved(0.5) - places(0.5)).max() > 0.1
     assert np.abs(moved(0.5) - moved(10)).max() > 0.1
-
-
-@pytest.mark.parametrize("frame", CUT_FRAMES)
-def test_cuts_of_a_series_are_in_a_frame(frame):
-    # between the tetrahedron and a control point
-    point, normal, inward = (0, 0, 2.5), (-1, -1, 2), (1, 1, 1)
-    cut = ",".join(map(str, (*point, *normal, *inward)))
-    name, options = write_input("pattern"), [f"--cut-half-plane={cut}", f"--cut-frame={frame}"]
-    assert deform(name, "out.pvd", *options) == 0
-    shape = HalfPlane(point, normal, inward)
-    values = {
-        frame: Deformation(REST, DEFORMED, cuts=shape, cut_frame=frame, device="reference")
-        for frame in CUT_FRAMES
-    }
-    for (_, read), time in zip(series.read_steps("out.pvd"), TIMES):
-        expected = values[frame].forward(places(time))
-        np.testing.assert_allclose(points_of(read()), expected, atol=1e-5)
-    apart = [value.forward(places(0.5)) for value in values.values()]
-    assert np.abs(np.subtract(*apart)).max() > 1e-3
 
 
 def test_a_series_of_images_and_of_blocks(capsys):

@@ -33,12 +33,8 @@ def test_every_broken_file_is_deformed_or_ends_in_a_sentence(count, tmp_path):
     [
         (-11, ""),
         (0, "RuntimeWarning\n"),
-        (0, "vtk-mls: `out.vti`: nothing of `x.vti` is in the output, for\nRuntimeWarning\n"),
         (1, "vtk-mls: it is broken\n"),
         (1, "Traceback\n`x.vti`\n"),
-        (1, "vtk-mls: `x.vti` is broken\nand so on\n"),
-        (1, f"vtk-mls: `x.vti` is {'1 ' * 300}\n"),
-        (99, "vtk-mls: `x.vti` is broken\n"),
     ],
 )
 def test_this_harness_can_fail(status, text):

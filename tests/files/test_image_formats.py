@@ -1,7 +1,6 @@
 """What image files can say: types, components, scalings, spaces; and what they must not."""
 
 import gzip
-import re
 import subprocess
 import sys
 
@@ -10,11 +9,9 @@ import numpy as np
 import pytest
 import SimpleITK
 from file_fixtures import (
-    LEFT,
     META,
     RIGHT,
     VALUES,
-    VECTORS,
     as_itk,
     as_nifti,
     itk_matrix,
@@ -26,7 +23,6 @@ from file_fixtures import (
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
 from vtk_mls import io
-from vtk_mls.commands.cli import main
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
@@ -55,21 +51,8 @@ def test_a_wrong_checksum_is_noticed(tmp_path, suffix):
     content = bytearray((tmp_path / f"x{suffix}").read_bytes())
     content[-1 if suffix == ".mha" else -8] ^= 1
     (tmp_path / f"x{suffix}").write_bytes(content)
-    with pytest.raises(ValueError, match=rf"x\{suffix}` .*incorrect data check"):
+    with pytest.raises(ValueError, match=rf"x\{suffix}` .*(incorrect data|CRC) check"):
         io.read_dataset(tmp_path / f"x{suffix}")
-
-
-@pytest.mark.parametrize("suffix", [".nii", ".nii.gz", ".nrrd", ".mha"])
-def test_components_go_to_itk_and_come_back(tmp_path, suffix):
-    source = SimpleITK.GetImageFromArray(VECTORS, isVector=True)
-    source.CopyInformation(as_itk(LEFT))
-    SimpleITK.WriteImage(source, str(tmp_path / f"x{suffix}"))
-    image = io.read_dataset(tmp_path / f"x{suffix}")
-    np.testing.assert_array_equal(scalars(image), VECTORS.reshape(504, 3))
-    io.write_dataset(image, tmp_path / f"y{suffix}")
-    back = SimpleITK.ReadImage(str(tmp_path / f"y{suffix}"))
-    np.testing.assert_array_equal(SimpleITK.GetArrayFromImage(back), VECTORS)
-    np.testing.assert_allclose(back.GetDirection(), LEFT.ravel(), atol=1e-6)
 
 
 @pytest.mark.parametrize("suffix", [".mha", ".nii.gz"])
@@ -190,16 +173,6 @@ def test_truncated_files(tmp_path, suffix, rng):
         (tmp_path / data).write_bytes(content[:size])
         with pytest.raises(ValueError, match=rf"x\{suffix}`"):
             io.read_dataset(tmp_path / f"x{suffix}")
-
-
-def test_handles_far_from_an_image_name_both_files(tmp_path, capsys):
-    source = as_itk(RIGHT)
-    source.SetOrigin((4e9, 0, 0))
-    SimpleITK.WriteImage(source, str(tmp_path / "x.mha"))
-    (tmp_path / "h.csv").write_text("0,0,0,1,0,0\n")
-    arguments = ["x.mha", "h.csv", "out.mha"]
-    assert main(["deform", *(str(tmp_path / name) for name in arguments)]) == 1
-    assert re.search(r"h\.csv` must be where the data of `.*x\.mha` are", capsys.readouterr().err)
 
 
 @pytest.mark.parametrize("components", [1, 3])

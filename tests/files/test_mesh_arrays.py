@@ -124,15 +124,6 @@ def test_what_a_file_cannot_hold_is_said(output, sentence, folder, capsys, rng):
         np.testing.assert_array_equal(values(data, "RGB"), rows)
 
 
-@pytest.mark.parametrize("output", ["o.ply", "o.stl"])
-def test_nothing_is_said_where_nothing_is_lost(output, folder, capsys):
-    mesh = scan()
-    mesh.GetPointData().Initialize()
-    write(vtkXMLPolyDataWriter(), mesh, folder / "scan.vtp")
-    assert cli.main(["deform", "scan.vtp", "h.csv", output]) == 0
-    assert "without" not in capsys.readouterr().out
-
-
 def plate():
     """20 x 20 quads in the plane z = 3."""
     mesh, points, t = vtkStructuredGrid(), vtkPoints(), np.linspace(1, 7, 21)
@@ -177,22 +168,6 @@ def test_the_command_counts_cells_that_are_inside_out(push, folder, capsys):
     assert not output.GetPointData().HasArray("JacobianDeterminant")
     for name in ("InvertedCells", "UncheckedCells", "LargestBlend"):
         assert not output.GetFieldData().HasArray(name)
-
-
-@pytest.mark.parametrize("output", ["o.vtp", "o.stl"])
-def test_the_command_writes_the_quality_of_cells(output, folder, capsys):
-    mesh = scan()
-    mesh.GetPointData().Initialize()
-    write(vtkXMLPolyDataWriter(), mesh, folder / "scan.vtp")
-    assert cli.main(["deform", "scan.vtp", "h.csv", output, "--cell-quality"]) == 0
-    printed, names = capsys.readouterr().out, ("CellQuality", "CellQualityBefore")
-    if output == "o.stl":
-        assert "; without `CellQualityBefore`, `CellQuality`, which .stl cannot hold" in printed
-        return
-    data = io.read_dataset(output).GetCellData()
-    after, before = (values(data, name) for name in names)
-    assert ((after > 0) & (after <= 1)).all()
-    assert np.abs(after - before).max() > 1e-3
 
 
 @pytest.mark.parametrize("ending", [".vtu", ".vts", ".vtk"])

@@ -339,14 +339,6 @@ def test_readers_are_imported_when_they_are_needed():
     assert (status, out) == (0, "[]\n")
 
 
-@pytest.fixture
-def disk():
-    """Set how many bytes a file may have; a file system that is full is the same to a writer."""
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    yield lambda size: resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
-    resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
-
-
 @pytest.mark.parametrize("missing", [1, 5_000, None], ids=["a byte", "5,000 bytes", "all"])
 @pytest.mark.parametrize("suffix", [".vtm", ".vtpc", ".vtkhdf"])
 def test_a_full_disk_is_noticed_and_leaves_the_old_files(folder, disk, suffix, missing):

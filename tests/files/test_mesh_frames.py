@@ -6,7 +6,6 @@ import slicer_peer
 from file_fixtures import MESHES
 from slicer_peer import needs_slicer
 from vtk_fixtures import DEFORMED, FAST, REST, add_array
-from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkPolyDataNormals
 from vtkmodules.vtkFiltersSources import vtkConeSource
 
@@ -91,27 +90,6 @@ def test_obj(tmp_path):
     (tmp_path / "x.obj").write_text(OBJ.format(space="LAS"))
     with pytest.raises(ValueError, match=r"x\.obj` cannot be used: its SPACE must be .* got LAS"):
         io.read_dataset(tmp_path / "x.obj")
-
-
-def test_cuts_and_control_points_too(tmp_path):
-    mesh = cone()
-    metadata.store(mesh, metadata.FILE_SPACE, ["RAS"])
-    for name in ("x.stl", "x.vtp"):
-        io.write_dataset(mesh, tmp_path / name)
-        low, high = (
-            points(surface).min(axis=0) for surface in (io.read_surface(tmp_path / name), mesh)
-        )
-        np.testing.assert_array_equal(low, high)
-    handles = vtkPolyData()
-    handles.SetPoints(mesh.GetPoints())
-    displacement = np.tile([1.0, 2.0, 3.0], (mesh.GetNumberOfPoints(), 1))
-    add_array(handles.GetPointData(), "Displacement", displacement)
-    metadata.store(handles, metadata.FILE_SPACE, ["RAS"])
-    io.write_dataset(handles, tmp_path / "h.vtp")
-    back = io.read_control_points(tmp_path / "h.vtp")
-    np.testing.assert_array_equal(points(back), points(handles))
-    rest, deformed, _ = arrays.control_points(back, "Displacement")
-    np.testing.assert_allclose(deformed - rest, displacement)
 
 
 @pytest.mark.parametrize("suffix", [".vtu", ".stl"])

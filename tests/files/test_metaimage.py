@@ -1,7 +1,5 @@
 """MetaImage files: layouts of the data, other keys, and files that are refused."""
 
-import struct
-
 import numpy as np
 import pytest
 import SimpleITK
@@ -9,7 +7,6 @@ from file_fixtures import META, VALUES, image_with, scalars
 from vtk_fixtures import TYPES
 
 from vtk_mls import io
-from vtk_mls.vtk.arrays import ImageGeometry
 
 SMALL = np.arange(7 * 6 * 5, dtype="<i2").reshape(7, 6, 5)  # z, y, x
 
@@ -69,21 +66,6 @@ def test_metaimage_that_is_refused(tmp_path, old, new, sentence):
     (tmp_path / "x.mha").write_bytes(text.encode() + VALUES.tobytes())
     with pytest.raises(ValueError, match=rf"x\.mha` .*{sentence}"):
         io.read_dataset(tmp_path / "x.mha")
-
-
-def test_metaimage_as_itk_writes_it(tmp_path):
-    header = (
-        "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\n"
-        "CompressedData = False\nTransformMatrix = 0 1 0 -1 0 0 0 0 1\nOffset = 5 6 7\n"
-        "ElementSpacing = 2 3 4\nDimSize = 2 1 1\nElementType = MET_SHORT\n"
-        "ElementDataFile = LOCAL\n"
-    )
-    path = tmp_path / "x.mha"
-    path.write_bytes(header.encode() + struct.pack("<2h", 7, 9))
-    image = io.read_dataset(path)
-    assert scalars(image).tolist() == [7, 9]
-    # the first axis of the file runs along +y
-    np.testing.assert_allclose(ImageGeometry.of_image(image).grid.points(), [(5, 6, 7), (5, 8, 7)])
 
 
 @pytest.mark.parametrize(

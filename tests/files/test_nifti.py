@@ -27,7 +27,6 @@ from file_fixtures import (
 
 from vtk_mls import io
 from vtk_mls.base.messages import message_handlers
-from vtk_mls.commands.cli import main
 from vtk_mls.vtk.arrays import ImageGeometry
 
 SMALL = np.arange(7 * 6 * 5, dtype="<i2").reshape(7, 6, 5)  # z, y, x
@@ -87,28 +86,6 @@ def test_nifti_scaling_is_nibabels(tmp_path, slope, intercept, name):
     np.testing.assert_allclose(values, expected, rtol=1e-6)
     is_scaled = slope in (0.25, -2) or (slope, intercept) == (1, 10)
     assert values.dtype == (np.float32 if is_scaled and name != "float64" else np.dtype(name))
-
-
-@pytest.mark.parametrize("sform_code", [0, 1, 4])
-@pytest.mark.parametrize("qform_code", [0, 1])
-@pytest.mark.parametrize("direction", [RIGHT, LEFT], ids=["right", "left"])
-def test_nifti_lies_where_nibabel_sees_it(tmp_path, sform_code, qform_code, direction):
-    """Also if the two disagree, or neither counts."""
-    source = as_nifti(direction)
-    other = np.diag([2.0, 3, 4, 1])
-    other[:3, 3] = 7, 8, 9
-    source.set_sform(source.affine, sform_code)
-    source.set_qform(other @ source.affine / 2 if sform_code else source.affine, qform_code)
-    nibabel.save(source, tmp_path / "x.nii")
-    expected = nibabel.load(tmp_path / "x.nii")
-    assert expected.header["sform_code"] == sform_code
-    image = io.read_dataset(tmp_path / "x.nii")
-    np.testing.assert_allclose(matrix(image), in_lps(expected.affine), atol=1e-4)
-    io.write_dataset(image, tmp_path / "y.nii")
-    back = nibabel.load(tmp_path / "y.nii")
-    np.testing.assert_allclose(back.affine, expected.affine, atol=1e-4)
-    assert back.header["sform_code"] == sform_code
-    assert back.header["qform_code"] == qform_code
 
 
 def test_a_sheared_nifti_has_no_qform(tmp_path):
@@ -264,14 +241,6 @@ def test_a_warning_says_where_itk_and_nibabel_differ(tmp_path, qform_code, sform
     for name in ("qform_code", "sform_code", "srow_x", "srow_y", "srow_z", "quatern_b"):
         assert before[name] == pytest.approx(after[name], abs=0)
     np.testing.assert_array_equal(before["pixdim"], after["pixdim"])
-
-
-def test_the_command_warns_once(tmp_path, caplog, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    write_nifti("x.nii", rotated(0), 1, rotated(0.3), 2)
-    (tmp_path / "h.csv").write_text("0,0,0,1,0,0\n9,0,0,9,0,0\n0,9,0,0,9,0\n0,0,9,0,0,9\n")
-    assert main(["deform", "x.nii", "h.csv", "y.nii"]) == 0
-    assert [record.getMessage()[:7] for record in caplog.records] == ["`x.nii`"]
 
 
 @pytest.mark.parametrize("names", [("x.nii", "y.nii"), ("x*.nii", "y.pvd")])

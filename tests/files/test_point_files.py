@@ -43,15 +43,6 @@ def _read(tmp_path, text, name="x.csv", **options):
     return control_point_files.read_landmarks(tmp_path / name, **options)
 
 
-def test_landmarks_of_bigwarp_are_pairs_from_moving_to_target(tmp_path):
-    found = _read(tmp_path, BIGWARP)
-    assert found.labels == ["Pt-0", "Pt #1", "Pt-2"]
-    rest, deformed, weights = control_point_files.read(tmp_path / "x.csv")
-    assert rest.tolist() == [[1.5, 2, 3], [-1, -2, -3]]
-    assert deformed.tolist() == [[4, 5, 6], [1e-3, 0, 0]]
-    assert weights is None
-
-
 @pytest.mark.parametrize("axes", ["l,p,s", "r,a,s"])
 def test_tables_of_slicer_say_their_frame(tmp_path, axes):
     found = _read(tmp_path, SLICER.replace('"l","p","s"', axes), space="ras")
@@ -237,55 +228,6 @@ def test_the_frame_of_files_that_do_not_say_theirs(tmp_path, space):
 
 
 NOWHERE = np.full(3, np.nan)
-MOVED = {  # what a file becomes if its first point moves to (7, 8, 9) and the second is lost
-    "x.csv": (
-        'label,c,x,y,z\n"a #1",0,1,2,3\nb,0,4,5,6\nc,"1, 2",1,1,1\n',
-        'label,c,x,y,z\n"a #1","0","7.0","8.0","9.0"\nc,"1, 2",1.0,1.0,1.0\n',
-    ),
-    "blanks.txt": ("1 2 3\n4 5 6\n1 1 1\n", "7.0 8.0 9.0\n1.0 1.0 1.0\n"),
-    "elastix.txt": (
-        "point\n3\n1 2 3\n4 5 6\n1 1 1\n",
-        "point\n2\n7.0 8.0 9.0\n1.0 1.0 1.0\n",
-    ),
-    "bigwarp.csv": (
-        "p,true,1,2,3,5,5,5\nq,true,1,2,3,6,6,6\nr,false,1,1,1,7,7,7\n",
-        "p,true,7.0,8.0,9.0,5,5,5\nq,false,Infinity,Infinity,Infinity,6,6,6\n"
-        "r,false,1.0,1.0,1.0,7,7,7\n",
-    ),
-    "slicer.csv": (
-        "label,r,a,s,defined\np,1,2,3,1\nq,1,2,3,1\nr,-1,-1,1,1\n",
-        "label,r,a,s,defined\np,-7.0,-8.0,9.0,1\nq,1,2,3,0\nr,-1.0,-1.0,1.0,1\n",
-    ),
-    "idav.pts": (
-        "Version 1.0\n3\nS000 1 2 3\nS001 4 5 6\nS 2 1 1 1\n",
-        "Version 1.0\n3\nS000 7.0 8.0 9.0\nS001 9999 9999 9999\nS 2 1.0 1.0 1.0\n",
-    ),
-    "minc.tag": (
-        "MNI Tag Point File\nVolumes = 2;\n% by hand\nPoints =\n"
-        ' 5 5 5 -1 -2 3 2 1 -1 "a\\"" \n6 6 6 4 5 6 "b"\n 7 7 7 -1 -1 1;\n',
-        "MNI Tag Point File\nVolumes = 2;\n% by hand\n\nPoints =\n"
-        '  5.0 5.0 5.0 -7.0 -8.0 9.0 2 1 -1 "a\\""\n  7.0 7.0 7.0 -1.0 -1.0 1.0;\n',
-    ),
-    "x.fcsv": (
-        "# Markups fiducial file version = 5.6\n# CoordinateSystem = RAS\n"
-        "1,1,2,3,0,0,0,1,1,1,0,a,,\n2,1,2,3,0,0,0,1,1,1,0,b,,,2,0\n3,-1,-1,1,0,0,0,1,1,1,0,c,,,2,0\n",
-        "# Markups fiducial file version = 5.6\n# CoordinateSystem = RAS\n"
-        "1,-7.0,-8.0,9.0,0,0,0,1,1,1,0,a,,\n2,1,2,3,0,0,0,1,1,1,0,b,,,0,0\n"
-        "3,-1.0,-1.0,1.0,0,0,0,1,1,1,0,c,,,2,0\n",
-    ),
-}
-
-
-@pytest.mark.parametrize("name", MOVED)
-def test_a_file_with_other_places_keeps_all_else(tmp_path, name):
-    text, expected = MOVED[name]
-    points = _read(tmp_path, text, name)
-    places = np.array([(7.0, 8, 9), NOWHERE, points.positions[2]])
-    moved = Landmarks(name, places, "LPS", points.labels)
-    path = tmp_path / name  # over itself
-    left_out = control_point_files.write_landmarks(path, moved, path)
-    assert path.read_text() == expected
-    assert left_out == (3 - len(control_point_files.read_landmarks(path).positions))
 
 
 def test_markups_with_other_places_keep_all_else(tmp_path):
@@ -343,13 +285,7 @@ def _markups(point, **more):
     ("name", "text", "sentence"),
     [
         ("x.csv", "x,y,label\n1,2,3\n", r"`, line 1: the columns `x,y,label` are not known; name"),
-        ("x.csv", "l,a,s\n1,2,3\n", r"`, line 1: the columns `l,a,s` are not known; name"),
         ("x.csv", "x,y,z,x\n1,2,3,4\n", r"`, line 1: several columns are x$"),
-        (
-            "x.csv",
-            "px,py,pz,qx\n1,2,3,4\n1,2,3,4\n",
-            r"line 1: the columns `px,py,pz,qx` are not known",
-        ),
         ("x.csv", "r,a,s\n1,2,3\n1,2\n", r"line 3: expected 3 cells .* numbers in r, a, s, got"),
         ("x.csv", "r,a,s\n1,2,three\n", r"line 2: expected 3 cells .* got `1,2,three`$"),
         ("x.csv", "x,y,z,defined\n1,2,inf,1\n", r"` has a coordinate .* finite number in line 2$"),
@@ -365,13 +301,11 @@ def _markups(point, **more):
         ("x.txt", "1 2 3\n4 5,0 6\n", r"`, line 2: expected numbers x,y,z, .* got `4 5,0 6`$"),
         ("x.csv", BIGWARP.replace("true", "yes"), r"`, line 1: expected numbers px"),
         ("x.csv", BIGWARP + '"p","yes",1,2,3,4,5,6', r"line 4: expected name,active,x,y,z,u,v,w"),
-        ("x.csv", BIGWARP + '"p","true",1,2,3,4,5', r"line 4: expected name,active,x,y,z,u,v,w"),
         ("x.csv", BIGWARP.replace("false", "true"), r"not a finite number in line 2$"),
         ("x.csv", '"p","true","1","2","3","4"\n', r"line 1: .* BigWarp in two dimensions; it must"),
         ("x.txt", "index\n1\n1 2 3\n", r"` holds indices of voxels; expected positions, after"),
         ("x.txt", "point\n", r"`, line 2: expected the number of points, got ``$"),
         ("x.txt", "point\n2\n1 2 3\n", r"` must hold 2 points, as it says, got 1$"),
-        ("x.txt", "point\n9999999999999999\n1 2 3\n", r"must hold 9999999999999999 points, as"),
         ("x.txt", "point\n-1\n1 2 3\n", r"`, line 2: expected the number of points, got `-1"),
         ("x.txt", "point\n1\n1 2\n", r"`, line 3: expected three numbers, got `1 2"),
         ("x.txt", "point\n1\n1 2 nan\n", r"` has a coordinate .* finite number in line 3$"),
@@ -379,11 +313,9 @@ def _markups(point, **more):
         ("x.txt", TRANSFORMIX + "Point 2 ;\n", r"`, line 3: expected `Point N ; .* got `Point 2 ;"),
         ("x.txt", TRANSFORMIX[:-120], r"`, line 2: expected `Point N ; \.\.\. OutputPoint"),
         ("x.pts", IDAV.replace("3\n", "4\n", 1), r"` must hold 4 points, as it says, got 3$"),
-        ("x.pts", "Version 1.0\n", r"`, line 2: expected the number of points, got ``$"),
-        ("x.pts", "Version 1.0\n1\na 1 nan 2\n", r"`, line 3: expected a label and three numb"),
+        ("x.pts", "Version 1.0\n1\na 1 nan 2\n", r"` has a coordinate .* finite number in line 3$"),
         ("x.pts", "Version 1.0\n1\n1 2 3\n", r"`, line 3: expected a label and three .* `1 2 3`$"),
         ("x.tag", MINC[4:], r"` does not begin with `MNI Tag Point File`$"),
-        ("x.tag", "", r"` does not begin with `MNI"),
         ("x.tag", MINC.replace("= 2", "= 3"), r"` must have a line `Volumes = 1;` or 2, and then"),
         ("x.tag", MINC.partition("Points")[0], r"` must have a line .*, and then `Points =`$"),
         ("x.tag", MINC.replace("= 2", "= 1"), r"line 6: expected 3 coordinates, .* got `4 5 6 1"),
@@ -395,17 +327,10 @@ def _markups(point, **more):
         ),
         ("x.tag", MINC.rpartition(";")[0], r"` is cut off: a semicolon must follow its last"),
         ("x.tag", MINC + "1 2 3 1 2 3;\n", r"line 8: expected 6 coordinates"),
-        ("x.fcsv", "# CoordinateSystem = 2\na,1,2,3\n", r"` has the coordinate system 2; it must"),
         ("x.fcsv", "# CoordinateSystem = lps\na,1,2,3\n", r"` has the coordinate system lps; it"),
         ("x.fcsv", "#\n\na,1,2,3\na,1,x,3\n", r"not three numbers in line 4: `a,1,x,3`$"),
         ("x.fcsv", 'a,1,2,3,"\n' + 200_000 * "9", r"`, line 2: field larger than field limit"),
         ("x.mrk.json", '{"markups": 5}', r"` has no markups: TypeError\('`markups` is not"),
-        ("x.mrk.json", '{"markups": [5]}', r"` has no markups: AttributeError"),
-        (
-            "x.mrk.json",
-            '{"markups": [{"controlPoints": {}}]}',
-            r"`controlPoints` is not a list of di",
-        ),
         (
             "x.mrk.json",
             '{"markups": [{"controlPoints": [5]}]}',
@@ -414,7 +339,6 @@ def _markups(point, **more):
         ("x.mrk.json", _markups({}, coordinateSystem="IJK"), r"has the coordinate system IJK; it"),
         ("x.mrk.json", _markups({"position": ["1", 2, 3]}), r"not three numbers: point 1 is at"),
         ("x.mrk.json", _markups({"position": [True, 2, 3]}), r"not three numbers: point 1 is at"),
-        ("x.mrk.json", _markups({"position": "here"}), r"not three numbers: point 1 is at `here`$"),
         ("x.mrk.json", _markups({"position": [1, 2, float("nan")]}), r"finite number in point 1$"),
         ("x.mrk.json", _markups({"positionStatus": "lost"}), r"point 1: `positionStatus` must be "),
         ("x.mrk.json", _markups({"positionStatus": [1]}), r"must be one of .* got `\[1\]`$"),

@@ -1,15 +1,10 @@
 """The names in the first row of a table say which columns are p and q; other names are refused."""
 
-import itertools
-
 import numpy as np
 import pytest
-from vtk_fixtures import update
 
 from vtk_mls import io
 from vtk_mls.files import control_point_files
-from vtk_mls.filters import MLSControlPoints
-from vtk_mls.vtk import arrays
 
 REST = np.array([(40.5, 41.25, 42.5), (60.5, 40.5, 40.5), (40.5, 60.5, 40.25)])
 DEFORMED = REST + [(3.5, 0, 0), (0, 1.25, 0), (0, 0, -2.5)]
@@ -59,6 +54,7 @@ def test_names_count_and_not_the_order(tmp_path):
         "# x y z dx dy dz",
         "px,py,pz,dx,dy,dz",
         '"Points:0","Points:1","Points:2","Displacement:0","Displacement:1","Displacement:2"',
+        "Points_0,Points_1,Points_2,Displacement_0,Displacement_1,Displacement_2",
     ],
 )
 def test_displacements_are_added(tmp_path, header):
@@ -133,29 +129,6 @@ def test_a_name_that_is_there_twice_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("sep", "decimal", "index"),
-    [
-        *itertools.product(",;\t", ".", [True, False]),
-        (";", ",", False),
-        ("\t", ",", True),
-        (" ", ".", False),
-    ],
-)
-def test_tables_of_pandas(tmp_path, sep, decimal, index):
-    pandas = pytest.importorskip("pandas")
-    frame = pandas.DataFrame(np.hstack([REST, DEFORMED]))
-    form = {"sep": sep, "decimal": decimal, "index": index}
-    with pytest.raises(ValueError, match=f"can be a header that counts the columns, .*{ADVICE}$"):
-        _read(tmp_path, frame.to_csv(**form))
-    frame.columns = ["px", "py", "pz", "qx", "qy", "qz"]
-    _assert_pairs(_read(tmp_path, frame.to_csv(**form)))
-    frame.iloc[1, 4] = np.nan
-    for text in (frame.to_csv(**form), frame.to_csv(na_rep="nan", **form)):
-        with pytest.raises(ValueError, match=r"line 3: expected \d cells|number in line 3$"):
-            _read(tmp_path, text)
-
-
-@pytest.mark.parametrize(
     ("text", "first"),
     [
         ("px,py,pz,qx,qy,qz\n0,1,2,3,4,5\n40,41,42,43,41,42\n", [0, 1, 2]),
@@ -177,8 +150,10 @@ def test_points_that_are_not_a_header(tmp_path, text, first):
         ([f"{row},{i}" for i, row in enumerate(ROWS, 1)], "the last of 7 columns counts the rows"),
         ([f"{i},{row},1" for i, row in enumerate(ROWS)], "line 1: expected numbers px"),
         ([row.rpartition(",")[0] for row in ROWS], "line 1: expected numbers px"),
+        (["0,1,2,3,4,5", *ROWS], "can be a header that counts the columns, "),
+        ([",0,1,2,3,4,5", *ROWS], "can be a header that counts the columns, "),
     ],
-    ids=["index", "index last", "index and weight", "a column is missing"],
+    ids=["index", "index last", "index and weight", "a column is missing", "pandas", "its index"],
 )
 def test_numbers_that_fit_no_layout_are_refused(tmp_path, rows, sentence):
     with pytest.raises(ValueError, match=rf"x\.csv`.*{sentence}.*; {ADVICE}$"):
@@ -197,21 +172,3 @@ def test_weights_and_whole_coordinates_are_read(tmp_path):
 def test_labels_between_tabs_may_have_blanks(tmp_path):
     found = _read(tmp_path, "left eye\t1\t2\t3\t4\t5\t6\nnose\t1\t2\t3\t4\t5\t6\n", "x.txt")
     assert found.labels == ["left eye", "nose"]
-
-
-def test_a_source_reads_and_refuses_as_the_functions_do(tmp_path, messages):
-    source = MLSControlPoints()
-    source.SetMode("file")
-    source.SetFileName(str(tmp_path / "x.csv"))
-    (tmp_path / "x.csv").write_text(_table(""))
-    p, q, _ = arrays.control_points(update(source), "Displacement")
-    np.testing.assert_array_equal(p, REST)
-    np.testing.assert_allclose(q, DEFORMED, rtol=1e-15)
-    (tmp_path / "x.csv").write_text(_table("x,y,z,u,v,w"))
-    source.Modified()
-    assert not source.GetExecutive().Update()
-    messages.assert_one("the columns `u,v,w` are not known")
-    for name, sentence in {"": "choose one", str(tmp_path): "is a folder; expected"}.items():
-        source.SetFileName(name)
-        assert not source.GetExecutive().Update()
-        messages.assert_one(f"`FileName`.*{sentence}")

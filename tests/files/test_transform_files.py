@@ -12,7 +12,7 @@ import SimpleITK as sitk
 import slicer_peer
 from file_fixtures import DIRECTIONS, handles_on
 from nitransforms.resampling import apply
-from vtk_fixtures import DEFORMED, FAST, REST, TURNED, add_array, make_image
+from vtk_fixtures import FAST, TURNED, add_array, make_image
 
 from vtk_mls import Affine, Chain, Deformation, Field, Grid, io
 from vtk_mls.commands.cli import main
@@ -357,15 +357,6 @@ def test_the_command_writes_composites(tmp_path, monkeypatch, name, options):
     moved = moved_by(sitk.ReadTransform(name), points)
     np.testing.assert_allclose(moved, expected, rtol=0, atol=1e-3)
     assert np.abs(expected - points).max() > 1
-
-
-def test_the_command_writes_for_ants(grid, capsys):
-    io.write_dataset(make_image((5, 6, 7)), "in.vti")
-    np.savetxt("handles.csv", np.hstack([REST, DEFORMED]), "%.17g", ",")
-    arguments = ["field", "in.vti", "handles.csv", "x.nii", "--device", "reference"]
-    for convention, code in (("itk", 1006), ("ants", 1007)):
-        assert main([*arguments, f"--field-convention={convention}"]) == 0
-        assert int(nibabel.load("x.nii").header["intent_code"]) == code
 
 
 HEAD = "#Insight Transform File V1.0\n#Transform 0\nTransform: "

@@ -95,22 +95,6 @@ def test_the_method_of_the_coarser_resolutions_is_stated(version, folder, rng):
     assert (stated.type, stated.metadata, stated.name) == ("mean", None, "a")
 
 
-def test_label_images_are_sampled_nearest(folder, rng, small_blocks):
-    stored = values(rng, dtype="float32")
-    file = write("in.ome.zarr", [stored])
-    file.create_group("labels").attrs["ome"] = {"version": "0.5", "labels": ["cells"]}
-    labels = rng.integers(0, 2**31, SHAPE, dtype="uint32")
-    write("in.ome.zarr/labels/cells", halves(labels, is_label=True), **{"image-label": {}})
-    main(["deform", "in.ome.zarr", "handles.csv", "out.ome.zarr", "--interpolation", "cubic"])
-    (moved,) = D.resample([labels], Sampling(GRID, interpolation="nearest"))
-    for number, level in enumerate(halves(moved, is_label=True)):
-        found = opened("out.ome.zarr", f"labels/cells/scale{number}").read().result()
-        np.testing.assert_array_equal(found, level)
-    sampling = Sampling(GRID, interpolation="cubic", background="auto")
-    (moved,) = D.resample([stored], sampling)
-    np.testing.assert_array_equal(opened("out.ome.zarr", "scale0").read().result(), moved)
-
-
 def test_a_large_shard_is_computed_in_parts_and_written_once(folder, rng, monkeypatch):
     levels = halves(values(rng), 2)
     file = write("in.ome.zarr", levels)
@@ -404,12 +388,6 @@ def metadata(change):
     return apply
 
 
-def first_transform(**values):
-    """The same of the first transform of a level: of the finest one, or `level`."""
-    level = values.pop("level", 0)
-    return metadata(lambda m: m["datasets"][level]["coordinateTransformations"][0].update(values))
-
-
 def truncate(name):
     def apply(folder):
         file = folder / name
@@ -439,7 +417,7 @@ BROKEN = {
         "scales of `scale0` must be positive, got .1.0, 0.0, 2.0",
     ),
     "kind": (
-        first_transform(type="affine"),
+        metadata(lambda m: m["datasets"][0]["coordinateTransformations"][0].update(type="affine")),
         "must be scales and translations, got 'affine'",
     ),
     "ratio": (

@@ -178,21 +178,3 @@ def test_other_orientations_are_none_of_a_patient(rng, tmp_path):
     write(tmp_path / "in.ome.zarr", [values(rng)], stated=stated)
     image = open_image(tmp_path / "in.ome.zarr")
     assert (image.guess, image.finest.grid.direction.tolist()) == ("", np.eye(3).tolist())
-
-
-def test_the_same_handles_move_the_same_side_as_in_nifti(rng, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("VTK_MLS_DEVICE", "reference")
-    stored, grid = values(rng), grid_of("RPI")
-    write("in.ome.zarr", [stored], stated=words("RPI"))
-    affine = np.eye(4)
-    affine[:3] = LPS[:, None] * np.column_stack([grid.index_to_world, grid.origin])
-    file = nibabel.Nifti1Image(stored.T, affine)
-    nibabel.save(file, "in.nii.gz")
-    d = deformation(grid)
-    pairs = np.hstack([d.rest, d.deformed])
-    np.savetxt("handles.csv", pairs, delimiter=",")
-    main(["deform", "in.ome.zarr", "handles.csv", "out.ome.zarr", "--background", "0"])
-    main(["deform", "in.nii.gz", "handles.csv", "out.nii.gz", "--background", "0"])
-    expected = np.asanyarray(nibabel.load("out.nii.gz").dataobj).T
-    np.testing.assert_array_equal(open_image("out.ome.zarr").finest.array[...], expected)

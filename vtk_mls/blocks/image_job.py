@@ -25,29 +25,14 @@ _MAX_THREADS = 4  # each holds a block: while one computes, others read and writ
 def deform(source, target, transform, settings, *, scheduler=None, progress=None):
     """Deform an image: all times, channels, resolutions and label images.
 
-    Parameters
-    ----------
-    source, target : path
-        Folders of OME-Zarr. An interrupted `target` of the same inputs is resumed.
-    transform : Transform
-        In the units of the file.
-    settings : dict
-        `interpolation` and `background` (of all channels, or of each) and `void_values` of a
-        `Sampling`. Label images are sampled nearest. The background "auto" is that of
-        `channel_backgrounds`.
-    scheduler : str, optional
-        Address of a dask.distributed scheduler, whose workers see the same folders.
-    progress : callable, optional
+    `source` and `target` are folders; an interrupted `target` of the same inputs is resumed. The
+    Transform is in the units of the file. `settings` are `interpolation` and `background` (of all
+    channels, or of each; "auto" as of `channel_backgrounds`) and `void_values` of a `Sampling`;
+    label images are sampled nearest. `scheduler` is the address of a dask.distributed scheduler,
+    whose workers see the same folders.
 
-    Returns
-    -------
-    str
-        Whether work was resumed, as a sentence; "" if it was not.
-
-    Raises
-    ------
-    Aborted, DeviceError, OSError, ValueError
-        Naming the folder.
+    Returns whether work was resumed, as a sentence; "" if it was not. Errors (Aborted, DeviceError,
+    OSError, ValueError) name the folder.
     """
     image = open_input(source)
     sampling = Sampling(image.finest.grid, **settings)

@@ -8,7 +8,6 @@ process at a time has the lock of the folder, which the system frees when that p
 
 from __future__ import annotations
 
-import dataclasses
 import errno
 import hashlib
 import json
@@ -17,9 +16,8 @@ import pickle
 import shutil
 import time
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
-
-import numpy as np
 
 from vtk_mls.base.messages import warn
 from vtk_mls.files.ome_zarr import SUFFIX, complete_labels, has_image, has_metadata, is_array
@@ -28,33 +26,18 @@ from vtk_mls.files.paths import check_apart
 ENDING = ".unfinished"
 _METADATA = "zarr.json", ".zgroup", ".zattrs", ".zarray"
 _CONSOLIDATED = "consolidated_metadata"
+_IS_WRITTEN = "another job is writing it; wait for that, or choose another output"
 _PATIENCE = 3.0  # seconds until another job is refused: the child of a killed command ends later
 
 
 class Unfinished:
-    """An unfinished output; as a context manager, it is locked until the end of the block.
+    """An unfinished output at `path`; as a context manager, it is locked until the end of the
+    block.
 
-    Parameters
-    ----------
-    path : path
-        Of the complete output.
-    inputs : str
-        A hash of all that determines the output.
-
-    Attributes
-    ----------
-    data : Path
-        Folder of the new output.
-    done : set of str
-        Names of blocks that are written.
-    is_resumed : bool
-    replaced_other : bool
-        Whether there was an unfinished output of other inputs, which is removed.
-
-    Raises
-    ------
-    OSError
-        Naming the path, if it cannot be written to, or another job writes it.
+    `inputs` is a hash of all that determines the output. `data` is the folder of the new output,
+    `done` the names of written blocks. `is_resumed` and `replaced_other` say whether there was an
+    unfinished output of the same or of other inputs; the latter is removed. An OSError names the
+    path, if it cannot be written to, or another job writes it.
     """
 
     def __init__(self, path, inputs):
@@ -129,44 +112,38 @@ class Unfinished:
 
 
 def _take(lock):
-    """Lock an open file, or raise OSError: another job has it."""
+    """Lock an open file until it is closed, or raise OSError: another job has it."""
+    if os.name == "nt":
+        import msvcrt
+
+        take = partial(msvcrt.locking, lock.fileno(), msvcrt.LK_NBLCK, 1)
+    else:
+        import fcntl
+
+        take = partial(fcntl.flock, lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
     end = time.monotonic() + _PATIENCE
-    while not _try(lock):
-        if time.monotonic() > end:
-            raise OSError("another job is writing it; wait for that, or choose another output")
-        time.sleep(0.1)
+    while True:
+        try:
+            take()
+            break
+        except OSError as error:
+            if error.errno not in (errno.EACCES, errno.EAGAIN, errno.EDEADLK):
+                warn(
+                    f"`{lock.name}` cannot be locked ({error.strerror}): let no other job write "
+                    "there"
+                )
+                break
+            if time.monotonic() > end:
+                raise OSError(_IS_WRITTEN) from None
+            time.sleep(0.1)
     with suppress(FileNotFoundError):
         if os.path.samestat(os.stat(lock.name), os.fstat(lock.fileno())):
             return
     raise OSError("another job has just written it; run the same again to replace that")
 
 
-def _try(lock):
-    """Whether this process now has the lock of an open file."""
-    try:
-        if os.name == "nt":
-            import msvcrt
-
-            msvcrt.locking(lock.fileno(), msvcrt.LK_NBLCK, 1)
-        else:
-            import fcntl
-
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError as error:
-        if error.errno in (errno.EACCES, errno.EAGAIN, errno.EDEADLK):
-            return False
-        warn(f"`{lock.name}` cannot be locked ({error.strerror}): let no other job write there")
-    return True
-
-
 def check_output(path, inputs=()):
-    """`path` as a Path, if an OME-Zarr can be written there.
-
-    Raises
-    ------
-    OSError, ValueError
-        Naming it.
-    """
+    """`path` as a Path, if an OME-Zarr can be written there. Errors name it."""
     path = Path(os.path.abspath(path))
     if not path.name.lower().endswith(SUFFIX):
         raise ValueError(f"`{path}` must end in {SUFFIX}, as the name of an OME-Zarr")
@@ -179,15 +156,9 @@ def check_output(path, inputs=()):
 
 
 def copy_metadata(source, target, paths):
-    """Copy the metadata of a group, and of groups and arrays in it; and other groups, as they are.
-
-    A warning names other arrays and images, which are not copied.
-
-    Parameters
-    ----------
-    source, target : Path
-    paths : iterable of str
-        Of arrays and groups; groups that they are in are copied, too.
+    """Copy the metadata of a group, of arrays and groups in it (`paths`) and of groups that they
+    are in; and other groups, as they are. A warning names other arrays and images, which are not
+    copied.
     """
     folders, left_out = {Path()}, []
     for path in map(Path, paths):
@@ -224,30 +195,8 @@ def hash_of(folder, paths, *values):
             if file.is_file():
                 name = file.relative_to(folder)
                 digest.update(f"{name} {state.st_size} {state.st_mtime_ns}\n".encode())
-    for value in values:
-        _add_content(digest, value)
+    digest.update(pickle.dumps(values))
     return digest.hexdigest()
-
-
-def _add_content(digest, value):
-    """Add a value to a hash, without cached properties."""
-    digest.update(type(value).__qualname__.encode())
-    if dataclasses.is_dataclass(value):
-        members = [getattr(value, field.name) for field in dataclasses.fields(value) if field.init]
-    elif isinstance(value, dict):
-        members = [part for item in value.items() for part in item]
-    elif isinstance(value, list | tuple):
-        members = value
-    elif isinstance(value, np.ndarray):
-        digest.update(f"{value.dtype} {value.shape}".encode())
-        digest.update(np.ascontiguousarray(value).tobytes())
-        return
-    else:
-        digest.update(pickle.dumps(value))
-        return
-    digest.update(f"{len(members)}".encode())
-    for member in members:
-        _add_content(digest, member)
 
 
 def _without_copies(file):

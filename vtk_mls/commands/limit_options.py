@@ -35,13 +35,7 @@ def apply(options, algorithm):
 
 
 def limits(options):
-    """The mask, or None, and the faces, a list.
-
-    Raises
-    ------
-    OSError, ValueError
-        Naming the option or the file.
-    """
+    """The mask, or None, and the faces, a list. Errors name the option or the file."""
     from vtk_mls import FixedFace, SlidingFace
     from vtk_mls.filters import limit_inputs
 
@@ -67,13 +61,7 @@ def limits(options):
 
 
 def ball(options):
-    """The BallMask of the option, or None.
-
-    Raises
-    ------
-    ValueError
-        Naming the option.
-    """
+    """The BallMask of the option, or None; a ValueError names the option."""
     from vtk_mls.filters import limit_inputs
 
     if options.mask_ball is None:

@@ -194,12 +194,8 @@ def handle_times(options):
 
 
 def control_points_in_time(options, times):
-    """Control-point polydata at each of the `handle_times`.
-
-    Raises
-    ------
-    ValueError
-        If nothing moves at any time, without `--allow-identity`.
+    """Control-point polydata at each of the `handle_times`; ValueError if nothing moves at any
+    time.
     """
     from vtk_mls.vtk.control_point_polydata import is_moving
 
@@ -220,13 +216,7 @@ def map_arguments(options):
 
 
 def _moving_control_points(options):
-    """Control-point polydata of the files.
-
-    Raises
-    ------
-    ValueError
-        If nothing moves, without `--allow-identity`.
-    """
+    """Control-point polydata of the files; ValueError if nothing moves and that is not allowed."""
     from vtk_mls.vtk.control_point_polydata import is_moving
 
     handles, has_partners = _read_control_points(options)

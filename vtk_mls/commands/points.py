@@ -16,10 +16,9 @@ def add(commands):
         "points",
         help="move a file of landmarks with the material",
         description="Move landmarks to where the material at them goes, as `vtk-mls deform` moves "
-        "a mesh. With the same suffix as the input, the output keeps everything else that is in "
-        "the file, otherwise labels, descriptions and order. Points without a place in the output "
-        "are undefined in .mrk.json, tables of 3D Slicer and recent .fcsv, inactive in landmarks "
-        "of BigWarp (whose moving points move), and left out of other files.",
+        "a mesh. The output keeps labels, descriptions and order; from .mrk.json to .mrk.json it "
+        "keeps everything else, too. Points without a place in the output are undefined in "
+        ".mrk.json, and left out of other files. Of pairs the first positions move.",
     )
     points.add_argument(
         "input",

@@ -4,23 +4,10 @@ from __future__ import annotations
 
 
 def add(parser, item, *, flag="", choices=(), text="", more="", default=None):
-    """Add the option of a property.
+    """Add the option of a property, an `item` by its name or itself, to a parser.
 
-    Parameters
-    ----------
-    parser : argparse.ArgumentParser
-    item : str or Property
-        The name of a property, or a property. The option has its default.
-    flag : str, optional
-        The option, by default the name of the property.
-    choices : tuple of str, optional
-        The choices of the command, by default all.
-    text : str, optional
-        The help, by default the help of the property.
-    more : str, optional
-        An addition to the help.
-    default : optional
-        The default of the command, by default that of the property.
+    `flag`, `choices`, `text` (the help) and `default` are those of the command; by default they are
+    those of the property. `more` is added to the help.
     """
     prop = _properties()[item] if isinstance(item, str) else item
     default = prop.default if default is None else default

@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from vtk_mls.commands import property_options
 from vtk_mls.files.ome_zarr import SUFFIX
 
 _COUNTS = ("InvertedCells", "UncheckedCells", "LargestBlend")
@@ -14,38 +13,20 @@ _DETERMINANT = "JacobianDeterminant"
 
 def notes(algorithm):
     """Notes on possible mistakes of an MLSDeform, for the end of a sentence."""
-    return "".join(note(algorithm) for note in (folds_of_images, separation, map_note))
+    deformation = algorithm.updated_deformation()
+    found = (folds(deformation, target, source) for source, target in _images(algorithm))
+    return next(filter(None, found), "") + _far(algorithm)
 
 
 def field_notes(algorithm):
     """The same of an MLSDisplacementField."""
     from vtk_mls.vtk.arrays import ImageGeometry
 
-    note = map_note(algorithm, is_field=True)
+    note = _far(algorithm, is_field=True)
     if algorithm.GetGenerateJacobianDeterminant() or algorithm.GetInverse():
         return note  # these count folds themselves
     grid = ImageGeometry.of_image(algorithm.GetOutput()).grid
     return folds(algorithm.updated_deformation(), grid) + note
-
-
-def map_note(algorithm, is_field=False):
-    """A note on the map of a filter, for the end of a sentence; "" without one."""
-    from vtk_mls.vtk.control_point_polydata import is_moving
-
-    handles = algorithm.GetInputDataObject(1, 0)
-    moves = algorithm.GetBlend() and is_moving(handles)
-    if not (moves or algorithm.GetInitialTransform()):
-        return "; nothing moves, for all control points rest"
-    far = _far(algorithm, is_field)
-    if far:
-        return f"; {far}: is their frame right (--handles-space)?"
-    has_degree = algorithm.GetDegree() != property_options.value("Degree")
-    if has_degree and algorithm.GetKind() != "polynomial":
-        return "; the degree is that of polynomials, and has no effect here"
-    cells = handles.GetNumberOfLines() + handles.GetNumberOfPolys()
-    if cells and algorithm.GetHandleShapes() == "points":
-        return "; lines and surfaces of the handles count as points (--handle-shapes cells)"
-    return ""
 
 
 def warn(path, sentence):
@@ -67,13 +48,8 @@ def is_empty(algorithm):
 
 
 def warn_of_emptiness(are_empty, options):
-    """Print a warning about outputs for which `is_empty` is true.
-
-    Parameters
-    ----------
-    are_empty : list of bool
-        Of each time step, or of the one output.
-    options : argparse.Namespace
+    """Print a warning about outputs for which `is_empty` is true: one for each time step, or the
+    one output.
     """
     if not any(are_empty):
         return
@@ -84,24 +60,9 @@ def warn_of_emptiness(are_empty, options):
     warn(options.output, f"{sentence}it elsewhere{advice}")
 
 
-def separation(algorithm):
-    """A note, for the end of a sentence, if output images lie outside of their inputs."""
-    if algorithm.has_reference():
-        return ""  # it may be anywhere
-    pairs = _images(algorithm)
-    is_apart = bool(pairs) and all(_are_apart(*grids) for grids in pairs)
-    return "; the output lies apart from the input" * is_apart
-
-
 def folds(deformation, target, source=None):
-    """A note, for the end of a sentence, if a map folds at points of a grid.
-
-    Parameters
-    ----------
-    deformation : Deformation
-    target : Grid
-    source : Grid, optional
-        Counts only points whose material comes from this grid.
+    """A note, for the end of a sentence, if a map folds at points of the grid `target` whose
+    material comes from the grid `source`, if there is one.
     """
     import numpy as np
 
@@ -117,19 +78,10 @@ def folds(deformation, target, source=None):
     return f"; the map folds at {count} of {total} sampled points ({count / total:.2%})"
 
 
-def folds_of_images(algorithm):
-    """`folds` of the first output image that has any."""
-    deformation = algorithm.updated_deformation()
-    notes = (folds(deformation, target, source) for source, target in _images(algorithm))
-    return next(filter(None, notes), "")
-
-
 def background(used):
     """A note on automatic backgrounds other than 0, for the end of a sentence; "" without any.
 
-    Parameters
-    ----------
-    used : iterable of (name of an array, number or tuple of numbers)
+    `used` are (name of an array, number or tuple of numbers).
     """
     import numpy as np
 
@@ -143,12 +95,7 @@ def background(used):
 
 
 class InvertedCells:
-    """Counts cells that a filter inverts in one or more runs, without a trace in the outputs.
-
-    Parameters
-    ----------
-    deform : MLSDeform
-    """
+    """Counts cells that an MLSDeform inverts in one or more runs; outputs show no trace."""
 
     def __init__(self, deform):
         self._deform, self._is_counted = deform, False
@@ -217,16 +164,8 @@ def _images(algorithm):
     ]
 
 
-def _are_apart(source, target):
-    """Whether the bounding boxes of two grids are disjoint."""
-    low, high = zip(
-        *((grid.corners().min(axis=0), grid.corners().max(axis=0)) for grid in (source, target))
-    )
-    return bool((low[0] > high[1]).any() or (low[1] > high[0]).any())
-
-
-def _far(algorithm, is_field):
-    """A clause about control points far from the data; "" if they are not.
+def _far(algorithm, is_field=False):
+    """A note on control points far from the data, for the end of a sentence; "" if they are not.
 
     p is near the data. q is near fields and output grids, except for fields of the inverse.
     """
@@ -234,22 +173,25 @@ def _far(algorithm, is_field):
     from vtk_mls.filters import initial_transforms
     from vtk_mls.vtk import arrays
 
-    dataset, handles = (algorithm.GetInputDataObject(port, 0) for port in (0, 1))
+    inputs, handles = (algorithm.GetInputDataObject(port, 0) for port in (0, 1))
+    inputs = blocks(inputs)
+    images = [block for block in blocks(algorithm.GetOutput()) if block.IsA("vtkImageData")]
     rest = arrays.to_numpy(handles.GetPoints().GetData())
-    initial, _ = initial_transforms.split_chain(algorithm.updated_deformation())
     displacement = arrays.to_numpy(handles.GetPointData().GetArray("Displacement"))
     deformed = rest + algorithm.GetBlend() * displacement
+    initial, _ = initial_transforms.split_chain(algorithm.updated_deformation())
     if initial is not None:
         rest = initial.backward(rest)  # where the data are
+    at_rest, moved = ("at rest (p), are far from", rest), ("moved (q), are far from", deformed)
     if is_field:
-        points, side = (rest, "at rest (p)") if algorithm.GetInverse() else (deformed, "moved (q)")
-        is_far = _are_far_away(points, blocks(dataset))
-        return f"all control points, {side}, are far from the data, where the field is" * is_far
-    if _are_far_away(rest, blocks(dataset)):
-        return "all control points, at rest (p), are far from the data"
-    images = [block for block in blocks(algorithm.GetOutput()) if block.IsA("vtkImageData")]
-    is_far = _are_far_away(deformed, images)
-    return "all control points, moved (q), are far from the grid of the output" * is_far
+        chosen = at_rest if algorithm.GetInverse() else moved
+        pairs = [(*chosen, inputs, "the data, where the field is")]
+    else:
+        pairs = [(*at_rest, inputs, "the data"), (*moved, images, "the grid of the output")]
+    for side, points, datasets, place in pairs:
+        if _are_far_away(points, datasets):
+            return f"; all control points, {side} {place}: is their frame right (--handles-space)?"
+    return ""
 
 
 def _are_far_away(points, datasets):

@@ -59,17 +59,8 @@ def read_image(option, path):
 def update(algorithm, options, done=0, total=1):
     """Run a filter on the file and the control points of the options.
 
-    Parameters
-    ----------
-    algorithm : vtkAlgorithm
-    options : argparse.Namespace
-    done, total : int
-        Number of runs before this one, and of all runs: for the progress bar.
-
-    Raises
-    ------
-    ValueError
-        The error of the filter, with the names of the files.
+    For the progress bar, `done` of `total` runs came before. A ValueError is that of the filter,
+    with the names of the files.
     """
     named = partial(_with_files_named, options)
     with _deferred_warnings(named), step("deform", options.input), files_named(options):

@@ -26,23 +26,12 @@ SUFFIX = ".pvd"  # of output
 
 
 def read_steps(path):
-    """The time steps of input.
+    """The (time, function that reads the dataset) of each time step of input, in the order of
+    times.
 
-    Parameters
-    ----------
-    path : path
-        A pattern, a .pvd or .series file, or as of `io.read_dataset`.
-
-    Returns
-    -------
-    list of (time, callable)
-        In the order of times; the callable reads the dataset. Files of the same time are its
-        blocks. The times of a pattern are 0, 1, 2 ...; a file without a time has 0.
-
-    Raises
-    ------
-    OSError, ValueError
-        Naming the file; only ValueError when datasets are read.
+    `path` is a pattern, a .pvd or .series file, or as of `io.read_dataset`. Files of the same time
+    are its blocks. The times of a pattern are 0, 1, 2 ...; a file without a time has 0. Errors name
+    the file; those of the functions are ValueErrors.
     """
     path = Path(path) if os.fspath(path) else existing_file(path)
     line = formats.find(path, reads=io.DATASETS)
@@ -53,17 +42,8 @@ def read_steps(path):
 
 
 def timed_files(path):
-    """The (time, file) of a series with one file for each time, in the order of times.
-
-    Parameters
-    ----------
-    path : path
-        A pattern, a .pvd or .series file, or a single file.
-
-    Raises
-    ------
-    OSError, ValueError
-        Naming the file.
+    """The (time, file) of a series with one file for each time, in the order of times: of a
+    pattern, a .pvd or .series file, or a single file. Errors (OSError, ValueError) name the file.
     """
     path = Path(path) if os.fspath(path) else existing_file(path)
     steps = _files(path)
@@ -122,22 +102,11 @@ def suffixes():
 
 @contextmanager
 def writing(path, times):
-    """A context with a function of a dataset that adds the next time step to a file.
+    """A context with a function of a dataset that adds the next of `times` to a file: a collection
+    (.pvd) or, for images, a format with a time axis.
 
     The datasets of a .pvd file go to a folder of the same name beside it. All files appear when the
-    block ends without an error, or none.
-
-    Parameters
-    ----------
-    path : path
-        Of a collection (.pvd) or, for images, of a format that holds a time axis.
-    times : sequence of float
-        Of all datasets.
-
-    Raises
-    ------
-    OSError, ValueError
-        Naming `path`.
+    block ends without an error, or none. Errors (OSError, ValueError) name `path`.
     """
     path = check_writable(path)
     line = None if path.suffix.lower() == SUFFIX else _line_of(path)
@@ -179,13 +148,7 @@ def _writing_collection(path):
 
 
 def check_writable(path):
-    """`path` as a Path, if a series can be written there.
-
-    Raises
-    ------
-    OSError
-        Naming it.
-    """
+    """`path` as a Path, if a series can be written there; an OSError names it."""
     path = Path(path)
     folder = check_replaceable(path).with_suffix("")
     if path.suffix.lower() != SUFFIX:

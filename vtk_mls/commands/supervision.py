@@ -38,19 +38,10 @@ class _Stopped(BaseException):
 
 
 def supervise(name, arguments):
-    """Run the command in a child.
+    """Run the command, the function of the arguments named "module:name", in a child.
 
-    Parameters
-    ----------
-    name : str
-        "module:name" of the function of the arguments that runs it, and returns an exit status.
-    arguments : list of str
-
-    Returns
-    -------
-    int
-        The exit status of the command; 1 after a sentence on stderr if its process crashed; 128
-        and the number of a signal that ends this process.
+    Returns its exit status; 1 after a sentence on stderr if its process crashed; 128 and the number
+    of a signal that ends this process.
     """
     signals = [getattr(signal, name, None) for name in ("SIGINT", "SIGTERM", "SIGHUP")]
     # nohup ignores one of them
@@ -78,14 +69,7 @@ def supervise(name, arguments):
 def work(folder, name, arguments, signals=()):
     """Run the command in this process, the child.
 
-    Parameters
-    ----------
-    folder : path
-        For the file `steps`.
-    name, arguments
-        As of `supervise`.
-    numbers : list of int, optional
-        Signals that the parent handles.
+    The folder is for the file `steps`; the parent handles the `signals`.
     """
     global _folder
     _folder = folder
@@ -105,20 +89,9 @@ def work(folder, name, arguments, signals=()):
 
 
 def report(status, process, folder):
-    """Print a sentence if the child crashed.
+    """The exit status of the command, after a sentence if the child crashed.
 
-    Parameters
-    ----------
-    status : int
-        As of `subprocess.Popen.returncode`.
-    process : int
-        The child's id.
-    folder : path
-
-    Returns
-    -------
-    int
-        The exit status of the command.
+    `status` is as of `subprocess.Popen.returncode`, `process` the child's id.
     """
     steps = _steps(folder)
     action, detail = steps[-1] if steps else ("", "")

@@ -2,10 +2,9 @@
 
 Markups of 3D Slicer (.mrk.json, .fcsv) are described in `markups`, tag points of MINC (.tag) in
 `minc_tags`. The first line that is not blank tells what other files (.csv, .txt, .pts) are: files
-of elastix (`elastix_points`) begin with `point`, `index`, or `Point`, a number and a semicolon;
-files of IDAV Landmark (`idav_points`) begin with `Version 1.0`. All others are tables
-(`point_tables`) of control points, or of landmarks as in plain text, ITK, ANTs, BigWarp or 3D
-Slicer.
+of elastix begin with `point`, `index`, or `Point`, a number and a semicolon; files of IDAV Landmark
+begin with `Version 1.0` (`point_lists`). All others are tables (`point_tables`) of control points,
+or of landmarks as in plain text, ITK, ANTs, BigWarp or 3D Slicer.
 
 A file of positions alone gives control points at rest (q = p); a second file of positions gives q.
 All coordinates are returned in LPS (see `frames`). The caller can name the frame of files that do
@@ -21,7 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vtk_mls.files import elastix_points, formats, idav_points, markups, minc_tags, point_tables
+from vtk_mls.files import formats, markups, point_lists, point_tables
 from vtk_mls.files.frames import signs
 from vtk_mls.files.landmarks import Landmarks, Pairs, paired
 from vtk_mls.files.paths import check_replaceable, existing_file, replacing
@@ -30,27 +29,10 @@ _READ, _WRITE = {"reads": (formats.POINTS,)}, {"writes": (formats.POINTS,)}
 
 
 def read(path, deformed_path=None, space="LPS"):
-    """Read control points.
+    """p, q (n, 3) and weights (n,), or None, of control points in LPS, as of
+    `io.read_control_points`.
 
-    Parameters
-    ----------
-    path : path
-        Of a format of `formats.POINTS`.
-    deformed_path : path, optional
-        Another file, whose positions are q (see `landmarks.paired`).
-    space : str
-        The frame of files that do not say theirs, as in `frames.signs`.
-
-    Returns
-    -------
-    rest, deformed : (n, 3) float64, LPS
-        p and q.
-    weights : (n,) float64 or None
-
-    Raises
-    ------
-    OSError, ValueError
-        Naming the file.
+    `path` and `deformed_path` are of a format of `formats.POINTS`.
     """
     pairs = read_pairs(path, deformed_path, space)
     return pairs.rest, pairs.deformed, pairs.weights
@@ -64,13 +46,7 @@ def read_pairs(path, deformed_path=None, space="LPS", time=None):
 
 
 def times(path, deformed_path=None):
-    """The times at which the control points of one or two files are given, sorted; () for others.
-
-    Raises
-    ------
-    OSError, ValueError
-        Naming the file.
-    """
+    """The times at which control points of one or two files are given, sorted; () for others."""
     paths = [existing_file(name) for name in (path, deformed_path) if name]
     tables = [path for path in paths if formats.find(path, **_READ) and _is_table(path)]
     return tuple(sorted({time for table in tables for time in point_tables.times(table)}))
@@ -89,29 +65,7 @@ def read_landmarks(
     is_alone: bool = False,
     time: float | None = None,
 ) -> Landmarks:
-    """Read points with their labels.
-
-    Parameters
-    ----------
-    path, space
-        As in `read`.
-    is_alone : bool
-        Whether these are control points without a second file for q. A table must then have pairs,
-        or a header without them.
-    time : float, optional
-        Of a table with a column of times, the points of the last time that is not later, or the
-        first ones. By default control points of several times are an error.
-
-    Returns
-    -------
-    Landmarks
-        In LPS.
-
-    Raises
-    ------
-    OSError, ValueError
-        Naming the file.
-    """
+    """The `Landmarks` of a file of `formats.POINTS` in LPS, as of `io.read_landmarks`."""
     path = existing_file(path)
     read_file = formats.choose(path, "read points from", **_READ).read
     try:
@@ -129,21 +83,10 @@ def read_landmarks(
 
 
 def write(path, rest, deformed, weights=None, labels=()):
-    """Write control points.
+    """Write control points, p and q (n, 3) in LPS.
 
-    Parameters
-    ----------
-    path : path
-        Of a format of `formats.POINTS`. Tables (.csv, .txt) hold everything, tag points (.tag) all
-        but weights, the others q only.
-    rest, deformed : (n, 3) array_like, LPS
-    weights : (n,) array_like, optional
-    labels : list of n str, optional
-
-    Raises
-    ------
-    OSError, ValueError
-        Naming the file.
+    `path` is of a format of `formats.POINTS`. Tables (.csv, .txt) hold everything, tag points
+    (.tag) all but weights, the others q only. Errors (OSError, ValueError) name the file.
     """
     path = Path(path)
     line = formats.choose(path, "write control points to", **_WRITE)
@@ -166,38 +109,21 @@ def check_writable(path: str | PathLike[str]) -> Path:
 
 
 def write_landmarks(path, points, source=None, space="LPS"):
-    """Write points with their labels.
+    """Write `Landmarks` in LPS; how many points are left out.
 
-    Parameters
-    ----------
-    path : path
-        Of a format of `formats.POINTS`.
-    points : Landmarks
-        In LPS. Points that are not placed are marked, or left out if the format has no mark.
-    source : path, optional
-        The file of the points. If the new file has the same ending, all its other contents are
-        copied, except for outputs of elastix, which become its inputs. Otherwise the new file is a
-        table of ITK and ANTs (.csv), an input of transformix (.txt, .pts) or markups, with labels
-        and descriptions if the format has them.
-    space : str
-        The frame of files that do not say theirs.
-
-    Returns
-    -------
-    int
-        Number of points left out.
-
-    Raises
-    ------
-    OSError, ValueError
-        Naming the file.
+    `path` is of a format of `formats.POINTS`. Points that are not placed are marked, or left out if
+    the format has no mark. From .mrk.json, the file `source` of the points, to .mrk.json all other
+    contents are copied. Otherwise the new file is a table of ITK and ANTs (.csv), an input of
+    transformix (.txt, .pts), tag points of one volume (.tag) or markups, with labels and
+    descriptions if the format has them. `space` is the frame of files that do not say theirs.
+    Errors (OSError, ValueError) name the file.
     """
     path = check_writable(path)
     line = formats.choose(path, "write points to", **_WRITE)
-    rewrite = source and _rewriter(Path(source), line.ending(path))
+    old = source and formats.find(Path(source), **_READ)
     with _new_text_file(path) as file:
-        if rewrite:
-            return rewrite(Path(source), file, points.positions, space)
+        if old and line.read is old.read is markups.read_json:
+            return markups.rewrite_json(Path(source), file, points.positions)
         if line.frame == formats.CALLER:
             points = replace(points, positions=points.positions * signs(space))
         return line.write(file, points)
@@ -215,25 +141,7 @@ def _reader(path):
         return read_file
     with path.open(encoding="utf-8-sig") as file:
         first = next((line for line in file if line.strip()), "")
-    return elastix_points.reader(first) or idav_points.reader(first) or point_tables.read
-
-
-def _rewriter(source, ending):
-    """The function that copies `source` with other positions to this ending, or None.
-
-    It takes the path, an open text file, positions (n, 3) in LPS, NaN for points that are not
-    placed, and the frame of files that do not say theirs. It returns the number of points left out.
-    """
-    if not source.name.lower().endswith(ending):
-        return None
-    rewriters = {
-        markups.read_json: markups.rewrite_json,
-        markups.read_fcsv: markups.rewrite_fcsv,
-        point_tables.read: point_tables.rewrite,
-        idav_points.read: idav_points.rewrite,
-        minc_tags.read: minc_tags.rewrite,
-    }
-    return rewriters.get(_reader(source))
+    return point_lists.reader(first) or point_tables.read
 
 
 @contextmanager

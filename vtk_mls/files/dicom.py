@@ -23,17 +23,8 @@ _SLICES = {b"1.2.840.10008.5.1.4.1.1." + last for last in (b"2", b"4", b"128")} 
 
 
 def read(path):
-    """The image of a series.
-
-    Parameters
-    ----------
-    path : Path
-        A folder with one series, or a file of a series, whose other files are in the same folder.
-
-    Raises
-    ------
-    OSError, ValueError
-        Naming the folder or the file.
+    """The image of a series: of a folder with one series, or of a file whose series is in its
+    folder. Errors (OSError, ValueError) name the folder or the file.
     """
     import SimpleITK as sitk
 

@@ -178,5 +178,4 @@ def write_volume(name: str, content: FieldContent, path: Path) -> None:
         header = (_INTENTS[content.convention], *nifti.in_millimeters(content.nifti_header))
     values = np.asarray(content.displacement, np.float32)
     steps = grid.index_to_world
-    with module.writing(path, ()) as add:
-        add(Volume(values, grid.origin, steps, is_vector=True, header=header))
+    module.write(path, [Volume(values, grid.origin, steps, is_vector=True, header=header)], ())

@@ -230,7 +230,7 @@ TABLE = (
         ".txt .pts",
         CALLER,
         "control_point_files.read_text",
-        "elastix_points.write",
+        "point_lists.write",
     ),
     Format("table", ".csv .txt", CALLER, (), "", (PAIRS,), "point_tables.write_pairs"),
     _points("tag points of MINC", ".tag", RAS, "minc_tags.read", "minc_tags.write"),

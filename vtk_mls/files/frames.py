@@ -16,15 +16,8 @@ _SIGNS = ({"L": 1.0, "R": -1.0}, {"P": 1.0, "A": -1.0}, {"S": 1.0, "I": -1.0})
 def signs(frame):
     """Signs (3,) that convert coordinates between a frame and LPS, in both directions.
 
-    Parameters
-    ----------
-    frame : str
-        Such as "RAS" or "right-anterior-superior", in upper or lower case.
-
-    Raises
-    ------
-    ValueError
-        Unless its axes are parallel to those of LPS, in the same order.
+    `frame` is such as "RAS" or "right-anterior-superior", in any case. A ValueError says that its
+    axes are not parallel to those of LPS, in the same order.
     """
     words = str(frame).strip().upper().split("-")
     letters = "".join(word[:1] for word in words) if len(words) == 3 else words[0]

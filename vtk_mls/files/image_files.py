@@ -18,7 +18,7 @@ from vtkmodules.vtkIOLegacy import vtkDataSetWriter
 from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLImageDataWriter
 
 from vtk_mls.files import frames, meta_image, metadata, nifti, nrrd, ome_zarr, volumes, vtk_io
-from vtk_mls.files.ome_zarr_axes import SHORT_UNITS
+from vtk_mls.files.units import NANOMETERS, symbol
 from vtk_mls.files.volumes import Volume
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
@@ -128,15 +128,8 @@ def open_volumes(name, path):
 
 
 def image_of(volume, name, header=""):
-    """The vtkImageData of a `Volume`.
-
-    Parameters
-    ----------
-    volume : Volume
-    name : str
-        Of its array.
-    header : str
-        Name of the metadata that keep the header.
+    """The vtkImageData of a `Volume`; `name` is that of its array, `header` of the metadata that
+    keep the header.
     """
     flat = volume.values.reshape(-1, *volume.values.shape[3:])
     image = vtkImageData()
@@ -187,37 +180,26 @@ def write_volume(name, image, path):
 
 @contextlib.contextmanager
 def writing_volumes(name, path, times):
-    """A context with a function that adds an image to a file in time.
-
-    Parameters
-    ----------
-    name : str
-        Of the format.
-    path : Path
-    times : tuple of float
-        One for each image; their steps must be equal. Empty for one image without a time.
-
-    Raises
-    ------
-    ValueError
-        If the images do not have the same grid and the same type of values.
+    """A context with a function that adds an image to a file in time of the format `name`, written
+    at the end. `times` are one for each image, with equal steps, or () for one image without a
+    time. Images of different grids or types are a ValueError.
     """
     module, header = _FORMATS[name]
-    first = None
-    with module.writing(path, times) as add_volume:
+    volumes.steps_of(times or (0.0,))
+    series = []
 
-        def add(image):
-            nonlocal first
-            volume = _volume_of(image, path, header)
-            first = first or volume
-            if volume is not first and not _is_alike(volume, first):
-                raise ValueError(
-                    f"`{path}` must get images of one grid and one type of values, got "
-                    f"{_summary(volume)} after {_summary(first)}; write .pvd, which takes any"
-                )
-            add_volume(volume)
+    def add(image):
+        volume = _volume_of(image, path, header)
+        first = series[0] if series else volume
+        if not _is_alike(volume, first):
+            raise ValueError(
+                f"`{path}` must get images of one grid and one type of values, got "
+                f"{_summary(volume)} after {_summary(first)}; write .pvd, which takes any"
+            )
+        series.append(volume)
 
-        yield add
+    yield add
+    module.write(path, series, times)
 
 
 def _is_alike(volume, other):
@@ -275,8 +257,8 @@ def read_ome_zarr(path, max_points=None):
         names.append(name)
     image.GetPointData().SetActiveScalars(names[0])
     metadata.store(image, metadata.LABEL_ARRAYS, names * source.is_label)
-    unit = SHORT_UNITS.get(source.space[-1].get("unit"), "")
-    metadata.store(image, metadata.LENGTH_UNIT, [unit] * bool(unit))
+    unit = symbol(source.space[-1].get("unit") or "")
+    metadata.store(image, metadata.LENGTH_UNIT, [unit] * (unit in NANOMETERS))
     return image
 
 

@@ -38,20 +38,9 @@ _NO_FILE = ("Could not create Transform IO", "failed to read file", "Tags must b
 
 
 def read(path):
-    """Read a transform.
+    """The Affine, Field or Chain of a file.
 
-    Parameters
-    ----------
-    path : Path
-
-    Returns
-    -------
-    Affine, Field or Chain
-
-    Raises
-    ------
-    ValueError
-        Also for transforms of another type, such as B-splines.
+    Transforms of another type, such as B-splines, are a ValueError.
     """
     import SimpleITK as sitk
 
@@ -119,17 +108,9 @@ def _field(image):
 
 
 def write(transforms, path):
-    """Write transforms.
+    """Write transforms (Affine and Field), applied first to last to the material.
 
-    Parameters
-    ----------
-    transforms : list of Affine and Field
-        Applied first to last to the material. A .mat file holds one Affine.
-    path : Path
-
-    Raises
-    ------
-    OSError, ValueError
+    A .mat file holds one Affine.
     """
     import SimpleITK as sitk
 

@@ -152,32 +152,6 @@ def paired(rest, deformed=None, between=(), pair_by=""):
     return Pairs(p, p if q is None else q[is_pair], weights, labels, cells, places)
 
 
-def numbered_lines(path):
-    """(number, stripped text) of each line that is not blank."""
-    with path.open(encoding="utf-8-sig") as file:
-        yield from ((number, line.strip()) for number, line in enumerate(file, 1) if line.strip())
-
-
-def counted_lines(path, lines):
-    """The `numbered_lines` of points, after a line with their number.
-
-    Raises
-    ------
-    ValueError
-        Naming the file, at the end also if the number is wrong.
-    """
-    number, text = next(lines, (2, ""))
-    if not re.fullmatch(r"\d{1,18}", text):
-        raise ValueError(
-            f"`{path}`, line {number}: expected the number of points, got {shortened(text)}"
-        )
-    count = 0
-    for count, line in enumerate(lines, 1):  # noqa: B007
-        yield line
-    if count != int(text):
-        raise ValueError(f"`{path}` must hold {int(text)} points, as it says, got {count}")
-
-
 def shortened(text):
     """A text in backticks on one line; of a long one the beginning and the length."""
     line = "".join(letter if letter.isprintable() else " " for letter in text[:_MAX_TEXT])

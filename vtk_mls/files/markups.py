@@ -26,7 +26,7 @@ _SCHEMA = (
     "Schema/markups-schema-v1.0.3.json#"
 )
 _STATUSES = ("undefined", "preview", "defined", "missing")  # in the order of Slicer's numbers
-_UNDEFINED, _DEFINED = _STATUSES.index("undefined"), _STATUSES.index("defined")
+_DEFINED = _STATUSES.index("defined")
 _DEFORMABLE_TYPES = (
     "Fiducial",
     "Line",
@@ -87,11 +87,11 @@ def write_json(file, landmarks):
         }
         points.append(_placed(point, np.array(position)))
     markups = {"type": "Fiducial", "coordinateSystem": "LPS", "controlPoints": points}
-    _write(file, {"@schema": _SCHEMA, "markups": [markups]})
+    json.dump({"@schema": _SCHEMA, "markups": [markups]}, file, indent=1)
     return 0
 
 
-def rewrite_json(path, file, positions, space):
+def rewrite_json(path, file, positions):
     """Write a .mrk.json again, with other positions. Planes and boxes become points."""
     document, start = _document(path), 0
     for markups, factors, points in _lists(path, document):
@@ -104,7 +104,7 @@ def rewrite_json(path, file, positions, space):
             markups.update(copied, type="Fiducial", controlPoints=points)
         markups.pop("measurements", None)  # of the old positions
     document.setdefault("@schema", _SCHEMA)
-    _write(file, document)
+    json.dump(document, file, indent=1)
     return 0
 
 
@@ -135,48 +135,6 @@ def write_fcsv(file, landmarks):
         position = landmarks.positions[i].tolist()
         lines.writerow([i + 1, *position, 0, 0, 0, 1, 1, 1, 0, label, description, ""])
     return int((~landmarks.is_placed).sum())
-
-
-def rewrite_fcsv(path, file, positions, space):
-    """Write an .fcsv again, with other positions.
-
-    Points at NaN are left out of files without a status column, which older versions of Slicer
-    wrote.
-    """
-    positions, left_out = positions * signs(read_fcsv(path).frame), 0
-    with path.open(newline="", encoding="utf-8-sig") as lines:
-        file.writelines(line.rstrip("\r\n") + "\n" for line in lines if line.startswith("#"))
-    writer = csv.writer(file, lineterminator="\n")
-    for (row, _), position in zip(_fcsv_rows(path, {}), positions):
-        is_placed, has_status = bool(np.isfinite(position).all()), len(row) > _STATUS
-        if has_status:
-            row[_STATUS] = str(_DEFINED if is_placed else _UNDEFINED)
-        if is_placed:
-            row[1:4] = map(repr, position.tolist())
-        if is_placed or has_status:
-            writer.writerow(row)
-        else:
-            left_out += 1
-    return left_out
-
-
-def _write(file, document):
-    """Write a document, with each point on a line of its own."""
-    file.write("{\n")
-    for key, value in document.items():
-        if key != "markups":
-            file.write(f" {json.dumps(key)}: {json.dumps(value)},\n")
-    file.write(' "markups": [')
-    for number, markups in enumerate(document["markups"]):
-        file.write(",\n  {\n" if number else "\n  {\n")
-        for key, value in markups.items():
-            if key != "controlPoints":
-                file.write(f"   {json.dumps(key)}: {json.dumps(value)},\n")
-        file.write('   "controlPoints": [')
-        for i, point in enumerate(markups.get("controlPoints", [])):
-            file.write((",\n    " if i else "\n    ") + json.dumps(point))
-        file.write("\n   ]\n  }")
-    file.write("\n ]\n}\n")
 
 
 def _document(path):

@@ -22,13 +22,7 @@ _FIELD = "SPACE"
 
 
 def read(reader, path):
-    """Read a mesh in LPS.
-
-    Raises
-    ------
-    ValueError
-        If the space is not possible for a mesh.
-    """
+    """Read a mesh in LPS; a ValueError says that its space is not possible for a mesh."""
     dataset = vtk_io.read(reader, path)
     space = _space_of(reader, dataset)
     if not space or dataset is None:

@@ -11,7 +11,6 @@ Labels. MetaImage has no key for them. ITK writes NIfTI labels with `intent_code
 
 from __future__ import annotations
 
-import contextlib
 import io
 import math
 import re
@@ -19,7 +18,7 @@ import re
 import numpy as np
 
 from vtk_mls.files import paths, volumes
-from vtk_mls.files.volumes import Series, Storage, Volume
+from vtk_mls.files.volumes import Series, Volume
 
 _TYPES = {
     **{"int8": "MET_CHAR", "uint8": "MET_UCHAR", "int16": "MET_SHORT", "uint16": "MET_USHORT"},
@@ -47,22 +46,9 @@ _MAX_LINE = 1 << 16  # bytes
 
 
 def open_file(path):
-    """Open a file.
+    """The `Series` of a .mha file, or of a .mhd header with its data in other files of its folder.
 
-    Parameters
-    ----------
-    path : Path
-        A .mha file, or a .mhd header with its data in other files of its folder. A fourth axis is
-        time, in
-        seconds as in ITK.
-
-    Returns
-    -------
-    Series
-
-    Raises
-    ------
-    OSError, ValueError
+    A fourth axis is time, in seconds as in ITK.
     """
     with path.open("rb") as file:
         header = _header(file)
@@ -75,15 +61,14 @@ def open_file(path):
         components = int(header.get("ElementNumberOfChannels", 1))
         if components < 1:
             raise ValueError(f"its ElementNumberOfChannels must be positive, got {components}")
-        shape = [*[1] * (3 - count), *sizes[2::-1], *[components] * (components > 1)]
+        shape = [*[1] * (3 - count), *sizes[::-1], *[components] * (components > 1)]
         origin, spacing, direction = _geometry(header, count)
-        place = origin[:3], spacing[:3], direction
-        if count < 4:
-            values = _values(header, file, path, shape)
-            return Series((), lambda index: _volume(header, *place, values))
-        slabs = _slabs(header, file.tell(), path, shape, sizes[3])
+        values = _values(header, file, path, shape)
+    place = origin[:3], spacing[:3], direction
+    if count < 4:
+        return Series((), lambda index: _volume(header, *place, values))
     times = tuple((origin[3] + spacing[3] * np.arange(sizes[3])).tolist())
-    return Series(times, lambda index: _volume(header, *place, slabs.read(index)))
+    return Series(times, lambda index: _volume(header, *place, values[index]))
 
 
 def _volume(header, origin, spacing, direction, values):
@@ -99,30 +84,20 @@ def _volume(header, origin, spacing, direction, values):
     return Volume(values, origin, steps, is_label=is_label, header=lines, time_unit=unit)
 
 
-@contextlib.contextmanager
-def writing(path, times):
-    """A context with a function that adds a `Volume` to a file.
-
-    Parameters
-    ----------
-    path : Path
-        A .mha file; or a .mhd header, for which a .raw file is written to the same folder.
-    times : tuple of float
-        Of the volumes; empty for one that has none.
+def write(path, series, times):
+    """Write a list of `Volume` to a .mha file, or to a .mhd header and a .raw file in its folder;
+    `times` are () for one without.
     """
     is_local = path.suffix.lower() == ".mha"
     time_axis = (*volumes.steps_of(times), len(times)) if times else None
-    with contextlib.ExitStack() as stack:
-        file = stack.enter_context(path.open("wb"))
-        data = file if is_local else stack.enter_context(path.with_suffix(".raw").open("wb"))
-
-        def add(volume):
-            if file.tell() == 0:
-                file.write(_text(volume, "LOCAL" if is_local else f"{path.stem}.raw", time_axis))
-                file.flush()
-            volumes.write_values(data, volume.values)
-
-        yield add
+    content = _text(series[0], "LOCAL" if is_local else f"{path.stem}.raw", time_axis)
+    if not is_local:
+        path.write_bytes(content)
+        path, content = path.with_suffix(".raw"), b""
+    with path.open("wb") as file:
+        file.write(content)
+        for volume in series:
+            volumes.write_values(file, volume.values)
 
 
 def _text(volume, data_file, time_axis):
@@ -207,31 +182,8 @@ def _numbers(text, count, name):
     return numbers
 
 
-def _slabs(header, start, path, shape, count):
-    """The `Slabs` of `count` volumes, behind the header or in one file."""
-    storage = _storage(header, shape)
-    if storage.encoding == "text":
-        raise ValueError("its values in four dimensions must be binary")
-    name = header["ElementDataFile"]
-    if _data_files(name, io.BytesIO()) not in (None, [name]):
-        raise ValueError("its volumes are in several files; give one file")
-    skip = int(header.get("HeaderSize", 0))
-    if name.upper() != "LOCAL":
-        path, start = paths.named_file(path, name), 0
-    size = path.stat().st_size
-    if skip == -1:
-        skip = max(size - math.prod(shape) * count * storage.dtype.itemsize - start, 0)
-
-    def open_values(stack):
-        file = stack.enter_context(path.open("rb"))
-        file.seek(start + skip)
-        return volumes.unpacked(file, storage.encoding)
-
-    return volumes.Slabs(open_values, storage, count, max(size - start - skip, 0))
-
-
-def _storage(header, shape):
-    """How values of a shape are stored."""
+def _storage(header):
+    """The dtype and the encoding of the values."""
     kind = header["ElementType"].removesuffix("_ARRAY")
     if kind not in _DTYPES:
         raise ValueError(f"values of type `{kind:.40}` are not supported")
@@ -242,25 +194,22 @@ def _storage(header, shape):
         if encoding != "raw":
             raise ValueError("its values cannot be both text and compressed")
         encoding = "text"
-    return Storage(dtype, tuple(shape), encoding)
+    return dtype, encoding
 
 
 def _values(header, file, path, shape):
-    dtype, _, encoding = _storage(header, shape)
-    skip = int(header.get("HeaderSize", 0))
+    """Values in one file, or along the slowest axis in several of one size."""
+    storage, skip = _storage(header), int(header.get("HeaderSize", 0))
     names = _data_files(header["ElementDataFile"], file)
     if names is None:
-        return _read_values(file, path, Storage(dtype, shape, encoding), 0)
-    if len(names) > 1:
-        if shape[0] % len(names):
-            raise ValueError(f"its {shape[0]} slices are not in {len(names)} files of one size")
-        shape = [shape[0] // len(names), *shape[1:]]
-    slabs = []
+        return _read_values(file, *storage, shape, 0)
+    if not names or shape[0] % len(names):
+        raise ValueError(f"its {shape[0]} slices are not in {len(names)} files of one size")
+    shape, parts = [shape[0] // len(names), *shape[1:]], []
     for name in names:
-        data_path = paths.named_file(path, name)
-        with data_path.open("rb") as data:
-            slabs.append(_read_values(data, data_path, Storage(dtype, shape, encoding), skip))
-    return slabs[0] if len(slabs) == 1 else np.concatenate(slabs)
+        with paths.named_file(path, name).open("rb") as data:
+            parts.append(_read_values(data, *storage, shape, skip))
+    return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
 
 def _data_files(text, file):
@@ -281,19 +230,18 @@ def _data_files(text, file):
     return [text]
 
 
-def _read_values(file, path, storage, skip):
-    (dtype, shape, encoding), size = storage, path.stat().st_size
+def _read_values(file, dtype, encoding, shape, skip):
+    count = math.prod(shape)
     if encoding == "text":
-        count, words = math.prod(shape), file.read().split()
+        words = file.read().split()
         if len(words) < count:
             raise ValueError(f"expected {count} values, got {len(words)}")
         return np.array(words[:count], dtype=float).astype(dtype.newbyteorder("=")).reshape(shape)
-    if skip == -1:
-        file.seek(max(size - math.prod(shape) * dtype.itemsize, 0))
+    if skip == -1:  # the values are at the end
+        file.seek(max(file.seek(0, io.SEEK_END) - count * dtype.itemsize, 0))
     else:
-        volumes.skip(file, skip)
-    size -= file.tell()
-    return volumes.read_values(volumes.unpacked(file, encoding), dtype, shape, size, encoding)
+        file.seek(max(skip, 0), io.SEEK_CUR)
+    return volumes.read_values(file, dtype, shape, encoding)
 
 
 def _is_true(text):

@@ -15,7 +15,6 @@ volume, and q the point of the first. Weights, structures and patients do not co
 from __future__ import annotations
 
 import re
-from typing import NamedTuple
 
 import numpy as np
 
@@ -30,25 +29,12 @@ _POINTS = re.compile(r"Points\s*=(.*)")
 _ROW = re.compile(r'\s*([^";]*?)\s*("(?:[^"\\]|\\.)*")?\s*(;?)\s*')
 
 
-class _Tag(NamedTuple):
-    """A point: the line's number, its coordinates, other cells, and label with quotes, or ""."""
-
-    line: int
-    coordinates: list
-    others: list
-    label: str
-
-
 def read(path):
     """The points of a file, in RAS; with partners if it has two volumes."""
-    _, count, tags = _parsed(path)
-    places = np.reshape([tag.coordinates for tag in tags], (len(tags), count, 3))
-    for tag, place in zip(tags, places):
-        if not np.isfinite(place).all():
-            raise ValueError(
-                f"`{path}` has a coordinate that is not a finite number in line {tag.line}"
-            )
-    labels = [re.sub(r"\\(.)", r"\1", tag.label[1:-1]) for tag in tags]
+    count, rows = _parsed(path)
+    tags = list(_tags(path, rows, count))
+    places = np.reshape([place for place, _ in tags], (len(tags), count, 3))
+    labels = [re.sub(r"\\(.)", r"\1", label[1:-1]) for _, label in tags]
     partners = places[:, 0] if count == 2 else None
     return Landmarks(path, places[:, -1], "RAS", labels, partners=partners)
 
@@ -56,32 +42,22 @@ def read(path):
 def write(file, landmarks):
     """Write points of one volume, without those that are not placed."""
     placed = np.flatnonzero(landmarks.is_placed)
-    labels = [_quoted(landmarks.labels[i]) for i in placed]
-    _write(file, f"{_TITLE}\nVolumes = 1;\n", landmarks.positions[placed] * signs("RAS"), labels)
+    places = landmarks.positions[placed] * signs("RAS")
+    _write(file, places, [landmarks.labels[i] for i in placed])
     return len(landmarks.positions) - len(placed)
 
 
 def write_pairs(file, pairs):
     """Write `Pairs`, in LPS: q in the first volume, p in the second. Weights are left out."""
-    places = np.hstack([pairs.deformed * signs("RAS"), pairs.rest * signs("RAS")])
-    _write(file, f"{_TITLE}\nVolumes = 2;\n", places, [_quoted(label) for label in pairs.labels])
+    _write(file, np.hstack([pairs.deformed, pairs.rest]) * np.tile(signs("RAS"), 2), pairs.labels)
 
 
-def rewrite(path, file, positions, space):
-    """Write a file again, with other positions, of pairs in the second volume; NaN is left out."""
-    head, _, tags = _parsed(path)
-    positions = positions * signs("RAS")
-    placed = np.flatnonzero(np.isfinite(positions).all(axis=1))
-    places = [[*tags[i].coordinates[:-3], *positions[i].tolist()] for i in placed]
-    _write(file, head, places, [" ".join([*tags[i].others, tags[i].label]) for i in placed])
-    return len(tags) - len(placed)
-
-
-def _write(file, head, places, ends):
-    """Write a head, and coordinates (n, 3 or 6) with the rest of each line."""
-    rows = [[float(x) for x in place] for place in places]
-    lines = [" ".join([" ", *map(repr, row), end]).rstrip() for row, end in zip(rows, ends)]
-    file.write(f"{head}\nPoints =\n" + "\n".join(lines) + ";\n")
+def _write(file, places, labels):
+    """Write coordinates (n, 3 or 6), in RAS, with labels."""
+    rows = zip(places.tolist(), map(_quoted, labels))
+    lines = [" ".join([" ", *map(repr, place), label]).rstrip() for place, label in rows]
+    count = places.shape[1] // 3
+    file.write(f"{_TITLE}\nVolumes = {count};\n\nPoints =\n" + "\n".join(lines) + ";\n")
 
 
 def _quoted(label):
@@ -91,28 +67,22 @@ def _quoted(label):
 
 
 def _parsed(path):
-    """The text before the points, the number of volumes, and a list of _Tag."""
+    """The number of volumes, and (line number, text) from `Points =` on."""
     with path.open(encoding="utf-8-sig") as file:
         lines = list(enumerate(file, 1))
     if not lines or lines[0][1].strip() != _TITLE:
         raise ValueError(f"`{path}` does not begin with `{_TITLE}`")
     start = next((i for i, (_, line) in enumerate(lines) if _POINTS.match(line.strip())), None)
-    head = lines[: len(lines) if start is None else start]
-    counts = [match[1] for _, line in head if (match := _VOLUMES.match(line.strip()))]
+    counts = [match[1] for _, line in lines[:start] if (match := _VOLUMES.match(line.strip()))]
     if start is None or counts not in (["1"], ["2"]):
         raise ValueError(f"`{path}` must have a line `Volumes = 1;` or 2, and then `Points =`")
     number, first = lines[start]
-    rows = [(number, _POINTS.match(first.strip())[1]), *lines[start + 1 :]]
-    return (
-        "".join(line for _, line in head).rstrip() + "\n",
-        int(counts[0]),
-        _tags(path, rows, int(counts[0])),
-    )
+    return int(counts[0]), [(number, _POINTS.match(first.strip())[1]), *lines[start + 1 :]]
 
 
 def _tags(path, rows, count):
-    """The points of lines, which end with a semicolon."""
-    tags, has_ended = [], False
+    """(coordinates, label with quotes) of each point in lines, which end with a semicolon."""
+    has_ended = False
     for number, line in rows:
         if not line.strip() or line.lstrip().startswith(("%", "#")):
             continue
@@ -128,7 +98,10 @@ def _tags(path, rows, count):
             )
         has_ended = bool(row[3])
         if is_point:
-            tags.append(_Tag(number, coordinates, cells[3 * count :], row[2] or ""))
+            if not np.isfinite(coordinates).all():
+                raise ValueError(
+                    f"`{path}` has a coordinate that is not a finite number in line {number}"
+                )
+            yield coordinates, row[2] or ""
     if not has_ended:
         raise ValueError(f"`{path}` is cut off: a semicolon must follow its last point")
-    return tags

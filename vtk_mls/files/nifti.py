@@ -19,14 +19,13 @@ vectors in RAS and become LPS, as in ITK. Vectors of another intent are not turn
 
 Labels are integers with the intent 1002 (label) or 1003 (name of an anatomical structure).
 
-The values are read here because nibabel allocates what the header claims before it looks at the
-size of a compressed file, and does not check the checksum of gzip.
+The values are read by `volumes` because nibabel allocates what the header claims before it looks
+at the size of a compressed file, and does not check the checksum of gzip.
 """
 
 from __future__ import annotations
 
 import contextlib
-import functools
 
 import numpy as np
 
@@ -54,55 +53,27 @@ _TIME_UNITS = {8: "s", 16: "ms", 24: "us", 32: "Hz", 40: "ppm", 48: "rad/s"}
 _LENGTHS = {1: 1000.0, 3: 0.001}  # millimeters per unit; other codes mean millimeters
 _MAX_SHEAR = 1e-4  # axes closer to orthogonal than this are orthogonal for ITK
 _MAX_SHIFT = 0.01  # voxels between two placements of a vertex without a warning
+_MAX_HEADER = 540  # bytes, of version 2
 _QUATERNION_ERROR = 1e-6  # rounding of its squared length
 
 
 def open_file(path):
-    """Open a file.
-
-    Parameters
-    ----------
-    path : Path
-        A .nii or .nii.gz file, or the .hdr of two files, whose .img is in the same folder.
-
-    Returns
-    -------
-    Series
-        Headers of its volumes have lines `field: value`. Volumes are read one at a time, unless
-        they have components.
-
-    Raises
-    ------
-    OSError, ValueError
+    """The `Series` of a .nii or .nii.gz file, or of the .hdr of two files, whose .img is in the
+    same folder. Headers of its volumes have lines `field: value`.
     """
     encoding = "gzip" if path.suffix.lower() == ".gz" else "raw"
-    with path.open("rb") as file:
-        header = _read_header(volumes.unpacked(file, encoding))
-    components, count, *shape = _shape(header)
-    start, data = int(header["vox_offset"]), path
-    if _is_pair(header, path):
-        data = paths.named_file(path, path.with_suffix(".img").name)
-
-    def open_values(stack):
-        file = volumes.unpacked(stack.enter_context(data.open("rb")), encoding)
-        volumes.skip(file, start)
-        return file
-
-    # the file has all times of one component, then those of the next
-    is_whole = components > 1
-    slab = (components, count, *shape) if is_whole else shape
-    storage = volumes.Storage(_dtype(header), tuple(slab), encoding)
-    size = max(data.stat().st_size - (start if encoding == "raw" else 0), 0)
-    slabs = volumes.Slabs(open_values, storage, 1 if is_whole else count, size)
+    with path.open("rb") as file, volumes.unpacked(file, encoding, _MAX_HEADER) as start:
+        header = _read_header(start)
+    shape = _shape(header)
+    data = paths.named_file(path, path.with_suffix(".img").name) if _is_pair(header, path) else path
+    with data.open("rb") as file:
+        skip = max(int(header["vox_offset"]), 0)
+        values = volumes.read_values(file, _dtype(header), shape, encoding, skip)
     affine = _affine(header)
     _warn_if_itk_differs(path, header, affine)
-    whole = functools.cache(lambda: slabs.read(0))
-
-    def read_values(index):
-        return np.moveaxis(whole()[:, index], 0, -1) if is_whole else slabs.read(index)
-
-    times = _times(header) if count > 1 else ()
-    return Series(times, lambda index: _volume(header, affine, read_values(index)))
+    values = np.moveaxis(values, 0, -1) if len(values) > 1 else values[0]
+    times = _times(header) if shape[1] > 1 else ()
+    return Series(times, lambda index: _volume(header, affine, values[index]))
 
 
 def _volume(header, affine, values):
@@ -126,45 +97,20 @@ def _volume(header, affine, values):
     )
 
 
-@contextlib.contextmanager
-def writing(path, times):
-    """A context with a function that adds a `Volume` to a file.
-
-    Volumes are written at once, those with components when the context ends.
-
-    Parameters
-    ----------
-    path : Path
-        A .nii or .nii.gz file.
-    times : tuple of float
-        Of the volumes; empty for one that has none.
-    """
-    times = times or (0.0,)
-    volumes.steps_of(times)
-    components_in_time = []
+def write(path, series, times):
+    """Write a list of `Volume` to a .nii or .nii.gz file; `times` are () for one without."""
+    header, values = _header_of(series[0], times or (0.0,)), [volume.values for volume in series]
+    if header["dim"][0] == 5:  # all times of one component, then those of the next
+        if header["intent_code"] == _DISPLACEMENT:
+            values = [array * TO_RAS.astype(array.dtype) for array in values]
+        values = [array[..., n] for n in range(values[0].shape[3]) for array in values]
     with contextlib.ExitStack() as stack:
         file = stack.enter_context(path.open("wb"))
         if path.suffix.lower() == ".gz":
             file = stack.enter_context(volumes.packing(file))
-        header = None
-
-        def add(volume):
-            nonlocal header
-            if header is None:
-                header = _header_of(volume, times)
-                file.write(header.binaryblock + bytes(4))  # no extensions
-            if header["dim"][0] < 5:
-                volumes.write_values(file, volume.values)
-                return
-            signs = TO_RAS.astype(volume.values.dtype)
-            is_displacement = header["intent_code"] == _DISPLACEMENT
-            values = volume.values * signs if is_displacement else volume.values
-            components_in_time.append(np.moveaxis(values, -1, 0))
-
-        yield add
-        for component in zip(*components_in_time):
-            for values in component:
-                volumes.write_values(file, values)
+        file.write(header.binaryblock + bytes(4))  # no extensions
+        for array in values:
+            volumes.write_values(file, array)
 
 
 def _header_of(volume, times):
@@ -369,16 +315,10 @@ def _warn_if_itk_differs(path, header, affine):
 
 
 def _place(header, source, affine):
-    """Set the fields that place an image.
+    """Set the fields that place an image in a header whose `dim` and `xyzt_units` are set.
 
-    Parameters
-    ----------
-    header : nibabel.Nifti1Header or Nifti2Header
-        Its `dim` and `xyzt_units` are set.
-    source : nibabel.Nifti2Header
-        The header of the file that the image comes from, if any.
-    affine : (3, 4) array
-        From indices to RAS, in millimeters.
+    `source` is the header of the file that the image comes from, if any; `affine` (3, 4) leads from
+    indices to RAS, in millimeters.
     """
     header["pixdim"][4:] = source["pixdim"][4:]
     has_source = source["dim"][0] > 0

@@ -23,7 +23,7 @@ from __future__ import annotations
 
 import contextlib
 import re
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -48,41 +48,26 @@ _LPS = "left-posterior-superior"
 
 
 def open_file(path):
-    """Open a file.
-
-    Parameters
-    ----------
-    path : Path
-        A .nrrd file, or a .nhdr header with its data in one other file of its folder.
-
-    Returns
-    -------
-    Series
-        Headers of its volumes have key/value pairs and some fields. Volumes are read one at a time
-        if time is the slowest axis.
-
-    Raises
-    ------
-    ValueError
-        Naming the file.
+    """The `Series` of a .nrrd file, or of a .nhdr header with its data in one other file of its
+    folder. Headers of its volumes have key/value pairs and some fields. Errors are ValueErrors that
+    name the file.
     """
     with _failures_named(path), path.open("rb") as file:
         fields, pairs = _header(file)
-        start = file.tell()
         sizes = _sizes(fields)
+        values = nrrd_values.read(fields, file, path, sizes)
         time_axis, fields, volume_sizes = nrrd_times.without_time(fields, sizes)
-        details = _details(path, fields, pairs, volume_sizes)
-        if time_axis is None:
-            values = nrrd_values.read(fields, file, path, sizes)
-            return Series((), lambda index: _volume(values, details))
-        source = nrrd_values.ValuesInTime(fields, path, start, sizes, time_axis.index)
+    if time_axis is not None:
+        values = np.moveaxis(values, len(sizes) - 1 - time_axis.index, 0)
 
     def read_volume(index):
         with _failures_named(path):
-            volume = _volume(source.read(index), details)
+            if time_axis is None:
+                return _volume(path, fields, pairs, sizes, values)
+            volume = _volume(path, fields, pairs, volume_sizes, values[index])
             return replace(volume, time_unit=time_axis.unit)
 
-    return Series(time_axis.times, read_volume)
+    return Series(time_axis.times if time_axis else (), read_volume)
 
 
 @contextlib.contextmanager
@@ -95,63 +80,36 @@ def _failures_named(path):
         raise ValueError(f"`{path}` is not a readable NRRD volume: {error!s:.160}") from None
 
 
-@dataclass(frozen=True)
-class _Details:
-    """What a header says about a volume; `signs` are factors to LPS."""
-
-    origin: np.ndarray
-    steps: np.ndarray
-    signs: np.ndarray
-    component_axis: int | None
-    frame: np.ndarray | None
-    kind: str
-    copied: dict
-    pairs: list
-    space: str
-    is_label: bool
-
-
-def _details(path, fields, pairs, sizes):
-    """`_Details` of a header."""
+def _volume(path, fields, pairs, sizes, values):
+    """The `Volume` of the values (slowest axis first) of a file, by its header without times."""
     signs = _signs(fields.get("space", ""))
-    origin, steps, component_axis = _geometry(fields, sizes)
-    kind = _component_kind(fields, component_axis, len(sizes))
+    origin, steps, axis = _geometry(fields, sizes)
+    kind, frame = _component_kind(fields, axis, len(sizes)), _measurement_frame(fields)
     copied = {name: fields[name] for name in _COPIED if name in fields}
-    if len(sizes) - (component_axis is not None) == 2:
+    if axis is not None:
+        values = np.moveaxis(values, values.ndim - 1 - axis, -1)
+    if values.ndim - (axis is not None) == 2:
         copied.pop("space units", None)  # of two axes
+        values = values[None]
     if kind:
         copied["kinds"] = kind
-    return _Details(
-        *(origin, steps, signs, component_axis, _measurement_frame(fields), kind, copied, pairs),
-        space=fields.get("space", ""),
-        is_label=_has_labels(path, pairs),
-    )
-
-
-def _volume(values, details):
-    """The `Volume` of the values of a file, slowest axis first."""
-    copied, signs, axis = dict(details.copied), details.signs, details.component_axis
-    if axis is not None:
-        values = np.ascontiguousarray(np.moveaxis(values, values.ndim - 1 - axis, -1))
-    if values.ndim - (axis is not None) == 2:
-        values = values[None]
     is_vector = (
-        details.frame is not None
-        and details.kind.lower() in _VECTORS
+        frame is not None
+        and kind.lower() in _VECTORS
         and values.shape[3:] == (3,)
         and values.dtype.kind == "f"
     )
     if is_vector:
-        values = (values @ (details.frame * signs)).astype(values.dtype)
+        values = (values @ (frame * signs)).astype(values.dtype)
         del copied["measurement frame"]
     return Volume(
-        values,
-        details.origin * signs,
-        details.steps * signs[:, None],
-        is_label=details.is_label,
+        np.ascontiguousarray(values),
+        origin * signs,
+        steps * signs[:, None],
+        is_label=_has_labels(path, pairs),
         is_vector=is_vector,
-        space=details.space,
-        header=(*(f"{name}: {value}" for name, value in copied.items()), *details.pairs),
+        space=fields.get("space", ""),
+        header=(*(f"{name}: {value}" for name, value in copied.items()), *pairs),
         unit=_length_unit(copied),
     )
 
@@ -162,38 +120,22 @@ def _length_unit(copied):
     return symbol(units[0]) if len({*units}) == 1 and symbol(units[0]) in NANOMETERS else ""
 
 
-@contextlib.contextmanager
-def writing(path, times):
-    """A context with a function that adds a `Volume` to a compressed file.
+def write(path, series, times):
+    """Write a list of `Volume` to a .nrrd file, or to a .nhdr header and a .raw.gz file in its
+    folder.
 
-    Parameters
-    ----------
-    path : Path
-        A .nrrd file; or a .nhdr header, for which a .raw.gz file is written to the same folder.
-    times : tuple of float
-        Of the volumes, which are written in LPS. Empty for one volume without a time, which keeps
-        its space if NRRD has it, and is written in LPS otherwise.
-
-    Raises
-    ------
-    OSError, ValueError
+    With `times` they are written in LPS. One volume without a time keeps its space if NRRD has it,
+    and is written in LPS otherwise.
     """
-    is_detached = path.suffix.lower() == ".nhdr"
-    time_axis = (*volumes.steps_of(times), len(times)) if times else None
-    with contextlib.ExitStack() as stack:
-        file = data = stack.enter_context(path.open("wb"))
-        if is_detached:
-            data = stack.enter_context(path.with_name(f"{path.stem}.raw.gz").open("wb"))
-        packed = None
-
-        def add(volume):
-            nonlocal packed
-            if packed is None:
-                file.write(_text(path, volume, time_axis))
-                packed = stack.enter_context(volumes.packing(data))
-            volumes.write_values(packed, volume.values)
-
-        yield add
+    content = _text(path, series[0], (*volumes.steps_of(times), len(times)) if times else None)
+    if path.suffix.lower() == ".nhdr":
+        path.write_bytes(content)
+        path, content = path.with_name(f"{path.stem}.raw.gz"), b""
+    with path.open("wb") as file:
+        file.write(content)
+        with volumes.packing(file) as packed:
+            for volume in series:
+                volumes.write_values(packed, volume.values)
 
 
 def _text(path, volume, time_axis):

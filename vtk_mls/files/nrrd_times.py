@@ -19,15 +19,8 @@ _IN_TIME = ("domain", "space", "time", "???", "none")
 
 @dataclass(frozen=True)
 class TimeAxis:
-    """The time axis of a file.
-
-    Attributes
-    ----------
-    index : int
-        Of the axis, fastest first.
-    times : tuple of float
-    unit : str
-        As of `volumes.Volume`.
+    """The time axis of a file: its `index`, fastest axis first, `times`, and their `unit` as of
+    `volumes.Volume`.
     """
 
     index: int
@@ -36,23 +29,8 @@ class TimeAxis:
 
 
 def without_time(fields, sizes):
-    """The time axis, and fields and sizes of one volume.
-
-    Parameters
-    ----------
-    fields : dict
-        Of the header.
-    sizes : list of int
-
-    Returns
-    -------
-    TimeAxis or None
-    dict, list of int
-        Unchanged without a time axis.
-
-    Raises
-    ------
-    ValueError
+    """The time axis or None; and the fields of a header (a dict) and the sizes of one volume,
+    unchanged without a time axis.
     """
     count = len(sizes)
     kinds = fields.get("kinds", "??? " * count).lower().split()

@@ -24,17 +24,10 @@ _ERRORS = (AttributeError, IndexError, KeyError, OSError, RuntimeError, TypeErro
 
 @dataclass(frozen=True, eq=False)
 class Level:
-    """One resolution of an image.
-
-    Attributes
-    ----------
-    path : str
-        Of its array, in the group of the image.
-    array : zarr.Array
-        With the axes of the image.
-    grid : Grid
-        Of its last axes z, y, x, in the unit of the image; z has one point without such an axis. In
-        LPS if the file states the orientation of its axes.
+    """One resolution of an image: the `path` of its array in the group of the image, the zarr.Array
+    with the axes of the image, and the `grid` of its last axes z, y, x, in the unit of the image; z
+    has one point without such an axis. The grid is in LPS if the file states the orientation of its
+    axes.
     """
 
     path: str
@@ -96,21 +89,11 @@ class Image:
     def windows(self, index):
         """The windows of a level in an earlier one, along (z, y, x).
 
-        The earlier one is the last that is a whole number of times finer, or else the one before.
-
-        Returns
-        -------
-        source : int
-            Number of the earlier level.
-        steps, first, widths : (3,) float64
-            Distance of the centers of windows, the first of them, and points of a window, in
-            indices of the earlier level. If windows do not touch each other from the border on, the
-            level was made by sampling, and the width is 1.
-
-        Raises
-        ------
-        ValueError
-            If the level is finer than the one before, or lies elsewhere.
+        The earlier one, whose number is returned first, is the last that is a whole number of times
+        finer, or else the one before. Then come (3,) the distance of the centers of windows, the
+        first of them, and the points of a window, in indices of the earlier level. If windows do
+        not touch each other from the border on, the level was made by sampling, and has 1 point. A
+        ValueError says that it is finer than the one before, or lies elsewhere.
         """
         found = [self._windows(index, source) for source in range(index)][::-1]
         _, steps, first, _ = found[0]
@@ -144,12 +127,8 @@ class Image:
         return (fitting or self.levels[-1:])[0]
 
     def channels(self, level):
-        """Name and values (nz, ny, nx) of each channel of a level.
-
-        Raises
-        ------
-        ValueError
-            If there are several times, or the file is broken.
+        """Name and values (nz, ny, nx) of each channel of a level; a ValueError says that there are
+        several times, or that the file is broken.
         """
         lead = level.array.shape[: len(self.axes.rstrip("zyx"))]
         if self.axes[0] == "t" and lead[0] > 1:
@@ -231,10 +210,7 @@ def _chunks_in(array, place):
 def open_image(path, mode="r"):
     """The Image of a folder; with the mode "r+" its arrays can be written to.
 
-    Raises
-    ------
-    OSError, ValueError
-        Naming it.
+    Errors (OSError, ValueError) name it.
     """
     path = Path(path)
     if not path.is_dir():

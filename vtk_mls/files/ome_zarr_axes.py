@@ -5,14 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from vtk_mls.files import frames, volumes
+from vtk_mls.files.units import NANOMETERS, symbol
 
 _AXES = "t", "c", "z", "y", "x"  # in the order of the specification
-# units of lengths in the specification that are in use: meters
-_METERS = {"angstrom": 1e-10, "inch": 0.0254, "foot": 0.3048, "yard": 0.9144}
-_PREFIXES = {"pico": -12, "nano": -9, "micro": -6, "milli": -3, "centi": -2, "": 0, "kilo": 3}
-_METERS |= {f"{prefix}meter": 10.0**power for prefix, power in _PREFIXES.items()}
-_SHORT = {"nano": "nm", "micro": "um", "milli": "mm", "centi": "cm", "": "m"}
-SHORT_UNITS = {f"{prefix}meter": name for prefix, name in _SHORT.items()}  # as of `Volume`
 
 
 def names(entries):
@@ -43,12 +38,11 @@ def in_space(entries, image_entries):
     unit = next(filter(None, (*image_units, *units[::-1])), "")
     missing = ", ".join(axis["name"] for axis, own in zip(space, units) if unit and not own)
     units = [own or unit for own in units]
+    nanometers = [NANOMETERS.get(symbol(name)) for name in (unit, *units)]
     lengths = [1.0] * len(units)
-    if {*units} == {unit}:
-        pass
-    elif {unit, *units} <= {*_METERS}:
-        lengths = [float(f"{_METERS[own] / _METERS[unit]:.12g}") for own in units]
-    else:
+    if {*units} != {unit} and None not in nanometers:
+        lengths = [float(f"{own / nanometers[0]:.12g}") for own in nanometers[1:]]
+    elif {*units} != {unit}:
         raise ValueError(
             f"its axes in space must have units of length, got {', '.join(sorted({unit, *units}))}"
         )

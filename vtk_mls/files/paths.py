@@ -21,13 +21,7 @@ _INDICES = ".vtm", ".vtmb", ".vtpc", ".pvd"  # their data are in a folder of the
 
 
 def existing_file(path: str | os.PathLike[str]) -> Path:
-    """`path` as a Path, if it is a file.
-
-    Raises
-    ------
-    OSError
-        Naming it.
-    """
+    """`path` as a Path, if it is a file; an OSError names it."""
     if not os.fspath(path):
         raise FileNotFoundError("no file is named, got an empty name; choose a file")
     path = Path(path)
@@ -50,19 +44,9 @@ def check_folder(path: str | os.PathLike[str]) -> None:
 
 
 def named_file(path, name):
-    """The file that a header names.
+    """The file that a header (a Path) names, relative to its folder.
 
-    Parameters
-    ----------
-    path : Path
-        Of the header.
-    name : str
-        Relative to the folder of the header.
-
-    Raises
-    ------
-    ValueError
-        If the name leads out of that folder, or the file does not exist.
+    A ValueError says that the name leads out of that folder, or that the file does not exist.
     """
     check_within(name)
     file = path.parent / name
@@ -82,13 +66,9 @@ def check_within(name):
 def replacing(path):
     """A path to write to. Its file replaces the one at `path` when the block ends without error.
 
-    Files that are written next to it, also in folders, replace those next to `path`. A link is
-    kept and leads to the new file. The new file gets the permissions of the old one.
-
-    Raises
-    ------
-    OSError, ValueError
-        Naming `path`, also in errors of the block.
+    Files that are written next to it, also in folders, replace those next to `path`. A link is kept
+    and leads to the new file. The new file gets the permissions of the old one. Errors, also those
+    of the block, name `path`.
     """
     target = check_replaceable(path)
     try:
@@ -108,13 +88,7 @@ def replacing(path):
 
 
 def check_replaceable(path):
-    """The file that `path` leads to, if it exists or can be created.
-
-    Raises
-    ------
-    OSError
-        Naming the file.
-    """
+    """The file that `path` leads to, if it exists or can be created; an OSError names it."""
     if not os.fspath(path):
         raise FileNotFoundError("no file is named to write, got an empty name; choose one")
     target = Path(os.path.realpath(path))

@@ -39,7 +39,6 @@ import numpy as np
 
 from vtk_mls.base.messages import warn
 from vtk_mls.base.time_steps import step_at
-from vtk_mls.files.frames import signs
 from vtk_mls.files.landmarks import Landmarks, shortened
 
 # Names of three columns, and the frame that they say.
@@ -101,32 +100,17 @@ class _Layout:
 
 def times(path):
     """The different times in the column `time` of a table, sorted; () without the column."""
-    layout, rows, *_ = _open(path)
+    layout, rows = _open(path)
     if layout is None or layout.time is None:
         return ()
     return tuple(sorted({_time(path, layout, *row) for row in rows}))
 
 
 def read(path, is_alone=False, time=None):
-    """The points of a table.
-
-    Parameters
-    ----------
-    path : path
-    is_alone, time
-        As in `control_point_files.read_landmarks`.
-
-    Returns
-    -------
-    Landmarks
-        With partners if the table has pairs.
-
-    Raises
-    ------
-    ValueError
-        Naming the file and the line.
+    """The `Landmarks` of a table, with partners if it has pairs; `is_alone` and `time` are as in
+    `control_point_files.read_landmarks`. A ValueError names the file and the line.
     """
-    layout, rows, *_ = _open(path)
+    layout, rows = _open(path)
     if not rows:
         return Landmarks(path, np.empty((0, 3)))
     _check_columns(path, layout, rows[0], is_alone and layout.partner is None)
@@ -174,42 +158,6 @@ def write(file, landmarks):
     return int((~landmarks.is_placed).sum())
 
 
-def rewrite(path, file, positions, space):
-    """Write a table again with other positions, of pairs the first ones; how many are left out.
-
-    Points at NaN are marked as not placed in tables of BigWarp and 3D Slicer, and left out of
-    others.
-    """
-    layout, rows, header, mark = _open(path)
-    write_row, left_out = _row_writer(file, mark), 0
-    if header:
-        write_row(header)
-    if layout is not None:
-        positions = positions * signs(layout.frame or space)
-    for (_, row), position in zip(rows, positions):
-        if _set_position(layout, row, position):
-            write_row(row)
-        else:
-            left_out += 1
-    return left_out
-
-
-def _set_position(layout, row, position):
-    """Change the position of a row; False if it is NaN and the table cannot say that."""
-    is_placed = bool(np.isfinite(position).all())
-    cells = [repr(number) for number in position.tolist()] if is_placed else []
-    if layout.defined is not None:
-        row[layout.defined] = str(int(is_placed))
-    elif layout.active is not None and not is_placed:
-        row[layout.active] = "false"
-        cells = ["Infinity"] * 3 * (layout.partner is not None)
-    elif not is_placed:
-        return False
-    for column, cell in zip(layout.position, cells):
-        row[column] = cell
-    return True
-
-
 def numbers(cells):
     """The numbers in cells; an empty list if one is not a number."""
     try:
@@ -219,8 +167,7 @@ def numbers(cells):
 
 
 def _open(path):
-    """The layout of a table, None without rows; (line number, cells) of each point; the header and
-    the separator."""
+    """The layout of a table, None without rows, and (line number, cells) of each point."""
     with path.open(newline="", encoding="utf-8-sig") as file:
         text = file.readlines()
     lines = [line if '"' in line else line.partition("#")[0] for line in text]
@@ -228,19 +175,18 @@ def _open(path):
     comments = [line.partition("#")[2] for line in text[:begin] if line.strip()]
     if begin < len(lines) and lines[begin].count('"') % 2:  # as in tables of flybrains
         lines[begin] = lines[begin].replace('"', "")
-    mark = _separator(lines[begin:])
-    rows, header = list(_split(path, lines, mark)), []
+    rows = list(_split(path, lines, _separator(lines[begin:])))
     if not rows:
-        return None, rows, header, mark
+        return None, rows
     number, first = rows[0]
     if not any(numbers([cell]) for cell in first):
-        layout, rows, header = _named(path, number, first), rows[1:], first
+        layout, rows = _named(path, number, first), rows[1:]
     else:
         layout = _commented(path, comments[-1:], len(first)) or _unnamed(path, rows)
     for number, row in rows:
         if len(row) != layout.width:
             raise layout.error(path, number, row)
-    return layout, rows, header, mark
+    return layout, rows
 
 
 def _named(path, number, header):
@@ -402,10 +348,10 @@ def _numbers(path, layout, number, row, columns):
     return found
 
 
-def _row_writer(file, mark=","):
-    """A function that writes cells as a line; a table with semicolons gets commas."""
+def _row_writer(file):
+    """A function that writes cells as a line."""
     plain, quoting = (
-        csv.writer(file, delimiter=mark.replace(";", ","), lineterminator="\n", quoting=quoting)
+        csv.writer(file, lineterminator="\n", quoting=quoting)
         for quoting in (csv.QUOTE_MINIMAL, csv.QUOTE_ALL)
     )
 

@@ -18,15 +18,9 @@ _FORMAT, _VERSION = "vtk_mls session", 1
 class SessionFile:
     """The contents of a session file.
 
-    Attributes
-    ----------
-    data : tuple of Path
-        Of the moving data; the first is deformed, the others go along.
-    target : Path or None
-    edit : dict
-        Values of JSON: pairs, options, cuts, handles and mask.
-    views : dict
-        Values of JSON: camera, slices, comparison.
+    `data` are the files of the moving data; the first is deformed, the others go along. `target` is
+    a Path or None. `edit` (pairs, options, cuts, handles, mask) and `views` (camera, slices,
+    comparison) are values of JSON.
     """
 
     data: tuple[Path, ...]
@@ -46,12 +40,9 @@ def is_session(path):
 
 
 def read(path):
-    """The `SessionFile` at a path; its files of data need not exist.
+    """The `SessionFile` at a path, whose files of data need not exist.
 
-    Raises
-    ------
-    OSError, ValueError
-        Naming the file.
+    Errors (OSError, ValueError) name the file.
     """
     path = existing_file(path)
     try:
@@ -89,13 +80,7 @@ def check_files(session, path):
 
 
 def write(path, session):
-    """Write a `SessionFile`; paths are relative to its folder where possible.
-
-    Raises
-    ------
-    OSError, ValueError
-        Naming the file.
-    """
+    """Write a `SessionFile` with paths relative to its folder. Errors name the file."""
     folder = Path(path).absolute().parent
     values = {
         "format": _FORMAT,

@@ -27,27 +27,12 @@ _NAMES = {
 
 
 def open_file(reader, syntax, path):
-    """The time steps of a file, and a function that reads one.
+    """The time steps of a file, () without, and a function that returns the dataset of one by its
+    index.
 
-    Parameters
-    ----------
-    reader : str
-        Module and class of VTK's reader.
-    syntax : {"xml", "case", "xdmf", "none"}
-        How the file names other files, which must exist in its folder.
-    path : Path
-
-    Returns
-    -------
-    times : tuple of float
-        Of its time steps; empty if it has none.
-    read : callable
-        Returns the dataset of a time step by its index; None or any dataset if the file is broken,
-        with the reason in VTK's output window.
-
-    Raises
-    ------
-    ValueError
+    `reader` is the module and class of VTK's reader. `syntax` ("xml", "case", "xdmf" or "none")
+    says how the file names other files, which must exist in its folder. Of a broken file the
+    function returns None or any dataset, with the reason in VTK's output window.
     """
     if syntax in _NAMES:
         _check_names(path, syntax)

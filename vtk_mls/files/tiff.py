@@ -27,22 +27,8 @@ _ERRORS = AttributeError, LookupError, OverflowError, RuntimeError, TypeError, V
 
 
 def open_file(path):
-    """Open a stack.
-
-    Parameters
-    ----------
-    path : Path
-
-    Returns
-    -------
-    times : tuple of float
-        () without an axis of time.
-    read : callable
-        Returns the vtkImageData of a time by its index. All values are in memory then.
-
-    Raises
-    ------
-    ValueError
+    """The times of a stack, () without an axis of time, and a function that returns the
+    vtkImageData of one by its index. All values are in memory then. Errors are ValueErrors.
     """
     try:
         with _opened(path) as file:

@@ -7,7 +7,6 @@ import contextlib
 import gzip
 import io
 import math
-import weakref
 import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -66,14 +65,8 @@ def decoded(line):
 
 
 def full_steps(steps, dimensions):
-    """Steps (3, 3), with orthogonal unit steps for axes of one point whose step is 0.
-
-    Parameters
-    ----------
-    steps : (3, 3) array
-        Columns are the steps along the three axes.
-    dimensions : (3,) ints
-        Numbers of points along them.
+    """Steps (3, 3), columns along the axes, with orthogonal unit steps for axes of one point whose
+    step is 0; `dimensions` are the numbers of points along them.
     """
     steps = np.array(steps, dtype=float)
     is_missing = (np.asarray(dimensions) <= 1) & ~steps.any(axis=0)
@@ -85,14 +78,8 @@ def full_steps(steps, dimensions):
 
 
 class Series(NamedTuple):
-    """The volumes of a file.
-
-    Attributes
-    ----------
-    times : tuple of float
-        In seconds if the file states a unit of time; empty for a file without a time axis.
-    read : callable
-        Returns the `Volume` of a time by its index.
+    """The volumes of a file: `times`, in seconds if the file states a unit of time, () without a
+    time axis; and `read`, which returns the `Volume` of a time by its index.
     """
 
     times: tuple
@@ -107,12 +94,7 @@ def single(series, path):
 
 
 def steps_of(times):
-    """The first time and the step of times, if the steps are equal.
-
-    Raises
-    ------
-    ValueError
-    """
+    """The first time and the step of times; ValueError unless the steps are equal."""
     steps = np.diff(times)
     step = float(np.mean(steps)) if len(steps) else 1.0
     if not np.allclose(steps, step, rtol=1e-4, atol=0):
@@ -123,122 +105,55 @@ def steps_of(times):
     return float(times[0]), step
 
 
-class Storage(NamedTuple):
-    """Storage of values; `encoding` is "text", "hex" or as in `unpacked`."""
+@contextlib.contextmanager
+def unpacked(file, encoding, max_size):
+    """A context with a binary file of the decompressed rest of an open file.
 
-    dtype: np.dtype
-    shape: tuple
-    encoding: str
-
-
-def unpacked(file, encoding):
-    """A binary file of the decompressed rest of an open file.
-
-    Parameters
-    ----------
-    file : binary file
-    encoding : {"raw", "gzip", "bzip2"}
-        "gzip" is also zlib's format.
+    `encoding` is "raw", "gzip" (also zlib's format) or "bzip2"; `max_size` bytes are read at most.
+    A broken stream is a ValueError.
     """
-    if encoding == "bzip2":
-        return bz2.BZ2File(file)
-    return io.BufferedReader(_Inflated(file), _CHUNK) if encoding == "gzip" else file
+    start = file.tell()
+    is_zlib = encoding == "gzip" and file.read(2) != b"\x1f\x8b"
+    file.seek(start)
+    try:
+        if is_zlib:  # one byte more, behind which the checksum comes
+            yield io.BytesIO(zlib.decompressobj().decompress(file.read(), max_size + 1))
+        elif encoding == "gzip":
+            yield gzip.GzipFile(fileobj=file)
+        else:
+            yield bz2.BZ2File(file) if encoding == "bzip2" else file
+    except (EOFError, gzip.BadGzipFile, zlib.error) as error:
+        raise ValueError(f"its values cannot be unpacked: {error}") from None
 
 
-def check_size(count, dtype, size, encoding):
-    """Raise ValueError if a file of `size` bytes cannot hold `count` values."""
-    max_count = _MAX_RATIO[encoding] * size // np.dtype(dtype).itemsize
+def read_values(file, dtype, shape, encoding="raw", skip=0):
+    """Values from the rest of an open file, in this machine's byte order.
+
+    `dtype` has the byte order of the file, `encoding` is as in `unpacked`, `skip` bytes come before
+    the values. Memory is allocated only if the file can hold so many values, and nothing after them
+    is unpacked. Missing values and a wrong checksum are a ValueError.
+    """
+    dtype, count, start = np.dtype(dtype), math.prod(map(int, shape)), file.tell()
+    size = file.seek(0, io.SEEK_END) - start - skip * (encoding == "raw")
+    file.seek(start)
+    max_count = max(_MAX_RATIO[encoding] * size // dtype.itemsize, 0)
     if count > max_count:
         at_most = "" if encoding == "raw" else "at most "
         raise ValueError(f"expected {count} values, got {at_most}{max_count}")
-
-
-def read_values(file, dtype, shape, size, encoding="raw", is_end=True):
-    """Values from a binary file, in this machine's byte order.
-
-    Memory is allocated only if the file can hold so many values. Nothing after them is unpacked.
-
-    Parameters
-    ----------
-    file : binary file
-        As returned by `unpacked`.
-    dtype : dtype
-        With the byte order of the file.
-    shape : ints
-    size : int
-        Bytes of the packed file.
-    encoding : str
-        As in `unpacked`.
-    is_end : bool
-        Whether no other values follow.
-
-    Raises
-    ------
-    ValueError
-        If values are missing, or the checksum behind them is wrong.
-    """
-    dtype, count = np.dtype(dtype), math.prod(map(int, shape))
-    check_size(count, dtype, size, encoding)
     values = np.empty(count, dtype)
     content, start = values.view(np.uint8), 0
-    while start < len(content):
-        size = file.readinto(content[start : start + _CHUNK])
-        if not size:
-            raise ValueError(f"expected {count} values, got {start // dtype.itemsize}")
-        start += size
-    if encoding == "gzip" and is_end:
-        file.read(1)  # the checksum comes after the values
+    with unpacked(file, encoding, skip + len(content)) as data:
+        data.seek(skip, io.SEEK_CUR)
+        while start < len(content):
+            size = data.readinto(content[start : start + _CHUNK])
+            if not size:
+                raise ValueError(f"expected {count} values, got {start // dtype.itemsize}")
+            start += size
+        if encoding == "gzip":
+            data.read(1)  # the checksum comes after the values
     if not dtype.isnative:
         values = values.byteswap(inplace=True).view(dtype.newbyteorder("="))
     return values.reshape(shape)
-
-
-class Slabs:
-    """Slabs of values, one after another in a file. Reading them in order unpacks the file once.
-
-    Parameters
-    ----------
-    open_file : callable
-        Called with an ExitStack; returns an unpacked file, at the first value.
-    storage : Storage
-        Of one slab.
-    count : int
-        Number of slabs.
-    size : int
-        Bytes of the packed file.
-
-    Raises
-    ------
-    ValueError
-        If the file is too small.
-    """
-
-    def __init__(self, open_file, storage, count, size):
-        check_size(math.prod(storage.shape) * count, storage.dtype, size, storage.encoding)
-        self._open_file, self._storage, self._count, self._size = open_file, storage, count, size
-        self._file, self._next = None, 0
-        self._stack = contextlib.ExitStack()
-        weakref.finalize(self, self._stack.close)
-
-    def read(self, index):
-        """The values of a slab."""
-        dtype, shape, encoding = self._storage
-        if self._file is None or index < self._next:
-            self._stack.close()
-            self._file, self._next = self._open_file(self._stack), 0
-        skip(self._file, (index - self._next) * math.prod(shape) * np.dtype(dtype).itemsize)
-        self._next, is_end = index + 1, index + 1 == self._count
-        values = read_values(self._file, dtype, shape, self._size, encoding, is_end)
-        if is_end:
-            self._stack.close()
-            self._file = None
-        return values
-
-
-def skip(file, size):
-    """Read and drop some bytes of a binary file."""
-    while size > 0 and (dropped := len(file.read(min(size, _CHUNK)))):
-        size -= dropped
 
 
 def packing(file):
@@ -251,32 +166,3 @@ def write_values(file, values):
     data = np.ascontiguousarray(values, values.dtype.newbyteorder("<")).reshape(-1).view(np.uint8)
     for start in range(0, len(data), _CHUNK):
         file.write(data[start : start + _CHUNK])
-
-
-class _Inflated(io.RawIOBase):
-    """The content of a zlib stream, or of all members of a gzip file."""
-
-    def __init__(self, file):
-        self._file, self._packed = file, b""
-        self._inflater = zlib.decompressobj(wbits=47)  # detects which of the two
-
-    def readable(self):
-        return True
-
-    def readinto(self, buffer):
-        while True:
-            packed = self._packed or self._file.read(_CHUNK)
-            if self._inflater.eof:
-                if not packed.startswith(b"\x1f\x8b"):
-                    return 0
-                self._inflater = zlib.decompressobj(wbits=47)
-            try:
-                values = self._inflater.decompress(packed, len(buffer))
-            except zlib.error as error:
-                raise ValueError(f"its values cannot be unpacked: {error}") from None
-            self._packed = self._inflater.unconsumed_tail or self._inflater.unused_data
-            if values:
-                buffer[: len(values)] = values
-                return len(values)
-            if not packed:  # cut off
-                return 0

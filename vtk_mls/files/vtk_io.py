@@ -17,12 +17,8 @@ _MAX_TEXT = 200  # characters of a quoted error
 
 
 def create(name):
-    """A new reader or writer by module and class, such as `vtkIOXML.vtkXMLPolyDataReader`.
-
-    Raises
-    ------
-    ValueError
-        If this VTK has none.
+    """A new reader or writer by module and class, such as `vtkIOXML.vtkXMLPolyDataReader`; a
+    ValueError says that this VTK has none.
     """
     module, _, kind = name.partition(".")
     try:

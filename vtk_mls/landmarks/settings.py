@@ -80,14 +80,8 @@ def without_smoothing(count: int) -> list[Settings]:
 
 
 def with_smoothing(medians: dict[Settings, float], spacing: float) -> list[Settings]:
-    """The best kinds of those tried, with smoothing.
-
-    Parameters
-    ----------
-    medians : dict
-        Of the settings tried without smoothing.
-    spacing : float, world units
-        Typical distance of a pair to the nearest.
+    """The best kinds of those tried (`medians`), with smoothing by the typical distance `spacing`
+    of a pair to the nearest.
     """
     kinds = dict.fromkeys((s.kind, s.degree) for s in sorted(medians, key=medians.__getitem__))
     # three digits are easy to type, and more have no effect
