@@ -110,48 +110,6 @@ def error(folder) -> Exception | None:
         return None
 
 
-def lines(child, timeout):
-    """Lines that a child prints.
-
-    Raises
-    ------
-    TimeoutError
-        After `timeout` seconds without a line, which end the child; so many times later as
-        processes share a processor.
-    """
-    while True:
-        has_answered, has_timed_out = threading.Event(), threading.Event()
-        flags = has_answered, has_timed_out
-        threading.Thread(target=_watch, args=(child, timeout, *flags), daemon=True).start()
-        try:
-            line = child.stdout.readline()
-        finally:
-            has_answered.set()
-        if has_timed_out.is_set():
-            raise TimeoutError(f"no answer for {timeout:.0f} s")
-        if not line:
-            return
-        yield line
-
-
-def _watch(child, timeout, has_answered, has_timed_out):
-    waited = 0
-    while not has_answered.wait(timeout):
-        waited += timeout
-        if waited >= timeout * _processes_per_processor():
-            has_timed_out.set()
-            child.kill()
-            return
-
-
-def _processes_per_processor():
-    """The mean of the last minute; 1 where it is less or not known."""
-    try:
-        return max(1.0, os.getloadavg()[0] / (os.cpu_count() or 1))
-    except (AttributeError, OSError):  # Windows
-        return 1.0
-
-
 def ending(status):
     """The signal or the exit status that a process has ended with, by its name."""
     if status >= 0:
