@@ -128,3 +128,10 @@ def test_a_property(copy):
     run(copy, "-m", "pytest", "-q", write(copy, [test]))
     run(copy, "docs/properties_page.py")
     assert "MarkVoidCells" in (copy / "docs/properties.md").read_text()
+
+
+def test_a_quirk(copy):
+    (table, in_table, row), test = recipe("Add a driver's quirk")
+    assert in_table == "in QUIRKS"
+    insert(copy / table, "\nQUIRKS = (\n", f"{row.rstrip()},\n")
+    run(copy, "-m", "pytest", "-q", write(copy, [test]))
