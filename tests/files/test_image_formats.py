@@ -199,7 +199,7 @@ def test_handles_far_from_an_image_name_both_files(tmp_path, capsys):
     (tmp_path / "h.csv").write_text("0,0,0,1,0,0\n")
     arguments = ["x.mha", "h.csv", "out.mha"]
     assert main(["deform", *(str(tmp_path / name) for name in arguments)]) == 1
-    assert re.search(r"h\.csv` must be where the data of `.*x\.mha` are", capsys.readouterr().err)
+    assert re.search(r"h\.csv` must be where the data are", capsys.readouterr().err)
 
 
 @pytest.mark.parametrize("components", [1, 3])

@@ -21,6 +21,8 @@ import time
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from vtk_mls.base.errors import InputError
+
 PREFIX = "vtk_mls-"  # of the names of folders
 _ERROR = "error.json"
 _PARENT_INTERVAL = 1.0  # seconds between two checks of the parent
@@ -175,7 +177,9 @@ def _described(error):
     """An exception and its causes as values of JSON."""
     cause = error.__cause__ or (None if error.__suppress_context__ else error.__context__)
     classes = [(base.__module__, base.__qualname__) for base in type(error).__mro__]
-    return {"classes": classes, "message": str(error), "cause": cause and _described(cause)}
+    fields = {name: value for name, value in vars(error).items() if isinstance(value, str | tuple)}
+    record = {"classes": classes, "message": str(error), "fields": fields}
+    return {**record, "cause": cause and _described(cause)}
 
 
 def _rebuilt(record):
@@ -188,6 +192,8 @@ def _rebuilt(record):
                 kind = getattr(importlib.import_module(module), name)
                 if issubclass(kind, Exception) and kind is not Exception:
                     made = kind(message if name == own else f"{own}: {message}")
+                    if isinstance(made, InputError):
+                        vars(made).update({name: record["fields"][name] for name in vars(made)})
                     break
     made.__cause__ = record["cause"] and _rebuilt(record["cause"])
     return made

@@ -26,7 +26,7 @@ def update(algorithm, progress=None, names=None):
     ------
     Aborted
     ValueError
-        The first error of the filter or of its blocks.
+        The first error of the filter or of its blocks; with the fields of an `InputError`.
     """
     errors, warnings, is_stopped = [], [], False
 
@@ -63,5 +63,8 @@ def update(algorithm, progress=None, names=None):
         warn(sentence)
     if errors or not is_updated:
         sentence = errors[0] if errors else "the deformation failed"
+        error = getattr(algorithm, "last_error", None)
+        if not names and str(error) == sentence:
+            raise error
         names = names or {}
         raise ValueError(re.sub("`(\\w+)`", lambda match: names.get(match[1], match[0]), sentence))
