@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vtk_mls import kinds, limits
+from vtk_mls.base.errors import InputError
 from vtk_mls.base.validation import freeze, same_count
 from vtk_mls.cuts import Cut, Obstacle, Plane
 from vtk_mls.handles.handle_set import Handle, HandleSet, checked_handles
@@ -82,7 +83,9 @@ class MapParameters:
         q = arguments.control_points("deformed", deformed)
         shaped = checked_handles(handles)
         if len(p) == 0 and not shaped:
-            raise ValueError("`rest` is empty; a deformation needs at least one control point")
+            raise InputError(
+                "is empty; a deformation needs at least one control point", argument="rest"
+            )
         same_count(p, q, "control points")
         settings = check_options(
             kind=kind,
@@ -107,9 +110,10 @@ class MapParameters:
     def _find_regions(self):
         """Divide the handles by the cuts."""
         if self.in_rest_frame and len(self.obstacles) > _MAX_OBSTACLES:
-            raise ValueError(
-                f"`cuts` must have at most {_MAX_OBSTACLES} with an edge, "
-                f"got {len(self.obstacles)}; join surfaces into one"
+            raise InputError(
+                f"must have at most {_MAX_OBSTACLES} with an edge, "
+                f"got {len(self.obstacles)}; join surfaces into one",
+                argument="cuts",
             )
         kind = kinds.named(self.kind, self.degree)
         in_rest_frame = self.cut_frame == "rest"
