@@ -167,14 +167,14 @@ def test_a_child_is_no_process_of_the_parents_mpi_job(child, monkeypatch):
     assert device_check.results([FAKE]) == [Result(speed=2e6)]
 
 
-def test_an_identity_depends_on_drivers_and_kernels(monkeypatch):
-    before = device_check.identity(FAKE)
-    assert device_check.identity(dataclasses.replace(FAKE, key="3:0")) == before
-    assert device_check.identity(dataclasses.replace(FAKE, driver="1.1")) != before
-    device_check.identity.cache_clear()
-    monkeypatch.setattr(device_check, "_kernels", lambda: [b"others"])
-    assert device_check.identity(FAKE) != before
-    device_check.identity.cache_clear()
+def test_a_result_is_of_a_driver_and_kernels(monkeypatch):
+    before = device_check.result_path(FAKE)
+    assert device_check.result_path(dataclasses.replace(FAKE, key="3:0")) == before
+    assert device_check.result_path(dataclasses.replace(FAKE, driver="1.1")) != before
+    monkeypatch.setattr(device_check, "_kernels", lambda: "others")
+    device_check._file_name.cache_clear()
+    assert device_check.result_path(FAKE) != before
+    device_check._file_name.cache_clear()
 
 
 def test_python_is_found_in_embedding_programs(tmp_path, monkeypatch):

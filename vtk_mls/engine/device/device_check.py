@@ -89,13 +89,6 @@ def result_path(device: devices.Device) -> Path | None:
     return folder and folder / "vtk_mls" / "devices" / _file_name(device)
 
 
-@lazy.cached
-def identity(device: devices.Device) -> str:
-    """Everything that a result depends on: drivers, processor, kernels."""
-    drivers = sorted({(d.platform, d.driver) for d in devices.list_devices()})
-    return repr((description(device)[1:], drivers, caches.processor(), _kernels()))
-
-
 def description(device: devices.Device) -> list[str]:
     """Identifies `device` in any process that has the same drivers."""
     about = [device.key, device.name, device.platform, device.kind]
@@ -103,18 +96,22 @@ def description(device: devices.Device) -> list[str]:
 
 
 @lazy.cached
-def _kernels():
-    """A digest of the kernels and of everything that the check runs."""
-    package = Path(__file__).parents[2]
-    names = "commands/kernel_checks", "engine/launch/kernel_arguments", "engine/map/cut_tables"
-    files = [*sorted(resource("opencl").rglob("*.[ch]*")), *(package / f"{n}.py" for n in names)]
-    files += [*sorted(package.glob("kinds/*.py")), *sorted(package.glob("cuts/*.py"))]
-    files.append(package / "engine/device/quirks.py")
-    return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
-
-
 def _file_name(device):
-    return hashlib.sha256(identity(device).encode()).hexdigest()[:24] + ".json"
+    """A digest of everything that a result depends on: drivers, processor, kernels."""
+    drivers = sorted({(d.platform, d.driver) for d in devices.list_devices()})
+    identity = repr((description(device)[1:], drivers, caches.processor(), _kernels()))
+    return hashlib.sha256(identity.encode()).hexdigest()[:24] + ".json"
+
+
+@lazy.cached
+def _kernels():
+    """A digest of the kernels and of the code that the check runs."""
+    package = Path(__file__).parents[2]
+    patterns = "*/kernel_checks.py", "*/*/kernel_arguments.py", "*/*/cut_tables.py", "*/*/quirks.py"
+    patterns += "kinds/*.py", "cuts/*.py"
+    files = [file for pattern in patterns for file in sorted(package.glob(pattern))]
+    files += sorted(resource("opencl").rglob("*.[ch]*"))
+    return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
 
 
 def _write(device, result):
