@@ -6,7 +6,8 @@ import numpy as np
 
 from vtk_mls import KINDS, Deformation
 from vtk_mls.engine.device import device_check, drivers
-from vtk_mls.engine.device.devices import POCL, list_devices
+from vtk_mls.engine.device.devices import list_devices
+from vtk_mls.engine.device.quirks import POCL
 
 EXTENT = 256.0  # all errors are in voxels of a grid of this size
 
@@ -32,7 +33,7 @@ def _sound_devices():
     """Devices that compute right, the fastest drivers first; a process can use one PoCL only."""
     found = list_devices()
     results = dict(zip(found, device_check.results(found)))
-    sound = [d for d in found if results[d].lanes]
+    sound = [d for d in found if not results[d].failure]
     sound.sort(key=lambda d: (not drivers.is_fastest(d.platform), -results[d].speed))
     pocl = next((d.key.partition(":")[0] for d in sound if d.platform == POCL), None)
     return [d for d in sound if d.platform != POCL or d.key.partition(":")[0] == pocl]

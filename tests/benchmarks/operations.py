@@ -127,7 +127,6 @@ def counted():
     settings = {
         "OCL_ICD_VENDORS": str(none),  # no driver but the simulator
         "OCLGRIND_INST_COUNTS": "1",
-        "PYOPENCL_BUILD_OPTIONS": "-O0 -Dalways_inline=",  # else it lacks some calls
         "XDG_CACHE_HOME": str(none),
         "PYTHONPATH": str(PROJECT),
     }

@@ -61,8 +61,7 @@ def test_one_sentence_if_nothing_arrives(scans, capsys, caplog):
     assert printed.err == ""
     (sentence,) = caplog.messages
     assert sentence.startswith(
-        "nothing of `moving.nii.gz` arrives on the grid of `moving.nii.gz`: deformed, the input is "
-        "in x "
+        "nothing of the input arrives on the grid of the reference: deformed, the input is in x "
     )
     assert sentence.endswith("; the grid is in x -1 to 8, y -1 to 8, z -1 to 7.8")
 

@@ -249,9 +249,7 @@ def test_a_full_disk_is_said_of_the_series():
     resource.setrlimit(resource.RLIMIT_FSIZE, (100, limits[1]))
     try:
         with (
-            pytest.raises(
-                OSError, match=r"^`out\.pvd` could not be written: `\./out/out_0000\.vtu` "
-            ),
+            pytest.raises(OSError, match=r"^`out\.pvd` could not be written: (No space|File too)"),
             series.writing("out.pvd", (0.0,)) as write,
         ):
             write(mesh(1))

@@ -1,14 +1,17 @@
 """An exception of a child process is raised in its parent."""
 
 import json
+import pickle
 
 import pytest
 
 from vtk_mls import DeviceError
 from vtk_mls.base import child_process
+from vtk_mls.base.errors import InputError
 
 ERRORS = """
 from vtk_mls import DeviceError
+from vtk_mls.base.errors import InputError
 
 class Odd(ValueError):
     pass
@@ -22,6 +25,10 @@ class Foreign(Exception):
 
 def one(kind, *arguments):
     raise {**globals(), **__builtins__}[kind](*arguments)
+
+def one_of_a_file():
+    path = {"path": "{a}.csv", "name": "p of `{a}.csv`"}
+    raise InputError("must be finite, got {}", argument="rest", **path)
 
 def chained():
     try:
@@ -82,3 +89,13 @@ def test_a_child_names_classes_of_exceptions_only(tmp_path):
     (tmp_path / "error.json").write_text(json.dumps(record))
     found = child_process.error(tmp_path)
     assert (type(found), str(found)) == (RuntimeError, "eval: 1 / 0")
+
+
+def test_an_error_keeps_its_argument_and_its_file(errors):
+    with pytest.raises(InputError) as caught:
+        child_process.run(f"{errors}:one_of_a_file", timeout=120)
+    found = caught.value
+    assert str(found) == "p of `{a}.csv` must be finite, got {}"
+    assert (found.argument, found.path) == ("rest", "{a}.csv")
+    assert str(found.renamed({"rest": "`b`"})) == "`b` must be finite, got {}"
+    assert str(pickle.loads(pickle.dumps(found)).renamed({})) == str(found)

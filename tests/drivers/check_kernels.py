@@ -26,6 +26,7 @@ import numpy as np
 
 from vtk_mls import Deformation, Grid, HalfPlane, Plane, Sampling, Surface
 from vtk_mls.engine.device import devices as device
+from vtk_mls.engine.device import quirks
 from vtk_mls.engine.opencl_engine import Engine
 from vtk_mls.reference import reference_engine as reference
 
@@ -192,7 +193,8 @@ def compile_generic(chosen, recorded):
         macros = tuple((dict(constants) | {"LANES": lanes}).items())
         program = cl.Program(device.context(chosen), device.source(file, macros))
         try:
-            program.build(["-w", "-cl-std=CL2.0"], cache_dir=False)
+            options = ["-w", "-cl-std=CL2.0", *quirks.options(chosen)]
+            program.build(options, cache_dir=False)
         except cl.Error as error:
             wrong += 1
             print(f"WRONG {file}, {macros}: {error}"[:1000])

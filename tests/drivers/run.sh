@@ -16,9 +16,8 @@ python=.venv-oclgrind/bin/python  # `make drivers` has made it
 
 check_by_oclgrind() {
   rm -f "$cache/oclgrind.log"
-  # with inlining LLVM adds calls that Oclgrind does not support
   OCL_ICD_VENDORS=$cache/none OCLGRIND_DATA_RACES=1 OCLGRIND_LOG=$cache/oclgrind.log \
-    PYOPENCL_BUILD_OPTIONS="-O0 -Dalways_inline=" $python $check Oclgrind ${1:+"$1"}
+    $python $check Oclgrind ${1:+"$1"}
 }
 
 driver() { find /usr/lib /usr/lib64 -name 'libRusticlOpenCL.so.1' 2>/dev/null | head -n 1; }

@@ -12,17 +12,16 @@ from vtk_mls import Deformation, DeviceError
 from vtk_mls.base.resources import resource
 from vtk_mls.engine import dispatch
 from vtk_mls.engine import opencl_engine as engine
-from vtk_mls.engine.device import device_check, drivers
+from vtk_mls.engine.device import device_check, drivers, quirks
 from vtk_mls.engine.device import devices as device
 from vtk_mls.engine.launch.launcher import Launcher
 from vtk_mls.reference import reference_engine as reference
 
 ONE = ([[0, 0, 0]], [[1, 0, 0]])
 GPU = device.Device("0:0", "Fast", "Some", "gpu", "OpenCL 3.0", None)
-WIDE = types.SimpleNamespace(native_vector_width_float=16)
-CPU = device.Device("1:0", "Slow", "Other", "cpu", "OpenCL 3.0", WIDE)
-GOOD = device_check.Result(8, speed=1.0)
-BAD = device_check.Result(0, ("with 1 point per work item it is broken",))
+CPU = device.Device("1:0", "Slow", "Other", "cpu", "OpenCL 3.0", None)
+GOOD = device_check.Result(speed=1.0)
+BAD = device_check.Result("it is broken")
 
 needs_device = pytest.mark.skipif(
     not DEVICES, reason="no OpenCL device that computes right: `vtk-mls doctor` says why"
@@ -54,14 +53,14 @@ def test_first_gpu_else_fastest_cpu(found):
     found(CPU)
     assert key_of(dispatch.choose()) == CPU.key
     faster = dataclasses.replace(CPU, key="2:0", name="Faster")
-    found(CPU, faster, faster=device_check.Result(4, speed=2.0))
+    found(CPU, faster, faster=device_check.Result(speed=2.0))
     assert key_of(dispatch.choose()) == key_of(dispatch.choose("cpu")) == faster.key
 
 
 def test_the_fastest_driver_is_checked_first(found, monkeypatch):
     monkeypatch.setattr(drivers, "is_fastest", lambda platform: platform == "Fastest")
     fastest = dataclasses.replace(CPU, key="2:0", name="Fastest", platform="Fastest")
-    checked, quick = [], device_check.Result(4, speed=2.0)
+    checked, quick = [], device_check.Result(speed=2.0)
     found(CPU, fastest, slow=quick)
     results = device_check.results
     monkeypatch.setattr(
@@ -71,12 +70,6 @@ def test_the_fastest_driver_is_checked_first(found, monkeypatch):
     assert checked == [fastest]
     found(CPU, fastest, fastest=BAD)
     assert key_of(dispatch.choose()) == CPU.key
-
-
-def test_a_device_gets_its_checked_width(found):
-    found(CPU)
-    assert CPU.lanes == 16
-    assert dispatch.choose().lanes == 8
 
 
 def test_a_device_that_fails_is_skipped(found):
@@ -152,29 +145,40 @@ def test_a_folder_left_by_an_uninstalled_pyopencl(monkeypatch):
 def pocl(key, version, target, native=16):
     handle = types.SimpleNamespace(native_vector_width_float=native)
     return device.Device(
-        key, "CPU", device.POCL, "cpu", f"OpenCL 3.0 PoCL HSTR: {target}", handle, version
+        key, "CPU", quirks.POCL, "cpu", f"OpenCL 3.0 PoCL HSTR: {target}", handle, version
     )
 
 
 @pytest.mark.parametrize(
-    ("version", "target", "native", "widths", "double"),
+    ("version", "target", "native", "lanes", "double"),
     [
-        ("3.0, OpenCL 3.0 PoCL 3.0  Linux", "pthread-x86_64-linux-gnu-znver3", 16, (8, 4, 1), 4),
-        ("3.0, OpenCL 3.0 PoCL 3.0  Linux", "pthread-x86_64-haswell", 8, (8, 4, 1), 4),
-        (
-            "3.1, OpenCL 3.0 PoCL 3.1",
-            "cpu-x86_64-pc-linux-gnu-skylake-avx512",
-            16,
-            (16, 8, 4, 1),
-            16,
-        ),
-        ("6.0, OpenCL 3.0 PoCL 6.0", "cpu-x86_64-pc-linux-gnu-znver3", 16, (16, 8, 4, 1), 16),
+        ("3.0, OpenCL 3.0 PoCL 3.0  Linux", "pthread-x86_64-linux-gnu-znver3", 16, 8, 4),
+        ("3.0, OpenCL 3.0 PoCL 3.0  Linux", "pthread-x86_64-haswell", 8, 8, 4),
+        ("3.1, OpenCL 3.0 PoCL 3.1", "cpu-x86_64-pc-linux-gnu-skylake-avx512", 16, 16, 16),
+        ("6.0, OpenCL 3.0 PoCL 6.0", "cpu-x86_64-pc-linux-gnu-znver3", 16, 16, 16),
     ],
 )
-def test_old_pocl_has_no_wide_vectors_without_avx512(version, target, native, widths, double):
+def test_old_pocl_has_no_wide_vectors_without_avx512(version, target, native, lanes, double):
     found = pocl("0:0", version, target, native)
-    assert found.widths == widths
-    assert found.double_lanes == double
+    assert (found.lanes, found.double_lanes) == (lanes, double)
+
+
+@pytest.mark.parametrize(
+    ("kind", "platform", "native", "lanes"),
+    [
+        ("cpu", quirks.INTEL, 16, 16),
+        ("cpu", quirks.INTEL, 8, 8),
+        ("cpu", quirks.INTEL, 1, 4),
+        ("cpu", "Unknown", 16, 4),
+        ("gpu", quirks.INTEL, 16, 1),
+        ("accelerator", "Unknown", 4, 1),
+    ],
+)
+def test_the_width_of_vectors(kind, platform, native, lanes):
+    handle = types.SimpleNamespace(native_vector_width_float=native)
+    found = device.Device("0:0", "D", platform, kind, "OpenCL 3.0", handle)
+    assert (found.lanes, found.double_lanes) == (lanes, lanes)
+    assert dataclasses.replace(found, width=2).lanes == 2
 
 
 def test_a_device_of_all_types_is_a_cpu():
@@ -196,7 +200,7 @@ def test_one_pocl_at_a_time(monkeypatch):
     assert device.is_free(first)
     assert device.is_free(CPU)
     assert not device.is_free(second)
-    with pytest.raises(DeviceError, match=r"^1:0 .* another PoCL already"):
+    with pytest.raises(DeviceError, match=r"^1:0 .* another Portable Computing Language already"):
         device.context(second)
 
 

@@ -25,7 +25,7 @@ def test_kernels_of_every_sort_are_launched(device, monkeypatch):
         launch(self, name, *arguments)
 
     monkeypatch.setattr(Launcher, "launch", record)
-    for _, errors in kernel_checks.checks(Engine(dispatch.choose(device))):
-        error, bound = errors()
-        assert error <= bound
+    engine = Engine(dispatch.choose(device))
+    for _, results, bound in kernel_checks.checks(engine):
+        assert kernel_checks.error(engine, results) <= bound
     assert launched >= REQUIRED

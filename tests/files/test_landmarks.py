@@ -204,7 +204,7 @@ def test_handles_far_from_the_data_name_all_files(dragged, capsys):
     options = ["--deformed", "far.fcsv", "--device", FAST]
     assert main(["deform", "in.vti", "rest.mrk.json", "out.vti", *options]) == 1
     error = capsys.readouterr().err
-    assert "`rest.mrk.json` and `far.fcsv` must be where the data of `in.vti` are" in error
+    assert "`rest.mrk.json` and `far.fcsv` must be where the data are" in error
 
 
 def test_a_source_pairs_by_label_and_keeps_the_labels(dragged, messages, tmp_path):

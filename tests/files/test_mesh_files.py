@@ -266,7 +266,7 @@ def test_an_error_in_one_block_is_the_command_s(capsys):
     write(vtkXMLMultiBlockDataWriter(), blocks, "in.vtm")
     assert main(["deform", "in.vtm", "handles.csv", "out.vtm", "--device", FAST]) == 1
     error = capsys.readouterr().err
-    assert error.startswith("vtk-mls: `handles.csv` must be where the data of `in.vtm` are")
+    assert error.startswith("vtk-mls: `handles.csv` must be where the data are")
     assert error.count("\n") == 1
     assert not Path("out.vtm").exists()
 

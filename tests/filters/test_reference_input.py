@@ -145,7 +145,7 @@ def test_a_warning_names_both_boxes(messages):
     deform = deforming(smooth_image(), reference(FAR))
     update(deform)
     messages.assert_one(
-        "nothing of `Input` arrives on the grid of `Reference`: deformed, the input is in x "
+        "nothing of the input arrives on the grid of the reference: deformed, the input is in x "
         "-?[.0-9]+ to [.0-9]+, y .*, z .*; the grid is in x 30[0-9.]+ to 30[0-9.]+, y -19"
     )
     deform.SetBackground(1.0)
@@ -153,7 +153,7 @@ def test_a_warning_names_both_boxes(messages):
     messages.assert_none()
     deform.SetBlend(0.5)
     update(deform)
-    messages.assert_one("nothing of `Input` arrives")
+    messages.assert_one("nothing of the input arrives")
 
 
 @pytest.mark.parametrize(
@@ -172,5 +172,5 @@ def test_a_mesh_with_a_reference_is_an_error(messages):
     deform = deforming(vtkSphereSource(), Grid((2, 2, 2)), port=False)
     assert not deform.GetExecutive().Update()
     messages.assert_one(
-        "`Reference` is the grid of .* `Input` is a vtkPolyData, which keeps its own"
+        "`Reference` is the grid of .* the input is a vtkPolyData, which keeps its own"
     )

@@ -65,7 +65,7 @@ from vtk_mls.commands.kernel_checks import checks
 from vtk_mls.paraview.panels import DEFORM
 
 assert any("translation" in element for element in DEFORM)
-assert "translation map at points" in [step for step, _ in checks(engine=None)]
+assert "translation map at points" in [step for step, *_ in checks(engine=None)]
 """
 
 
@@ -128,3 +128,10 @@ def test_a_property(copy):
     run(copy, "-m", "pytest", "-q", write(copy, [test]))
     run(copy, "docs/properties_page.py")
     assert "MarkVoidCells" in (copy / "docs/properties.md").read_text()
+
+
+def test_a_quirk(copy):
+    (table, in_table, row), test = recipe("Add a driver's quirk")
+    assert in_table == "in QUIRKS"
+    insert(copy / table, "\nQUIRKS = (\n", f"{row.rstrip()},\n")
+    run(copy, "-m", "pytest", "-q", write(copy, [test]))

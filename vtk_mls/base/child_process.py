@@ -21,6 +21,8 @@ import time
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from vtk_mls.base.errors import InputError
+
 PREFIX = "vtk_mls-"  # of the names of folders
 _ERROR = "error.json"
 _PARENT_INTERVAL = 1.0  # seconds between two checks of the parent
@@ -89,45 +91,6 @@ def error(folder) -> Exception | None:
         return None
 
 
-def lines(child, timeout):
-    """Lines that a child prints.
-
-    TimeoutError after `timeout` seconds without a line, which end the child; so many times later as
-    processes share a processor.
-    """
-    while True:
-        has_answered, has_timed_out = threading.Event(), threading.Event()
-        flags = has_answered, has_timed_out
-        threading.Thread(target=_watch, args=(child, timeout, *flags), daemon=True).start()
-        try:
-            line = child.stdout.readline()
-        finally:
-            has_answered.set()
-        if has_timed_out.is_set():
-            raise TimeoutError(f"no answer for {timeout:.0f} s")
-        if not line:
-            return
-        yield line
-
-
-def _watch(child, timeout, has_answered, has_timed_out):
-    waited = 0
-    while not has_answered.wait(timeout):
-        waited += timeout
-        if waited >= timeout * _processes_per_processor():
-            has_timed_out.set()
-            child.kill()
-            return
-
-
-def _processes_per_processor():
-    """The mean of the last minute; 1 where it is less or not known."""
-    try:
-        return max(1.0, os.getloadavg()[0] / (os.cpu_count() or 1))
-    except (AttributeError, OSError):  # Windows
-        return 1.0
-
-
 def ending(status):
     """The signal or the exit status that a process has ended with, by its name."""
     if status >= 0:
@@ -193,7 +156,9 @@ def _described(error):
     """An exception and its causes as values of JSON."""
     cause = error.__cause__ or (None if error.__suppress_context__ else error.__context__)
     classes = [(base.__module__, base.__qualname__) for base in type(error).__mro__]
-    return {"classes": classes, "message": str(error), "cause": cause and _described(cause)}
+    fields = {name: value for name, value in vars(error).items() if isinstance(value, str | tuple)}
+    record = {"classes": classes, "message": str(error), "fields": fields}
+    return {**record, "cause": cause and _described(cause)}
 
 
 def _rebuilt(record):
@@ -206,6 +171,8 @@ def _rebuilt(record):
                 kind = getattr(importlib.import_module(module), name)
                 if issubclass(kind, Exception) and kind is not Exception:
                     made = kind(message if name == own else f"{own}: {message}")
+                    if isinstance(made, InputError):
+                        vars(made).update({name: record["fields"][name] for name in vars(made)})
                     break
     made.__cause__ = record["cause"] and _rebuilt(record["cause"])
     return made

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vtk_mls.base.errors import InputError
 from vtk_mls.base.linear_algebra import transformed
 from vtk_mls.base.validation import as_float, freeze, short_repr
 
@@ -186,7 +187,7 @@ def _finite(name, value, shape):
     """`value` as finite numbers of a shape."""
     array = as_float(name, value)
     if array.shape != shape or not np.isfinite(array).all():
-        raise ValueError(f"`{name}` must be {shape} finite numbers, got {short_repr(value)}")
+        raise InputError(f"must be {shape} finite numbers, got {short_repr(value)}", argument=name)
     return array
 
 

@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vtk_mls.base.errors import InputError
+
 _MAX_REPR_LENGTH = 60
 
 
@@ -17,9 +19,10 @@ def check_unmasked(name, value):
     """Raise ValueError, naming it `name`, if values of a numpy or dask array are masked."""
     is_lazy = np.ma.isMaskedArray(getattr(value, "_meta", None))  # whose masks are not known
     if is_lazy or np.ma.is_masked(value):
-        raise ValueError(
-            f"`{name}` must have no masked values, got a masked array; fill it first, as by "
-            f"`{'dask.array' if is_lazy else 'numpy'}.ma.filled`"
+        raise InputError(
+            f"must have no masked values, got a masked array; fill it first, as by "
+            f"`{'dask.array' if is_lazy else 'numpy'}.ma.filled`",
+            argument=name,
         )
 
 
@@ -66,7 +69,7 @@ def coordinates(value: ArrayLike, name: str = "points") -> NDArray[Any]:
     if array.size == 0 and array.ndim <= 2:
         array = array.reshape(0, 3)
     if array.ndim != 2 or array.shape[1] != 3:
-        raise ValueError(f"`{name}` must have the shape (n, 3), got {array.shape}")
+        raise InputError(f"must have the shape (n, 3), got {array.shape}", argument=name)
     return np.ascontiguousarray(array)
 
 
@@ -75,16 +78,16 @@ def points(name: str, value: ArrayLike) -> NDArray[np.float64]:
     array = coordinates(value, name).astype(np.float64)
     if not np.isfinite(array).all():
         row = int(np.flatnonzero(~np.isfinite(array).all(axis=1))[0])
-        raise ValueError(f"`{name}` must be finite, got {array[row].tolist()} in row {row}")
+        raise InputError(f"must be finite, got {array[row].tolist()} in row {row}", argument=name)
     return array
 
 
 def same_count(p, q, elements="points"):
     """Raise unless `rest` and `deformed` have as many rows."""
     if len(p) != len(q):
-        raise ValueError(
-            f"`rest` and `deformed` must have the same number of {elements}, "
-            f"got {len(p)} and {len(q)}"
+        raise InputError(
+            f"must have the same number of {elements}, got {len(p)} and {len(q)}",
+            argument=("rest", "deformed"),
         )
 
 
@@ -113,7 +116,7 @@ def vector(name: str, value: ArrayLike) -> NDArray[np.float64]:
     """An argument of three finite numbers."""
     array = as_float(name, value, "three numbers")
     if array.shape != (3,) or not np.isfinite(array).all():
-        raise ValueError(f"`{name}` must be three finite numbers, got {short_repr(value)}")
+        raise InputError(f"must be three finite numbers, got {short_repr(value)}", argument=name)
     return array
 
 
@@ -121,7 +124,7 @@ def positive(name: str, value: Any) -> float:
     """A positive number."""
     array = as_float(name, value, "a number")
     if array.ndim or not (np.isfinite(array) and array > 0):
-        raise ValueError(f"`{name}` must be a positive number, got {short_repr(value)}")
+        raise InputError(f"must be a positive number, got {short_repr(value)}", argument=name)
     return float(array)
 
 
@@ -129,7 +132,7 @@ def choice(name, value, choices):
     """One of `choices`, strings or numbers."""
     if not np.isscalar(value) or value not in choices:
         listed = ", ".join(map(str, choices))
-        raise ValueError(f"`{name}` must be one of {listed}, got {short_repr(value)}")
+        raise InputError(f"must be one of {listed}, got {short_repr(value)}", argument=name)
     return value
 
 
@@ -137,7 +140,8 @@ def output_array(name, value, shape, dtype):
     """Check a contiguous array that is to be filled."""
     fits = isinstance(value, np.ndarray) and (value.shape, value.dtype) == (shape, dtype)
     if not (fits and value.flags.c_contiguous and value.flags.writeable):
-        raise ValueError(
-            f"`{name}` must be a writeable, contiguous array of {np.dtype(dtype)} with the shape "
-            f"{shape}, got {short_repr(value)}"
+        raise InputError(
+            f"must be a writeable, contiguous array of {np.dtype(dtype)} with the shape "
+            f"{shape}, got {short_repr(value)}",
+            argument=name,
         )

@@ -6,6 +6,7 @@ import json
 from contextlib import contextmanager
 from functools import partial
 
+from vtk_mls.base.errors import InputError
 from vtk_mls.commands import map_options, property_options
 from vtk_mls.commands.running import progress_bar, read
 from vtk_mls.commands.supervision import step
@@ -56,15 +57,14 @@ def run(options):
 
 @contextmanager
 def _files_named(options):
-    """Replace names of arguments in errors by names of files."""
+    """In errors arguments have the names of their files."""
     rest, deformed = options.handles, options.deformed or options.handles
     both = f"`{rest}`" if rest == deformed else f"`{rest}` and `{deformed}`"
     try:
         yield
-    except ValueError as error:
-        text = str(error).replace("`rest` and `deformed`", both)
-        text = text.replace("`rest`", f"p of `{rest}`").replace("`deformed`", f"q of `{deformed}`")
-        raise ValueError(text) from error
+    except InputError as error:
+        names = {"rest": f"p of `{rest}`", "deformed": f"q of `{deformed}`"}
+        raise error.renamed({**names, ("rest", "deformed"): both}) from error
 
 
 def _json(report):

@@ -115,12 +115,11 @@ def _devices(problems, retest):
 
 
 def _result(device, result):
-    if result.lanes:
-        how = "computes right" if result.is_checked else "not checked, no Python could be started"
-        speed = f", {result.speed / 1e6:.0f} million points/s" if result.speed else ""
-        yield f"{how} with {result.lanes} points per work item{speed}"
+    if result.failure:
+        yield f"is not used: {result.failure}"
     else:
-        yield "is not used"
-    yield from result.failures
+        how = "computes right" if result.is_checked else "not checked, no process could check it"
+        speed = f", {result.speed / 1e6:.0f} million points/s" if result.speed else ""
+        yield f"{how} with {device.lanes} points per work item{speed}"
     path = device_check.result_path(device)
     yield f"result kept in {path}" if path and path.exists() else "result not kept"

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import sys
 from contextlib import contextmanager
-from functools import partial
 
+from vtk_mls.base.errors import InputError
 from vtk_mls.commands.supervision import step
 
 _BAR_LENGTH = 40  # characters
@@ -18,15 +18,15 @@ def read(reader, path):
 
 
 @contextmanager
-def _deferred_warnings(named=str):
-    """Print warnings at the end of the block, as `named` returns them: reading silences stderr."""
+def _deferred_warnings():
+    """Print warnings at the end of the block, because reading silences stderr."""
     from vtk_mls.base.messages import message_handlers, warn
 
     warnings = []
     with message_handlers(None, warnings.append):
         yield
     for warning in warnings:
-        warn(named(warning))
+        warn(warning)
 
 
 @contextmanager
@@ -62,32 +62,20 @@ def update(algorithm, options, done=0, total=1):
     For the progress bar, `done` of `total` runs came before. A ValueError is that of the filter,
     with the names of the files.
     """
-    named = partial(_with_files_named, options)
-    with _deferred_warnings(named), step("deform", options.input), files_named(options):
+    with _deferred_warnings(), step("deform", options.input), files_named(options):
         _update(algorithm, shows_progress(options), done, total)
 
 
 @contextmanager
 def files_named(options):
-    """Replace names of a filter's inputs in errors by names of files."""
+    """In errors the inputs of a filter have the names of their files."""
     try:
         yield
-    except ValueError as error:
+    except InputError as error:
         paths = options.handles, options.deformed, options.path
-        names = [f"`{path}`" for path in paths if path]
-        text = str(error).replace("`ControlPoints`", " and ".join(names))
-        text = text.replace("where the data are", f"where the data of `{options.input}` are")
-        raise ValueError(_with_files_named(options, text)) from error
-
-
-def _with_files_named(options, sentence):
-    """A sentence about `Input` and `Reference`, with the names of their files."""
-    reference = getattr(options, "reference", None)
-    if reference is None or "`Reference`" not in sentence:
-        return sentence
-    for name, path in (("Input", options.input), ("Reference", reference)):
-        sentence = sentence.replace(f"`{name}`", f"`{path}`")
-    return sentence
+        names = {"ControlPoints": " and ".join(f"`{path}`" for path in paths if path)}
+        names["Reference"] = f"`{getattr(options, 'reference', None)}`"
+        raise error.renamed(names) from error
 
 
 def shows_progress(options):

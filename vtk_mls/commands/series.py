@@ -137,10 +137,7 @@ def _writing_collection(path):
             suffix = PIECES.get(dataset.GetClassName(), ".vtm")
             name = f"{path.stem}/{path.stem}_{len(entries):04}{suffix}"
             (new.parent / path.stem).mkdir(exist_ok=True)
-            try:
-                io.write_dataset(dataset, new.parent / name)
-            except OSError as error:  # the error names a temporary folder
-                raise OSError(str(error).replace(str(new.parent), str(path.parent))) from error
+            io.write_dataset(dataset, new.parent / name)
             entries.append((time, name))
 
         yield add

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import os
 
 from vtk_mls.base import lazy
@@ -40,7 +39,7 @@ _warn_once = lazy.cached(warn)
 
 
 def choose(name: str | None = None) -> devices.Device:
-    """The device for `name`, with the number of points per work item that passed the check.
+    """The device for `name`, which passed the check.
 
     Parameters
     ----------
@@ -80,12 +79,11 @@ def choose(name: str | None = None) -> devices.Device:
 
 def _working(found):
     """Devices that pass the check, the fastest first."""
-    working = [pair for pair in zip(device_check.results(found), found) if pair[0].lanes]
-    working.sort(key=lambda pair: -pair[0].speed)
-    return [dataclasses.replace(device, width=result.lanes) for result, device in working]
+    checked = zip(device_check.results(found), found)
+    working = [(result.speed, device) for result, device in checked if not result.failure]
+    return [device for _, device in sorted(working, key=lambda pair: -pair[0])]
 
 
 def _with_failure(device):
     result = device_check.cached_result(device)
-    fails = result is not None and not result.lanes
-    return f"{device}" + (f", which fails: {result.failures[-1]}" if fails else "")
+    return f"{device}" + (f", not used: {result.failure}" if result and result.failure else "")

@@ -15,6 +15,7 @@ import tempfile
 from contextlib import contextmanager
 from pathlib import Path, PurePosixPath, PureWindowsPath
 
+from vtk_mls.base.errors import InputError
 from vtk_mls.files.ome_zarr import is_ome_zarr
 
 _INDICES = ".vtm", ".vtmb", ".vtpc", ".pvd"  # their data are in a folder of the same name
@@ -81,8 +82,10 @@ def replacing(path):
         _move_over(folder, target)
     except OSError as error:
         raise _failure(path, error) from error
-    except ValueError as error:
-        raise ValueError(str(error).replace(str(new), str(path))) from error
+    except InputError as error:
+        if error.path != str(new):
+            raise
+        raise InputError(error.predicate, path=path) from error
     finally:
         shutil.rmtree(folder, ignore_errors=True)
 
@@ -142,7 +145,10 @@ def remove_remains(path, process):
 
 
 def _failure(path, error):
-    return OSError(f"`{path}` could not be written: {error.strerror or error}")
+    reason = error.strerror or str(error)
+    failure = OSError(f"`{path}` could not be written: {reason}")
+    failure.strerror = reason  # for a caller whose file has another name
+    return failure
 
 
 def _prefix(process):

@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from vtkmodules.vtkCommonCore import vtkLogger, vtkOutputWindow, vtkStringOutputWindow, vtkVersion
 from vtkmodules.vtkCommonMisc import vtkErrorCode
 
+from vtk_mls.base.errors import InputError
 from vtk_mls.files.paths import replacing
 
 _MAX_TEXT = 200  # characters of a quoted error
@@ -66,7 +67,7 @@ def check_size(path, size):
 
 @contextmanager
 def failures_named(path):
-    """Turn errors, also those that VTK only prints, into a ValueError that names the file."""
+    """Turn errors, also those that VTK only prints, into an InputError of the file."""
     default_window, window = vtkOutputWindow.GetInstance(), vtkStringOutputWindow()
     verbosity = vtkLogger.GetCurrentVerbosityCutoff()
     vtkOutputWindow.SetInstance(window)
@@ -74,17 +75,20 @@ def failures_named(path):
     try:
         yield
     except MemoryError:
-        raise ValueError(f"`{path}` needs more memory than there is") from None
+        raise InputError("needs more memory than there is", path=path) from None
     except (ArithmeticError, ValueError) as error:
-        if f"`{path}`" in str(error):
+        before, name, predicate = str(error).partition(f"`{path}`")
+        if not name:
+            predicate = f"cannot be used: {_sentence(before)}"
+        elif before:
             raise
-        raise ValueError(f"`{path}` cannot be used: {_sentence(str(error))}") from error
+        raise InputError(predicate.lstrip(), path=path) from error
     finally:
         vtkOutputWindow.SetInstance(default_window)
         vtkLogger.SetStderrVerbosity(verbosity)
     errors = _reported(window.GetOutput())
     if errors:
-        raise ValueError(f"`{path}`: VTK says: {_sentence(errors[0])}")
+        raise InputError(f": VTK says: {_sentence(errors[0])}", path=path)
 
 
 def _reported(text):
@@ -97,8 +101,11 @@ def _reported(text):
 
 
 def _sentence(text):
-    """The beginning of a text on one line, without addresses and control characters."""
-    text = re.sub(r" \(0x[0-9a-f]+\)", "", " ".join(text.split()))
+    """The beginning of a text on one line.
+
+    Addresses, folders of `paths.replacing` and control characters are left out.
+    """
+    text = re.sub(r" \(0x[0-9a-f]+\)|\.vtk-mls-\d+-\w+[/\\]", "", " ".join(text.split()))
     text = "".join(letter if letter.isprintable() else "?" for letter in text)
     return text if len(text) <= _MAX_TEXT else f"{text[:_MAX_TEXT]}..."
 

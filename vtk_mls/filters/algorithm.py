@@ -19,6 +19,7 @@ from vtkmodules.vtkCommonExecutionModel import (
 )
 
 from vtk_mls import Aborted, DeviceError
+from vtk_mls.base.errors import InputError
 from vtk_mls.base.messages import message_handlers
 from vtk_mls.base.progress import whole
 from vtk_mls.base.validation import short_repr
@@ -62,6 +63,7 @@ class Algorithm(VTKPythonAlgorithmBase):
     """
 
     PROPERTIES = ()  # by `with_properties`
+    last_error = None  # an InputError that was reported
     _silencer = None  # tag of the observer of the executive's errors
     _has_reported = False  # an error, since VTK began with the blocks of a composite input
     _has_discarded = False  # an output, since then
@@ -112,7 +114,7 @@ class Algorithm(VTKPythonAlgorithmBase):
             self._discard(outInfo)
             return 1
         except (DeviceError, MemoryError, TypeError, ValueError) as error:
-            return self._fail(outInfo, str(error) or "there is not enough memory")
+            return self._fail(outInfo, error)
         except BaseException:
             self._discard(outInfo)
             raise
@@ -217,10 +219,10 @@ class Algorithm(VTKPythonAlgorithmBase):
             if has_changed or pipeline.is_outdated(info, self._time):
                 output.Initialize()
 
-    def _fail(self, out_info, sentence):
+    def _fail(self, out_info, error):
         """Report an error; the return value for VTK's executive."""
         self._discard(out_info)
-        self._report(sentence)
+        self._report(error)
         self._silence_executive_errors()
         return 0
 
@@ -240,13 +242,15 @@ class Algorithm(VTKPythonAlgorithmBase):
             output.ShallowCopy(empty)
             pipeline.reset_invalid_request(info)
 
-    def _report(self, sentence):
+    def _report(self, error):
         if not vtkObject.GetGlobalWarningDisplay():
             return
         if self._has_reported and self.is_among_blocks():
             return
         self._has_reported = True
-        text = f"{type(self).__name__}: {sentence}"
+        # a copy, which holds no frame of the execution
+        self.last_error = error.renamed({}) if isinstance(error, InputError) else None
+        text = f"{type(self).__name__}: {str(error) or 'there is not enough memory'}"
         if self.HasObserver("ErrorEvent"):
             self.InvokeEvent("ErrorEvent", text)
         else:

@@ -15,6 +15,7 @@ from vtkmodules.vtkCommonDataModel import (
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm
 
 from vtk_mls import Chain, Deformation, RegionHandle
+from vtk_mls.base.errors import InputError
 from vtk_mls.filters import (
     cut_inputs,
     gradients,
@@ -417,9 +418,10 @@ def _check_distance(deformation, low, high, name):
     positions = np.concatenate(deformation.handle_set.positions)
     distance = np.abs(positions - (low + high) / 2).max()
     if 0 < size < distance * np.finfo(np.float32).eps:
-        raise ValueError(
-            f"`{name}` must be where the data are: one is {distance:g} away from their middle, "
-            f"and they are {size:g} large, which float32 cannot tell from a point then"
+        raise InputError(
+            f"must be where the data are: one is {distance:g} away from their middle, and they are "
+            f"{size:g} large, which float32 cannot tell from a point then",
+            argument=name,
         )
 
 

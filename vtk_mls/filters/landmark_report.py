@@ -6,6 +6,7 @@ import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkCompositeDataSet, vtkTable
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm
 
+from vtk_mls.base.errors import InputError
 from vtk_mls.filters import property_tables
 from vtk_mls.filters.algorithm import Algorithm, inputs
 from vtk_mls.filters.deforming import control_point_arrays
@@ -16,10 +17,10 @@ from vtk_mls.vtk import arrays
 from vtk_mls.vtk.control_point_polydata import LABEL
 
 _NAMES = {
-    "`rest` and `deformed`": "`Input`",
-    "`rest`": "p of `Input`",
-    "`deformed`": "q of `Input`",
-    "`ControlPoints`": "`Input`",
+    ("rest", "deformed"): "`Input`",
+    "rest": "p of `Input`",
+    "deformed": "q of `Input`",
+    "ControlPoints": "`Input`",
 }
 
 
@@ -86,11 +87,8 @@ class MLSLandmarkReport(Algorithm):
             names = [label or str(i + 1) for i, label in enumerate(labels)] or None
             device = self.GetDevice() or None
             return report(p, q, names, weights=weights, device=device, progress=progress)
-        except ValueError as error:
-            sentence = str(error)
-            for name, own in _NAMES.items():
-                sentence = sentence.replace(name, own)
-            raise ValueError(sentence) from error
+        except InputError as error:
+            raise error.renamed(_NAMES) from error
 
 
 def fill_pairs(table, result):

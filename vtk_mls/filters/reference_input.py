@@ -8,6 +8,7 @@ from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkImageData
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm
 
 from vtk_mls import Grid
+from vtk_mls.base.errors import InputError
 from vtk_mls.base.validation import short_repr
 from vtk_mls.filters import pipeline, property_tables
 from vtk_mls.filters.algorithm import CachedValue
@@ -58,7 +59,7 @@ class ReferenceInput:
             kinds = property_tables.REFERENCE.kinds
             raise TypeError(f"`Reference` must be {kinds}, got {short_repr(value)}")
         if geometry.is_empty:
-            raise ValueError("`Reference` is an empty image; it must have at least one point")
+            raise InputError("is an empty image; it must have a point", argument="Reference")
         return geometry
 
     def _input_geometry(self):
@@ -90,9 +91,10 @@ class ReferenceInput:
     def _refuse_reference_of(self, mesh):
         """Raise ValueError for a mesh with a Reference."""
         if self.has_reference():
-            raise ValueError(
-                "`Reference` is the grid of a deformed image, and `Input` is a "
-                f"{mesh.GetClassName()}, which keeps its own points; leave the reference out"
+            raise InputError(
+                f"is the grid of a deformed image, and the input is a {mesh.GetClassName()}, which "
+                "keeps its own points; leave the reference out",
+                argument="Reference",
             )
 
     def _check_arrival(self, deformation, source, target):
@@ -102,8 +104,8 @@ class ReferenceInput:
             if not arrival.arrives(deformation, source.grid, target.grid):
                 moved, grid = arrival.boxes(deformation, source.grid, target.grid)
                 self._warn(
-                    "nothing of `Input` arrives on the grid of `Reference`: deformed, the input "
-                    f"is in {moved}; the grid is in {grid}"
+                    "nothing of the input arrives on the grid of the reference: deformed, the "
+                    f"input is in {moved}; the grid is in {grid}"
                 )
 
         if self.has_reference():

@@ -14,9 +14,19 @@ from vtk_mls.base.progress import Aborted
 def update(algorithm, progress=None, names=None):
     """Update a filter; its warnings go to `base.messages`, as PyVista hides VTK's output window.
 
-    `progress` is called with the completed fraction, from 0 to 1; a true return value stops with
-    `Aborted`. The first error of the filter or of its blocks is a ValueError, in which `names`
-    replace the names in backticks.
+    Parameters
+    ----------
+    algorithm : vtkAlgorithm
+    progress : callable, optional
+        Called with the completed fraction, from 0 to 1; a true return value stops with `Aborted`.
+    names : dict, optional
+        Replacements, by argument, for the names in backticks in errors.
+
+    Raises
+    ------
+    Aborted
+    ValueError
+        The first error of the filter or of its blocks; with the fields of an `InputError`.
     """
     errors, warnings, is_stopped = [], [], False
 
@@ -53,5 +63,8 @@ def update(algorithm, progress=None, names=None):
         warn(sentence)
     if errors or not is_updated:
         sentence = errors[0] if errors else "the deformation failed"
+        error = getattr(algorithm, "last_error", None)
+        if not names and str(error) == sentence:
+            raise error
         names = names or {}
         raise ValueError(re.sub("`(\\w+)`", lambda match: names.get(match[1], match[0]), sentence))

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vtk_mls.base.errors import InputError
 from vtk_mls.base.progress import SILENT, ProgressLike, whole
 from vtk_mls.base.validation import same_count
 from vtk_mls.landmarks import outliers, settings, volume
@@ -252,9 +253,9 @@ def _checked(rest, deformed, names, weights):
     q = arguments.control_points("deformed", deformed)
     same_count(p, q)
     if len(p) < MIN_PAIRS:
-        raise ValueError(
-            f"`rest` and `deformed` must have at least {MIN_PAIRS} pairs to predict each from the "
-            f"others, got {len(p)}"
+        raise InputError(
+            f"must have at least {MIN_PAIRS} pairs to predict each from the others, got {len(p)}",
+            argument=("rest", "deformed"),
         )
     labels = tuple(map(str, range(1, len(p) + 1) if names is None else names))
     if len(labels) != len(p):
@@ -264,9 +265,10 @@ def _checked(rest, deformed, names, weights):
         if (counts > 1).any():
             i = first[counts > 1].min()
             same = np.flatnonzero((places == places[i]).all(axis=1))
-            raise ValueError(
-                f"`{name}` must be distinct places, got {places[i].tolist()} for the pairs "
-                f"`{labels[same[0]]}` and `{labels[same[1]]}`; remove one of them"
+            raise InputError(
+                f"must be distinct places, got {places[i].tolist()} for the pairs "
+                f"`{labels[same[0]]}` and `{labels[same[1]]}`; remove one of them",
+                argument=name,
             )
     return PointPairs(p, q, arguments.positive_weights(weights, len(p))), labels
 

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vtk_mls.base.errors import InputError
 from vtk_mls.base.validation import as_float, points, short_repr
 from vtk_mls.model import cuts as shapes
 
@@ -22,9 +23,10 @@ def control_points(name: str, value: ArrayLike) -> NDArray[np.float64]:
     is_far = np.abs(array).max(axis=1, initial=0) > MAX_COORDINATE
     if is_far.any():
         row = int(np.flatnonzero(is_far)[0])
-        raise ValueError(
-            f"`{name}` must be within {MAX_COORDINATE:g}, the range of float32 displacements, "
-            f"got {array[row].tolist()} in row {row}"
+        raise InputError(
+            f"must be within {MAX_COORDINATE:g}, the range of float32 displacements, "
+            f"got {array[row].tolist()} in row {row}",
+            argument=name,
         )
     return array
 
@@ -35,9 +37,10 @@ def path(value: ArrayLike | None, count: int, name: str = "path") -> NDArray[np.
         return np.zeros((0, count, 3))
     places = as_float(name, value, "numbers of shape (k, n, 3)")
     if places.ndim != 3 or places.shape[1:] != (count, 3) or not np.isfinite(places).all():
-        raise ValueError(
-            f"`{name}` must be finite numbers of shape (k, {count}, 3), places of each control "
-            f"point, got {short_repr(value)}"
+        raise InputError(
+            f"must be finite numbers of shape (k, {count}, 3), places of each control "
+            f"point, got {short_repr(value)}",
+            argument=name,
         )
     return places
 
@@ -48,14 +51,16 @@ def positive_weights(value: ArrayLike | None, count: int) -> NDArray[np.float64]
         return np.ones(count)
     weights = as_float("weights", value)
     if weights.shape != (count,):
-        raise ValueError(
-            f"`weights` must be one number per control point, shape ({count},), got {weights.shape}"
+        raise InputError(
+            f"must be one number per control point, shape ({count},), got {weights.shape}",
+            argument="weights",
         )
     is_bad = ~(np.isfinite(weights) & (weights > 0))
     if is_bad.any():
         first = int(np.flatnonzero(is_bad)[0])
-        raise ValueError(
-            f"`weights` must be positive, got {weights[first]} for control point {first}"
+        raise InputError(
+            f"must be positive, got {weights[first]} for control point {first}",
+            argument="weights",
         )
     return weights
 
@@ -78,7 +83,8 @@ def check_cut_distances(cuts, regions):
     for control_points in (region.control_points for region in regions):
         for cut in cuts:
             if not cut.farthest(control_points) <= MAX_CUT_DISTANCE:
-                raise ValueError(
-                    f"`cuts` must be within {MAX_CUT_DISTANCE:g} times the extent of the control "
-                    f"points, {control_points.scale:g}, got {short_repr(cut)}"
+                raise InputError(
+                    f"must be within {MAX_CUT_DISTANCE:g} times the extent of the control "
+                    f"points, {control_points.scale:g}, got {short_repr(cut)}",
+                    argument="cuts",
                 )

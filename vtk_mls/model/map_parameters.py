@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vtk_mls.base.errors import InputError
 from vtk_mls.base.validation import freeze, same_count
 from vtk_mls.model import arguments, kinds, limits
 from vtk_mls.model.cuts import Cut, Obstacle, Plane
@@ -81,7 +82,9 @@ class MapParameters:
         q = arguments.control_points("deformed", deformed)
         shaped = checked_handles(handles)
         if len(p) == 0 and not shaped:
-            raise ValueError("`rest` is empty; a deformation needs at least one control point")
+            raise InputError(
+                "is empty; a deformation needs at least one control point", argument="rest"
+            )
         same_count(p, q, "control points")
         settings = check_options(
             kind=kind,
@@ -106,9 +109,10 @@ class MapParameters:
     def _find_regions(self):
         """Divide the handles by the cuts."""
         if self.in_rest_frame and len(self.obstacles) > _MAX_OBSTACLES:
-            raise ValueError(
-                f"`cuts` must have at most {_MAX_OBSTACLES} with an edge, "
-                f"got {len(self.obstacles)}; join surfaces into one"
+            raise InputError(
+                f"must have at most {_MAX_OBSTACLES} with an edge, "
+                f"got {len(self.obstacles)}; join surfaces into one",
+                argument="cuts",
             )
         kind = kinds.named(self.kind, self.degree)
         in_rest_frame = self.cut_frame == "rest"

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from vtk_mls.base.errors import InputError
 from vtk_mls.base.validation import as_float, short_repr
 from vtk_mls.model import kinds
 
@@ -98,7 +99,7 @@ class Option:
         if self.choices:
             if not np.isscalar(value) or value not in self.choices:
                 expected = self.expected or f"one of {', '.join(map(str, self.choices))}"
-                raise ValueError(f"`{name}` must be {expected}, got {short_repr(value)}")
+                raise InputError(f"must be {expected}, got {short_repr(value)}", argument=name)
             return int(value) if isinstance(self.default, int) else value
         if self.is_valid is None:
             return value
@@ -108,7 +109,7 @@ class Option:
         if number.ndim:
             raise TypeError(f"`{name}` must be a number, got {short_repr(value)}")
         if not (np.isfinite(number) and self.is_valid(number)):
-            raise ValueError(f"`{name}` must be {self.expected}, got {short_repr(value)}")
+            raise InputError(f"must be {self.expected}, got {short_repr(value)}", argument=name)
         return type(self.default)(number)
 
     def limited(self, value: float, present: float) -> float:

@@ -10,10 +10,10 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import threading
 from dataclasses import dataclass
 from pathlib import Path
 
-from vtk_mls.base import child_process
 from vtk_mls.base.messages import inform
 from vtk_mls.base.resources import resource
 
@@ -176,24 +176,32 @@ def _program(folder, name):
 
 
 def _output_of(command, variables):
-    """All that a program prints. Notes are shown; the check of the driver has limits of its own."""
+    """All that a program prints. Notes are shown; the check of the driver has its own limit."""
     streams = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
-    output = ""
+    output, is_late = "", threading.Event()
+
+    def end():
+        is_late.set()
+        child.kill()
+
+    limit = threading.Timer(_TIMEOUT, end)
     try:
         with subprocess.Popen([*map(str, command)], env=variables, text=True, **streams) as child:
+            limit.start()
             try:
-                for line in child_process.lines(child, _TIMEOUT):
-                    output += line
-                    if line.startswith("FOUND"):
-                        break
                 for line in child.stdout:
                     output += line
-                    if line.startswith("NOTE"):
+                    if line.startswith("FOUND"):
+                        limit.cancel()
+                    elif line.startswith("NOTE"):
                         inform(json.loads(line[len("NOTE") :]))
             finally:
+                limit.cancel()
                 child.kill()
     except OSError as error:
         raise ValueError(f"{command[0]} does not run: {error}") from error
+    if is_late.is_set():
+        raise ValueError(f"{command[0]} does not run: no answer for {_TIMEOUT} s")
     return output
 
 

@@ -20,6 +20,7 @@ from vtkmodules.vtkCommonCore import (
 from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkDataSetAttributes
 from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
 
+from vtk_mls.base.errors import InputError
 from vtk_mls.base.grid import Grid
 
 GHOSTS = vtkDataSetAttributes.GhostArrayName()
@@ -342,8 +343,9 @@ def control_points(polydata, displacement, weight=None, moved=None):
     """
     count = polydata.GetNumberOfPoints()
     if count == 0:
-        raise ValueError(
-            "`ControlPoints` has no points; a deformation needs at least one control point"
+        raise InputError(
+            "has no points; a deformation needs at least one control point",
+            argument="ControlPoints",
         )
     rest = to_numpy(polydata.GetPoints().GetData()).astype(np.float64)
     if moved is None:
@@ -367,18 +369,21 @@ def _control_point_values(polydata, name, components):
     array = data.GetArray(name)
     if array is None:
         found = ", ".join(f"`{data.GetArrayName(i)}`" for i in range(data.GetNumberOfArrays()))
-        raise ValueError(
-            f"`ControlPoints` has no numeric point array `{name}`; it has {found or 'none'}"
+        raise InputError(
+            f"has no numeric point array `{name}`; it has {found or 'none'}",
+            argument="ControlPoints",
         )
     if array.GetNumberOfComponents() != components:
-        raise ValueError(
-            f"array `{name}` of `ControlPoints` must have {components} "
-            f"component{'s' * (components > 1)}, got {array.GetNumberOfComponents()}"
+        raise InputError(
+            f"must have {components} component{'s' * (components > 1)} in the array `{name}`, "
+            f"got {array.GetNumberOfComponents()}",
+            argument="ControlPoints",
         )
     if array.GetNumberOfTuples() != polydata.GetNumberOfPoints():
-        raise ValueError(
-            f"array `{name}` of `ControlPoints` must have one tuple per point, got "
-            f"{array.GetNumberOfTuples()} for {polydata.GetNumberOfPoints()} points"
+        raise InputError(
+            f"must have one tuple per point in the array `{name}`, got "
+            f"{array.GetNumberOfTuples()} for {polydata.GetNumberOfPoints()} points",
+            argument="ControlPoints",
         )
     return to_numpy(array)
 

@@ -6,6 +6,7 @@ import numpy as np
 from vtkmodules.vtkCommonCore import VTK_DOUBLE
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
+from vtk_mls.base.errors import InputError
 from vtk_mls.model.handles.handle_cells import HandleCells
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.cells import positions_of, set_positions
@@ -45,13 +46,14 @@ def path_of(point_set):
         return np.zeros((0, count, 3))
     components, tuples = array.GetNumberOfComponents(), array.GetNumberOfTuples()
     if components % 3 or tuples != count:
-        raise ValueError(
-            f"array `{PATH}` of `ControlPoints` must have 3 components per intermediate place and "
-            f"one tuple for each of {count} points, got {components} components, {tuples} tuples"
+        raise InputError(
+            f"must have 3 components per intermediate place and one tuple for each of {count} "
+            f"points in the array `{PATH}`, got {components} components, {tuples} tuples",
+            argument="ControlPoints",
         )
     moves = arrays.to_numpy(array).astype(np.float64).reshape(count, -1, 3)
     if not np.isfinite(moves).all():
-        raise ValueError(f"array `{PATH}` of `ControlPoints` must be finite")
+        raise InputError(f"must be finite in the array `{PATH}`", argument="ControlPoints")
     return positions_of(point_set) + moves.swapaxes(0, 1)
 
 

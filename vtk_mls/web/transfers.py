@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import hashlib
-import os
 import shutil
 import tempfile
 import zipfile
@@ -15,6 +14,7 @@ from aiohttp import web
 
 from vtk_mls import io
 from vtk_mls.base import child_process
+from vtk_mls.base.errors import InputError
 from vtk_mls.editor import State, sessions
 from vtk_mls.editor.autosave import Autosave
 from vtk_mls.editor.handle_polydata import handle_values
@@ -89,9 +89,11 @@ class Transfers:
             except web.HTTPException:
                 raise
             except Exception as error:
+                if isinstance(error, InputError) and error.path == str(folder / name):
+                    error = InputError(error.predicate, path=name)
                 no_text = {MemoryError: "There is not enough memory"}
                 text = " ".join(str(error).split()) or no_text.get(type(error), repr(error))
-                return web.Response(status=400, text=text.replace(f"{folder}{os.sep}", ""))
+                return web.Response(status=400, text=text)
             finally:
                 if folder not in self._current.values():
                     shutil.rmtree(folder, ignore_errors=True)

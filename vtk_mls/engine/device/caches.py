@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
+import platform
 import sys
 import tempfile
 import time
@@ -32,20 +34,33 @@ def folder() -> Path | None:
 
 
 def kernel_folder() -> str | None:
-    """The folder where pyopencl keeps built kernels; None for its own.
+    """The folder where pyopencl keeps kernels built for this processor; None for its own.
 
-    A process that is killed while it holds the lock of the folder leaves the lock there, and
-    pyopencl then waits a minute for each kernel. Such a lock is removed.
+    pyopencl finds a kernel there by its text, options and driver. A process that is killed while it
+    holds the lock of the folder leaves the lock there, and pyopencl then waits a minute for each
+    kernel. Such a lock is removed.
     """
     parent = folder()
     if parent is None:
         return None
-    path = parent / "vtk_mls" / "kernels"
+    digest = hashlib.sha256(repr(processor()).encode()).hexdigest()[:8]
+    path = parent / "vtk_mls" / "kernels" / digest
     with suppress(OSError):
         lock = path / "lock"
         if time.time() - lock.stat().st_mtime > _OLDEST_LOCK:
             lock.unlink()
     return str(path)
+
+
+@lazy.cached
+def processor() -> list[str]:
+    """The processor that a CPU driver compiles for; machines may share a home folder."""
+    try:
+        with open("/proc/cpuinfo") as info:
+            lines = info.read(8192).splitlines()
+    except OSError:
+        return [platform.machine(), platform.processor()]
+    return [line for line in lines if line.startswith(("model name", "flags", "Features"))][:2]
 
 
 def _usual_folder():

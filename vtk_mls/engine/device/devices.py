@@ -11,14 +11,8 @@ from dataclasses import dataclass, field
 from vtk_mls.base import lazy
 from vtk_mls.base.messages import inform
 from vtk_mls.base.resources import resource
-from vtk_mls.engine.device import caches, drivers
+from vtk_mls.engine.device import caches, drivers, quirks
 
-POCL = "Portable Computing Language"
-# LLVM's names of processors with AVX-512; the version of a PoCL device has one.
-_WITH_AVX512 = re.compile(
-    r"skylake-avx512|cascadelake|cooperlake|cannonlake|icelake|tigerlake|rocketlake"
-    r"|sapphirerapids|emeraldrapids|graniterapids|diamondrapids|kn[lm]|znver[4-9]"
-)
 _OUT_OF_MEMORY = (-4, -5, -6)  # of the device for an object, of its resources, of the host
 
 # Environment variables of MPI launchers: the rank of a process on its node, and the number of
@@ -62,7 +56,7 @@ class Device:
     driver : str
         Versions of the driver and of its platform.
     width : int, optional
-        Points per work item for which its results are right; see `device_check`.
+        Points per work item, instead of those that `quirks` chooses.
     """
 
     key: str
@@ -77,29 +71,12 @@ class Device:
     @property
     def lanes(self) -> int:
         """Points per work item: the width of the vector units on a CPU, one on a GPU."""
-        return self.width or self.widths[0]
-
-    @property
-    def widths(self) -> tuple[int, ...]:
-        """Points per work item to check, the fastest first."""
-        if self.kind != "cpu":
-            return (1,)
-        native = self.handle.native_vector_width_float
-        widest = native if native in (4, 8, 16) else 4
-        if self._miscompiles_512_bits:
-            widest = min(widest, 8)
-        return tuple(width for width in (16, 8, 4, 1) if width <= widest)
+        return self.width or quirks.lanes(self)
 
     @property
     def double_lanes(self) -> int:
-        """The same for kernels that use built-ins for double."""
-        return min(self.lanes, 4) if self._miscompiles_512_bits else self.lanes
-
-    @property
-    def _miscompiles_512_bits(self):
-        """Before version 5, PoCL compiles for some CPUs with AVX-512 as for CPUs without, but calls
-        built-ins with AVX-512, which expect vectors of 512 bits in other registers."""
-        return _pocl_version(self) < (5,) and not _WITH_AVX512.search(self.version)
+        """The same for kernels that call built-ins for double."""
+        return quirks.double_lanes(self)
 
     @property
     def has_float64(self) -> bool:
@@ -108,12 +85,6 @@ class Device:
 
     def __str__(self):
         return f"{self.key} {self.name} ({self.kind}, {self.platform})"
-
-
-def _pocl_version(device):
-    """The version of PoCL; for other platforms a version later than all."""
-    found = re.search(r"PoCL (\d+)\.(\d+)", device.driver) if device.platform == POCL else None
-    return tuple(map(int, found.groups())) if found else (1000,)
 
 
 def list_devices() -> list[Device]:
@@ -231,14 +202,14 @@ def context(device: Device):
     Raises
     ------
     DeviceError
-        If another PoCL has a context: both use the same files, and the second may crash.
+        If another driver has a context, and a process can use only one of both.
     """
     import pyopencl as cl
 
     if not is_free(device):
         raise DeviceError(
-            f"{device} cannot be used in a process that uses another PoCL already; use another "
-            "`device` or another process"
+            f"{device} cannot be used in a process that uses another {device.platform} already; "
+            "use another `device` or another process"
         )
     with driver_errors(device):
         made = cl.Context([device.handle])
@@ -250,9 +221,15 @@ _in_use: list[Device] = []
 
 
 def is_free(device: Device) -> bool:
-    """Whether the device is not of PoCL, or the process uses no other PoCL."""
-    platforms = {d.key.partition(":")[0] for d in (*_in_use, device) if d.platform == POCL}
-    return device.platform != POCL or len(platforms) == 1
+    """Whether the process uses no other driver that excludes that of `device`."""
+    if not any(fault.is_alone for fault in quirks.faults(device)):
+        return True
+    alike = [other for other in _in_use if other.platform == device.platform]
+    return all(_driver(other) == _driver(device) for other in alike)
+
+
+def _driver(device):
+    return device.key.partition(":")[0]
 
 
 @lazy.cached
@@ -322,7 +299,8 @@ def _built(device, name, text):
         warnings.simplefilter("ignore")
         # warnings are about the driver's choice of instructions
         program = cl.Program(context(device), text)
-        return cl.Kernel(program.build(options=["-w"], cache_dir=caches.kernel_folder()), name)
+        options = ["-w", *quirks.options(device)]
+        return cl.Kernel(program.build(options=options, cache_dir=caches.kernel_folder()), name)
 
 
 def _compiler_errors(error) -> str:

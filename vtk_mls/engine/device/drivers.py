@@ -9,7 +9,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from vtk_mls.engine.device import intel_runtime
+from vtk_mls.engine.device import intel_runtime, quirks
 
 
 @contextlib.contextmanager
@@ -64,7 +64,7 @@ def advice() -> str:
 
 def is_fastest(name: str) -> bool:
     """Whether no faster driver for the CPU of this machine is known than that of a platform."""
-    return not _is_x86() or name.startswith("Intel(R) OpenCL")
+    return not _is_x86() or name.startswith(quirks.INTEL)
 
 
 def _is_x86():

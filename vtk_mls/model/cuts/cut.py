@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vtk_mls.base.errors import InputError
 from vtk_mls.base.validation import short_repr, vector
 
 if TYPE_CHECKING:
@@ -102,6 +103,6 @@ def direction(name: str, value: ArrayLike) -> NDArray[np.float64]:
     along = vector(name, value)
     largest = np.abs(along).max()
     if largest == 0:
-        raise ValueError(f"`{name}` must not be zero, got {short_repr(value)}")
+        raise InputError(f"must not be zero, got {short_repr(value)}", argument=name)
     along = along / largest  # the square of `largest` may be 0 or infinite
     return along / np.linalg.norm(along)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vtk_mls.base.errors import InputError
 from vtk_mls.base.validation import freeze, points, same_count
 
 # Values of alpha for which the weights of a segment have integrals in closed form.
@@ -52,14 +53,15 @@ class CurveHandle:
         for name, nodes in (("rest", p), ("deformed", q)):
             equal = np.flatnonzero((nodes[1:] == nodes[:-1]).all(axis=1) & is_new[1:])
             if len(equal):
-                raise ValueError(
-                    f"`{name}` must not repeat a node, got {nodes[equal[0]].tolist()} in rows "
-                    f"{equal[0]} and {equal[0] + 1}; leave one out"
+                raise InputError(
+                    f"must not repeat a node, got {nodes[equal[0]].tolist()} in rows "
+                    f"{equal[0]} and {equal[0] + 1}; leave one out",
+                    argument=name,
                 )
         count, repeated = is_new.sum(), f" and {(~is_new).sum()} that repeat it"
         if count < 2:
             text = f"{count}{repeated * (not is_new.all())}"
-            raise ValueError(f"`rest` must have at least 2 nodes of a curve, got {text}")
+            raise InputError(f"must have at least 2 nodes of a curve, got {text}", argument="rest")
         p, q = p[is_new], q[is_new]
         freeze(self, rest=p, deformed=q)
 

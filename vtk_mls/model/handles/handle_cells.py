@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from vtk_mls.base.errors import InputError
 from vtk_mls.base.validation import short_repr
 from vtk_mls.model.handles.curve import CurveHandle
 from vtk_mls.model.handles.handle_set import Handle
@@ -141,26 +142,29 @@ def _curve(rest, deformed, number):
     try:
         return CurveHandle(rest, deformed)
     except ValueError as error:
-        raise ValueError(f"`ControlPoints`, line {number}, is no curve handle: {error}") from error
+        raise InputError(
+            f", line {number}, is no curve handle: {error}", argument="ControlPoints"
+        ) from error
 
 
 def _region(rest, deformed, triangles, number, solids):
     """The region of one connected surface, `triangles` (t, 3) of points `rest` (n, 3)."""
-    where = f"`ControlPoints`, surface {number}, is no rigid region"
+    where, named = f", surface {number}, is no rigid region", {"argument": "ControlPoints"}
     used, rows = np.unique(triangles, return_inverse=True)
     try:
         shape = _solid(rest[used], rows.reshape(-1, 3), solids)
     except ValueError as error:
-        raise ValueError(f"{where}: {error}") from error
+        raise InputError(f"{where}: {error}", **named) from error
     if not np.isfinite(deformed[used]).all():
-        raise ValueError(f"{where}: its displacements must be finite")
+        raise InputError(f"{where}: its displacements must be finite", **named)
     motion, residual = fitted_motion(rest[used], deformed[used])
     size = float(np.ptp(rest[used], axis=0).max())
     if not residual <= _RIGID * size:
-        raise ValueError(
+        raise InputError(
             f"{where}: its points must move by one rotation and translation, but the best one "
             f"misses them by up to {residual:.3g}, of a size of {size:.3g}; transform the surface "
-            "as a whole"
+            "as a whole",
+            **named,
         )
     return RegionHandle(shape, motion)
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vtk_mls.base.errors import InputError
 from vtk_mls.base.validation import as_float, freeze, short_repr
 from vtk_mls.model.handles.shapes import Shape
 
@@ -110,12 +111,13 @@ def checked_motion(name: str, value: ArrayLike) -> NDArray[np.float64]:
     """A rotation and translation (4, 4)."""
     motion = as_float(name, value, "numbers of shape (4, 4)")
     if motion.shape != (4, 4) or not np.isfinite(motion).all():
-        raise ValueError(f"`{name}` must be finite numbers (4, 4), got {short_repr(value)}")
+        raise InputError(f"must be finite numbers (4, 4), got {short_repr(value)}", argument=name)
     turn = motion[:3, :3]
     error = np.abs(turn.T @ turn - np.eye(3)).max()
     if error > _ORTHOGONAL or np.linalg.det(turn) < 0 or (motion[3] != (0, 0, 0, 1)).any():
-        raise ValueError(
-            f"`{name}` must be a rotation and a translation, got a matrix that scales, shears or "
-            f"mirrors: {short_repr(np.round(turn, 4).tolist())}"
+        raise InputError(
+            f"must be a rotation and a translation, got a matrix that scales, shears or "
+            f"mirrors: {short_repr(np.round(turn, 4).tolist())}",
+            argument=name,
         )
     return motion

@@ -1,0 +1,35 @@
+"""Errors of arguments and files, which know whose they are."""
+
+from __future__ import annotations
+
+
+class InputError(ValueError):
+    """A wrong argument or file: one sentence that begins with its name.
+
+    Parameters
+    ----------
+    predicate : str
+        The sentence behind the name.
+    argument : str or tuple of str, optional
+        The argument, or arguments.
+    path : path, optional
+        The file.
+    name : str, optional
+        The beginning of the sentence; by default the file or the arguments in backticks.
+
+    Attributes
+    ----------
+    predicate, argument, path, name : as the parameters
+    """
+
+    def __init__(self, predicate, *, argument="", path="", name=""):
+        self.predicate, self.argument, self.path = predicate, argument, str(path)
+        names = [path] if path else [argument] if isinstance(argument, str) else argument
+        self.name = name or " and ".join(f"`{name}`" for name in names if name)
+        blank = " " if self.name and predicate[:1] not in (",", ":") else ""
+        super().__init__(f"{self.name}{blank}{predicate}")
+
+    def renamed(self, names):
+        """A copy of the error, which begins as a dict says by argument."""
+        name = names.get(self.argument, self.name)
+        return InputError(self.predicate, argument=self.argument, path=self.path, name=name)
