@@ -10,7 +10,7 @@ from vtkmodules.vtkRenderingUI import vtkGenericRenderWindowInteractor
 
 from vtk_mls import Deformation, io
 from vtk_mls.editor import Editor, State
-from vtk_mls.editor.pairs import MOVING, TARGET
+from vtk_mls.editor.matching.pairs import MOVING, TARGET
 from vtk_mls.files import control_point_files
 
 SUBJECT = "subject.nii.gz"

@@ -10,11 +10,12 @@ from hands import SIZE, Hands, ball_image, ball_mesh
 from pairwise import one_of
 
 from vtk_mls import Ball, Deformation, Plane, RegionHandle
-from vtk_mls.editor import State, pairs
+from vtk_mls.editor import State
 from vtk_mls.editor.autosave import Autosave
-from vtk_mls.editor.landmark_texts import lines_of
-from vtk_mls.editor.pairs import MOVING, TARGET, Pending
-from vtk_mls.editor.target import MODES, Target
+from vtk_mls.editor.matching import pairs
+from vtk_mls.editor.matching.landmark_texts import lines_of
+from vtk_mls.editor.matching.pairs import MOVING, TARGET, Pending
+from vtk_mls.editor.matching.target import MODES, Target
 
 
 def state_of(rng, count=8, **options):

@@ -12,8 +12,8 @@ from vtkmodules.vtkCommonDataModel import vtkImageData
 
 from vtk_mls import io
 from vtk_mls.editor import State
-from vtk_mls.editor.pairs import SIDES
-from vtk_mls.editor.target import MODES, Target
+from vtk_mls.editor.matching.pairs import SIDES
+from vtk_mls.editor.matching.target import MODES, Target
 from vtk_mls.vtk import arrays
 from vtk_mls.web.session import Session
 from vtk_mls.web.transfers import Transfers

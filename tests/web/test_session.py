@@ -11,7 +11,7 @@ from vtkmodules.vtkFiltersSources import vtkSphereSource
 
 from vtk_mls import CurveHandle, Deformation
 from vtk_mls.editor import State
-from vtk_mls.editor.target import Comparison
+from vtk_mls.editor.matching.target import Comparison
 from vtk_mls.landmarks.settings import without_smoothing
 from vtk_mls.vtk import arrays
 from vtk_mls.web import edits, panel_values

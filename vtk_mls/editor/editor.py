@@ -8,8 +8,8 @@ from vtk_mls.editor.distortion import TEXTS
 from vtk_mls.editor.document import Document
 from vtk_mls.editor.first_handles import handles_on
 from vtk_mls.editor.keys import Keyboard
+from vtk_mls.editor.matching.pair_edits import PairEdits
 from vtk_mls.editor.mouse import PRIORITY, Mouse
-from vtk_mls.editor.pair_edits import PairEdits
 from vtk_mls.editor.saving import Saver
 from vtk_mls.editor.sessions import Saving
 from vtk_mls.editor.shape_edits import ShapeEdits

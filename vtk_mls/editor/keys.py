@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from vtk_mls.editor.matching.target import BESIDE, CHECKERBOARD, DIFFERENCE, FADE
 from vtk_mls.editor.mouse import Observer
-from vtk_mls.editor.target import BESIDE, CHECKERBOARD, DIFFERENCE, FADE
 
 # (key in the legend, text, names of keys as of `name_of`, method of the editor, its argument);
 # rows without names are about the mouse.

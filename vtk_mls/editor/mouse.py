@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vtk_mls.editor.pairs import MOVING
+from vtk_mls.editor.matching.pairs import MOVING
 from vtk_mls.editor.projection import Drag
 
 PRIORITY = 10.0  # above interactor styles and widgets

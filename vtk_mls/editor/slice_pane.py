@@ -10,9 +10,9 @@ from vtkmodules.vtkRenderingCore import vtkImageSlice, vtkImageSliceMapper, vtkR
 
 from vtk_mls import Grid
 from vtk_mls.editor import polydata
-from vtk_mls.editor.comparing import colors_of
 from vtk_mls.editor.handle_glyphs import DRAWN
-from vtk_mls.editor.landmark_texts import LandmarkNames
+from vtk_mls.editor.matching.comparing import colors_of
+from vtk_mls.editor.matching.landmark_texts import LandmarkNames
 from vtk_mls.editor.overlay import text_actor
 from vtk_mls.editor.projection import Projection
 from vtk_mls.editor.scene_mesh import OUTLINE_COLOR

@@ -8,7 +8,8 @@ from dataclasses import dataclass, field, make_dataclass, replace
 import numpy as np
 
 from vtk_mls import BallMask, CurveHandle, Deformation, HalfPlane, Plane, RegionHandle, kinds
-from vtk_mls.editor import grips, pairs
+from vtk_mls.editor import grips
+from vtk_mls.editor.matching import pairs
 from vtk_mls.handles.paths import blended_path
 from vtk_mls.handles.rigid_motion import blended
 from vtk_mls.model import options

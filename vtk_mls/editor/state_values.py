@@ -21,7 +21,7 @@ from vtk_mls import (
     Solid,
     Surface,
 )
-from vtk_mls.editor.pairs import Pending
+from vtk_mls.editor.matching.pairs import Pending
 from vtk_mls.editor.state import State
 from vtk_mls.model import options
 

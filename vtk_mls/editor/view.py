@@ -11,13 +11,13 @@ from vtk_mls.editor.cut_widget import CutWidget
 from vtk_mls.editor.distortion import MODES, Distortion
 from vtk_mls.editor.grips import NO_ROWS
 from vtk_mls.editor.handle_glyphs import handle_colors
+from vtk_mls.editor.matching.pairs import MOVING, TARGET
+from vtk_mls.editor.matching.target_view import TargetView
 from vtk_mls.editor.motion_widget import MotionWidget
 from vtk_mls.editor.overlay import Overlay
-from vtk_mls.editor.pairs import MOVING, TARGET
 from vtk_mls.editor.scene import Scene
 from vtk_mls.editor.shape_actors import ShapeActors
 from vtk_mls.editor.slices import Slices
-from vtk_mls.editor.target_view import TargetView
 from vtk_mls.editor.volume_legend import VolumeLegend
 from vtk_mls.model.options import DEGREE
 from vtk_mls.rendering.pace import MapPace, pixels_per_ray

@@ -5,7 +5,7 @@ from __future__ import annotations
 from trame.widgets import html
 from trame.widgets import vuetify3 as v
 
-from vtk_mls.editor.target import MODES
+from vtk_mls.editor.matching.target import MODES
 from vtk_mls.web.controls import slider, small_button, toggle
 
 _HEIGHT, _NARROW_HEIGHT = 216, 168  # of the table, pixels

@@ -6,8 +6,8 @@ import numpy as np
 
 from vtk_mls import CurveHandle, HalfPlane, Plane, Surface
 from vtk_mls.editor.grips import MASK, POINT, names_of
-from vtk_mls.editor.refining import key_of
-from vtk_mls.editor.target import BESIDE
+from vtk_mls.editor.matching.refining import key_of
+from vtk_mls.editor.matching.target import BESIDE
 from vtk_mls.model.options import values_of as values_of_options
 
 _DIGITS = 5  # after the first digit of the distance between handles

@@ -18,7 +18,7 @@ from vtk_mls.base import child_process
 from vtk_mls.editor import State, sessions
 from vtk_mls.editor.autosave import Autosave
 from vtk_mls.editor.handle_polydata import handle_values
-from vtk_mls.editor.target import Target
+from vtk_mls.editor.matching.target import Target
 from vtk_mls.files import session_files
 from vtk_mls.files.paths import replacing
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vtk_mls.editor.target import CHECKERBOARD, DIFFERENCE
+from vtk_mls.editor.matching.target import CHECKERBOARD, DIFFERENCE
 
 _TILES = 8  # of the checkerboard along the longest side of the data
 # Colors of a difference, 0 to 1: where the moving data are brighter, and where the target is.

@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from vtk_mls.base.progress import Aborted
-from vtk_mls.editor import grips, refining
-from vtk_mls.editor.pairs import MOVING, TARGET
-from vtk_mls.editor.target import Comparison, Target
+from vtk_mls.editor import grips
+from vtk_mls.editor.matching import refining
+from vtk_mls.editor.matching.pairs import MOVING, TARGET
+from vtk_mls.editor.matching.target import Comparison, Target
 from vtk_mls.landmarks.text import refinement_sentence
 
 _SHARE_STEP = 0.1  # of the target, at each key

@@ -7,18 +7,18 @@ from vtkmodules.vtkRenderingCore import vtkActor
 
 from vtk_mls import Deformation
 from vtk_mls.editor import keys
-from vtk_mls.editor.comparing import ComparedItem
-from vtk_mls.editor.cross_fade import CrossFade
 from vtk_mls.editor.distortion import Distortion
 from vtk_mls.editor.grips import names_of
 from vtk_mls.editor.handle_glyphs import PENDING
-from vtk_mls.editor.landmark_texts import LandmarkNames, PairText
-from vtk_mls.editor.pairs import MOVING, TARGET
-from vtk_mls.editor.refining import key_of
+from vtk_mls.editor.matching.comparing import ComparedItem
+from vtk_mls.editor.matching.cross_fade import CrossFade
+from vtk_mls.editor.matching.landmark_texts import LandmarkNames, PairText
+from vtk_mls.editor.matching.pairs import MOVING, TARGET
+from vtk_mls.editor.matching.refining import key_of
+from vtk_mls.editor.matching.target import BESIDE, FADE, Comparison
 from vtk_mls.editor.scene import Scene, new_layer, new_renderer
 from vtk_mls.editor.scene_mesh import SceneMesh
 from vtk_mls.editor.slices import Slices
-from vtk_mls.editor.target import BESIDE, FADE, Comparison
 
 _OUTLINE_COLOR = (0.45, 0.75, 1.0)  # of a mesh as target
 _LIFT = 18  # pixels of the status line above the names of slices
