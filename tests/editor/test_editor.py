@@ -8,7 +8,7 @@ from hands import MIDDLE, SIZE, Hands, ball_image, ball_mesh, key_and_modifiers
 from pairwise import one_of
 
 from vtk_mls import Deformation, Plane
-from vtk_mls.editor import State, keys
+from vtk_mls.editor import State, commands
 from vtk_mls.editor.handle_glyphs import DRAGGED
 from vtk_mls.editor.view import Pace
 from vtk_mls.model.options import ALPHA
@@ -351,9 +351,9 @@ def test_undeformed_display_does_not_change_saved_files(blend, mesh_hands, tmp_p
 
 
 def test_keys_call_methods_and_have_lines_in_the_legend():
-    for name, value in keys.actions().values():
+    for name, value in commands.actions().values():
         assert callable(getattr(Hands.__init__.__globals__["Editor"], name)), value
-    assert all(key and text for key, text in keys.legend())
+    assert all(key and text for key, text in commands.legend())
 
 
 @pytest.mark.parametrize("symbol", ["h", "question", "F1"])
@@ -375,7 +375,7 @@ def test_a_hint_names_the_key_of_the_legend(symbol):
     assert shares[2] == shares[0]
 
 
-@pytest.mark.parametrize("symbol", one_of(3, sorted(keys.actions())))
+@pytest.mark.parametrize("symbol", one_of(3, sorted(commands.actions())))
 def test_every_key_in_every_situation(symbol, mesh_hands, tmp_path, monkeypatch):
     """At the start, during a drag, and without handles."""
     monkeypatch.chdir(tmp_path)  # for saved files

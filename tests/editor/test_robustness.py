@@ -9,7 +9,7 @@ from pairwise import one_of
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
 from vtk_mls import Deformation, Surface
-from vtk_mls.editor import State, keys
+from vtk_mls.editor import State, commands
 from vtk_mls.editor.autosave import Autosave
 from vtk_mls.vtk import arrays
 
@@ -42,7 +42,7 @@ def test_the_end_of_the_session_commits_a_movement_of_the_cut(tmp_path):
 
 # all but those that end it: d starts another line
 # Up and Down turn the view to another handle, where the next click would miss
-KEYS = sorted(set(keys.actions()) - {"p", "d", "Escape", "Up", "Down"})
+KEYS = sorted(set(commands.actions()) - {"p", "d", "Escape", "Up", "Down"})
 
 
 @pytest.mark.parametrize("symbol", one_of(7, KEYS))

@@ -14,8 +14,8 @@ from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from vtk_mls import Deformation, Grid, HalfPlane
 from vtk_mls.editor import State, transfer_functions
-from vtk_mls.editor.matching.comparing import colors_of
 from vtk_mls.editor.scene_volume import SceneVolume
+from vtk_mls.editor.slice_pane import colors_of
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 

@@ -1,4 +1,4 @@
-"""Texts and a rubber band above the data."""
+"""Texts and a rubber band above the data, and names beside handles."""
 
 from __future__ import annotations
 
@@ -8,11 +8,14 @@ import numpy as np
 import vtkmodules.vtkRenderingFreeType  # noqa: F401  renders texts
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkRenderingCore import vtkActor2D, vtkPolyDataMapper2D, vtkTextActor
+from vtkmodules.vtkRenderingLabel import vtkLabelPlacementMapper, vtkPointSetToLabelHierarchy
 
 from vtk_mls.editor import polydata
+from vtk_mls.vtk import arrays
 
 _SOFT, _AMBER, _GREEN = (0.74, 0.80, 0.87), (1, 0.78, 0.35), (0.5, 0.95, 0.65)
 _PANEL, _MARGIN, _SIZE = (0.04, 0.05, 0.08), 14, 14
+_NAME_COLOR, _NAME_SIZE = (0.95, 0.95, 0.8), 13
 
 
 class Overlay:
@@ -136,6 +139,44 @@ class Overlay:
         self._hint.SetInput(self._short_hint if is_short else self._long_hint)
         self._status.SetPosition(_MARGIN, _MARGIN + self._lift)
         self._message.SetPosition(width // 2, 3 * _MARGIN + _SIZE + self._lift)
+
+
+class Names:
+    """Names beside points of a renderer; those that would overlap another are left out."""
+
+    def __init__(self, renderer):
+        self._points, self._actor = vtkPolyData(), vtkActor2D()
+        labels, mapper = vtkPointSetToLabelHierarchy(), vtkLabelPlacementMapper()
+        labels.SetInputData(self._points)
+        labels.SetLabelArrayName("name")
+        labels.SetPriorityArrayName("priority")
+        font = labels.GetTextProperty()
+        font.SetFontFamilyToArial()
+        font.SetFontSize(_NAME_SIZE)
+        font.SetColor(_NAME_COLOR)
+        font.SetJustificationToLeft()
+        font.BoldOn()
+        font.ShadowOn()
+        mapper.SetInputConnection(labels.GetOutputPort())
+        self._actor.SetMapper(mapper)
+        self._actor.PickableOff()
+        renderer.AddViewProp(self._actor)
+
+    def show(self, positions, names, priorities, are_visible):
+        """Draw names at positions (n, 3): of overlapping ones that with the highest priority.
+
+        Parameters
+        ----------
+        positions : (n, 3) float
+        names : list of n str
+        priorities : (n,) int
+        are_visible : bool
+        """
+        self._points.Initialize()
+        self._points.SetPoints(polydata.points(positions))
+        arrays.add_texts(self._points.GetPointData(), "name", [f"  {name}" for name in names])
+        arrays.add(self._points.GetPointData(), "priority", np.array(priorities, float))
+        self._actor.SetVisibility(are_visible and len(names) > 0)
 
 
 def text_actor(color, size=_SIZE):

@@ -11,9 +11,7 @@ from vtkmodules.vtkRenderingCore import vtkImageSlice, vtkImageSliceMapper, vtkR
 from vtk_mls import Grid
 from vtk_mls.editor import polydata
 from vtk_mls.editor.handle_glyphs import DRAWN
-from vtk_mls.editor.matching.comparing import colors_of
-from vtk_mls.editor.matching.landmark_texts import LandmarkNames
-from vtk_mls.editor.overlay import text_actor
+from vtk_mls.editor.overlay import Names, text_actor
 from vtk_mls.editor.projection import Projection
 from vtk_mls.editor.scene_mesh import OUTLINE_COLOR
 from vtk_mls.vtk import arrays
@@ -59,7 +57,7 @@ class SlicePane:
         self._label.SetPosition(8, 8)
         for prop in (image, lines, outlines, cross, self._handles, self._label):
             self.renderer.AddViewProp(prop)
-        self._names = LandmarkNames(self.renderer)
+        self._names = Names(self.renderer)
         middle, camera = bounds.mean(axis=0), self.renderer.GetActiveCamera()
         camera.ParallelProjectionOn()
         camera.SetFocalPoint(middle)
@@ -180,6 +178,20 @@ class SlicePane:
         self.renderer.GetActiveCamera().SetParallelScale(scale)
         half = np.where(up, scale, scale * width / max(height, 1))
         self._visible_box = self._corners.mean(axis=0) + half * np.array([[-1], [1]])
+
+
+def colors_of(items, points):
+    """`colors_at` of several items, the last one in front; None without images."""
+    sampled = [item.colors_at(points) for item in items]
+    sampled = [part for part in sampled if part is not None]
+    if not sampled:
+        return None
+    has_any, colors = np.zeros(len(points), bool), np.zeros((len(points), 3), np.uint8)
+    for has_material, item_colors in sampled:
+        is_shown = has_material | ~has_any
+        colors[is_shown] = item_colors[is_shown]
+        has_any |= has_material
+    return has_any, colors
 
 
 def _ball_actor(balls):

@@ -100,7 +100,7 @@ class Slices:
     def show_handles(self, positions, colors, are_visible, names=None):
         """Draw the handles that are near slices, from positions and colors (n, 3).
 
-        `names` are n names and their n priorities, as of `LandmarkNames`; None for none.
+        `names` are n names and their n priorities, as of `Names`; None for none.
         """
         for pane in self._visible_panes:
             rows = self.rows_near(pane, positions)

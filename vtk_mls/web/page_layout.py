@@ -7,7 +7,7 @@ from trame.widgets import html
 from trame.widgets import vuetify3 as v
 from trame_client.widgets.core import HtmlElement
 
-from vtk_mls.editor import keys
+from vtk_mls.editor import commands
 from vtk_mls.web import pair_table, panel
 from vtk_mls.web.transfers import ALL
 
@@ -172,7 +172,7 @@ def _offer(edit):
 
 
 def _legend():
-    lines = [(key, text) for key, text in keys.legend() if key not in _WINDOW_KEYS]
+    lines = [(key, text) for key, text in commands.legend() if key not in _WINDOW_KEYS]
     dialog = v.VDialog(v_model=("has_legend", False), max_width=560, scrollable=True)
     with dialog, v.VCard(title="Mouse and keys"):
         with v.VCardText(), html.Div(classes="mls-keys"):

@@ -18,8 +18,7 @@ from vtkmodules.vtkInteractionStyle import vtkInteractorStyleTrackballCamera
 from vtkmodules.vtkRenderingCore import vtkRenderWindow, vtkTextActor
 from vtkmodules.vtkRenderingUI import vtkGenericRenderWindowInteractor
 
-from vtk_mls.editor import Editor
-from vtk_mls.editor import keys as editor_keys
+from vtk_mls.editor import Editor, commands
 from vtk_mls.web import panel_values
 from vtk_mls.web.picture import send_event
 
@@ -28,7 +27,7 @@ _IDLE = 1.0  # seconds without work before garbage is collected
 _SIZE = 900, 700  # pixels, before the page says its size
 # Keys that the page handles itself, or has fields for.
 _PAGE_METHODS = "save", "quit", "toggle_legend", "change_look", "enter_values"
-_PAGE_KEYS = {key for key, (method, _) in editor_keys.actions().items() if method in _PAGE_METHODS}
+_PAGE_KEYS = {key for key, (method, _) in commands.actions().items() if method in _PAGE_METHODS}
 
 
 class Session:

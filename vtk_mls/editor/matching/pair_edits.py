@@ -9,8 +9,8 @@ import numpy as np
 from vtk_mls.base.progress import Aborted
 from vtk_mls.editor import grips
 from vtk_mls.editor.matching import refining
-from vtk_mls.editor.matching.pairs import MOVING, TARGET
-from vtk_mls.editor.matching.target import Comparison, Target
+from vtk_mls.editor.matching.pairs import MOVING, TARGET, PairTable, with_landmark
+from vtk_mls.editor.matching.target import Target
 from vtk_mls.landmarks.text import refinement_sentence
 
 _SHARE_STEP = 0.1  # of the target, at each key
@@ -23,13 +23,19 @@ class PairEdits:
     Attributes
     ----------
     target : Target or None
-    comparison : Comparison
-    scores : dict
-        Score of the match and why it is refused, by `refining.key_of`.
     """
 
     target = None
-    comparison = Comparison()
+
+    @property
+    def comparison(self):
+        """How both sides are drawn: `Comparison`."""
+        return self.view.comparison
+
+    @property
+    def scores(self):
+        """Score of the match and why it is refused, by `refining.key_of`."""
+        return self.view.scores
 
     def set_target(self, target):
         """Show another target, or none for None; all pairs stay.
@@ -41,9 +47,7 @@ class PairEdits:
         is_value = target is None or isinstance(target, Target)
         self.target = target if is_value else Target(target)
         self.view.set_target(self.target)
-        if self.target is not None:
-            self.view.target.scores = self.scores
-        self.set_comparison()
+        self.document.show()
 
     def place_at(self, pixel):
         """Place a landmark where the data are at a pixel, on its side."""
@@ -72,7 +76,7 @@ class PairEdits:
             if not np.isfinite(point).all():
                 self.say("There are no data at this place, which a cut has opened.")
                 return
-        if not self.change(self.state.with_landmark(side, point)):
+        if not self.change(with_landmark(self.state, side, point)):
             return
         if self.state.pending is None:
             self.document.selected = np.array([len(self.state) - 1])
@@ -175,7 +179,7 @@ class PairEdits:
 
     def take_kind(self):
         """Take the kind with clearly smaller errors when left out, if there is one."""
-        better = self.state.pairs.better
+        better = PairTable.of(self.state).better
         if better is None:
             self.say("No other kind has clearly smaller errors, or there are fewer than 8 pairs.")
         elif self.change(self.state.changed(kind=better[0])):
@@ -191,9 +195,8 @@ class PairEdits:
         """
         comparison = replace(self.comparison, **values)
         if self.target is not None:
-            self.comparison = comparison
-            self.view.target.set_comparison(comparison)
-        elif values:
+            self.view.set_comparison(comparison)
+        else:
             self.say("There is no target to compare with: `--target FILE` of the command names it.")
         self.document.show()
 
