@@ -16,6 +16,7 @@ from vtk_mls.base.interpolation import sample
 from vtk_mls.base.linear_algebra import unit
 from vtk_mls.base.sampling import corner_median, corners_of
 from vtk_mls.editor import label_picking, transfer_functions
+from vtk_mls.editor.polydata import configured
 from vtk_mls.files import metadata
 from vtk_mls.rendering import DeformedVolume
 from vtk_mls.rendering.material import material_at
@@ -47,19 +48,14 @@ class SceneVolume:
         corners = [self._values[index] for index in corners_of(self._grid.shape)]
         self._background = 0 if are_labels else corner_median(corners)
         self.presets = transfer_functions.presets_of(self._values.ravel(), are_labels)
-        self._mapper, self._volume = vtkGPUVolumeRayCastMapper(), vtkVolume()
-        self._mapper.SetInputData(self._image)
-        self._mapper.SetAutoAdjustSampleDistances(False)
-        self._mapper.UseJitteringOn()
+        self._mapper = configured(vtkGPUVolumeRayCastMapper(), InputData=self._image)
+        configured(self._mapper, AutoAdjustSampleDistances=False, UseJittering=True)
         self.set_coarseness(1)
-        self._volume.SetMapper(self._mapper)
+        self._volume = configured(vtkVolume(), Mapper=self._mapper)
         material = self._volume.GetProperty()
         material.SetScalarOpacityUnitDistance(float(np.abs(self._grid.spacing).mean()))
+        configured(material, Ambient=0.35, Diffuse=0.75, Specular=0.15, SpecularPower=20)
         material.ShadeOn()
-        material.SetAmbient(0.35)
-        material.SetDiffuse(0.75)
-        material.SetSpecular(0.15)
-        material.SetSpecularPower(20)
         self.set_preset(0)
         renderer.AddVolume(self._volume)
         self._deformed = DeformedVolume(self._volume, renderer)
@@ -83,9 +79,7 @@ class SceneVolume:
             colors.AddRGBPoint(*node)
         for node in preset.opacities:
             opacities.AddPoint(*node)
-        material = self._volume.GetProperty()
-        material.SetColor(colors)
-        material.SetScalarOpacity(opacities)
+        material = configured(self._volume.GetProperty(), Color=colors, ScalarOpacity=opacities)
         if preset.is_nearest:
             material.SetInterpolationTypeToNearest()
         else:

@@ -86,11 +86,8 @@ class View:
         self.has_timer = self.hides_handles = self.shows_undeformed = self.shows_times = False
         self.drawn_message = ""
         self._legend = VolumeLegend(self.scene.overlay)
-        self.overlay, self._pace = (
-            Overlay(self.scene.overlay, commands.legend(), commands.HINT),
-            Pace(),
-        )
-        self._preset, self._moved_at = 0, None
+        self.overlay = Overlay(self.scene.overlay, commands.legend(), commands.HINT)
+        self._pace, self._preset, self._moved_at = Pace(), 0, None
         self._tags = [
             (observed, observed.AddObserver(event, handler))
             for observed, event, handler in (
@@ -148,9 +145,10 @@ class View:
     def point_at(self, pixel):
         """The visible point (3,) at a pixel, on a surface or in a slice; None beside the data."""
         pane = self.pane_at(pixel)
-        return (
-            self.scenes_at(pixel)[0].picker().hit(pixel) if pane is None else pane.point_at(pixel)
-        )
+        if pane is not None:
+            return pane.point_at(pixel)
+        scene, *_ = self.scenes_at(pixel)
+        return scene.picker().hit(pixel)
 
     def adjust(self, pixel, brightness, contrast):
         """Change the gray values of slices at a pixel, as `SceneVolume.adjust`."""

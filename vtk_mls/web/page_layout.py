@@ -148,12 +148,9 @@ def _notes(edit, begin):
             click=(edit, "['say', '']"),
         )
         _offer(edit)
-    with html.Div(v_if="is_saving", classes="mls-prepared mls-task", raw_attrs=_STATUS):
+    with html.Div(v_if="is_saving", classes="mls-task", raw_attrs=_STATUS):
         html.Span("{{ task }} {{ progress }} %")
         v.VBtn("Stop", size="x-small", variant="tonal", click=(begin, "['stop']"))
-    with html.Div(v_if="prepared < 100 && !is_saving", classes="mls-prepared", raw_attrs=_STATUS):
-        v.VProgressCircular(size=16, width=2, model_value=("prepared",), color="primary")
-        html.Span("Building kernels of other kinds and cuts: {{ prepared }} %")
 
 
 def _offer(edit):

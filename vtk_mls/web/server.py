@@ -15,7 +15,7 @@ from trame.app import get_server
 
 from vtk_mls.editor import saving
 from vtk_mls.editor.autosave import Autosave
-from vtk_mls.web import access, edits, page_layout, preparation
+from vtk_mls.web import access, edits, page_layout
 from vtk_mls.web.picture import Picture
 from vtk_mls.web.session import Session
 from vtk_mls.web.transfers import Transfers
@@ -27,7 +27,6 @@ _PAGE = "vtk_mls_page"  # path of the page's own files
 # Titles of the long tasks, which the page can stop, by the methods of the editor.
 _SAVING = {"save": "Saving", "save_session": "Saving"}
 _TASKS = {**_SAVING, "refine": "Refining", "refine_all": "Refining"}
-_READY = 100  # percent of the kernels are built
 
 
 class Page:
@@ -44,7 +43,7 @@ class Page:
     def __init__(self, folder, results):
         os.environ.setdefault("TRAME_ARGS", "--server")  # hides our options from trame
         os.environ["WSLINK_READY_MSG"] = ""
-        self._results, self._loop, self._preparation = results, None, None
+        self._results, self._loop = results, None
         self._task, self._is_stopping = None, False
         self.session = Session(self._update)
         self._picture = Picture(self.session)
@@ -65,7 +64,6 @@ class Page:
                 "is_saving": False,
                 "task": "",  # title of the running task, while `is_saving`
                 "progress": 0,
-                "prepared": _READY,
                 "has_panel": True,  # on wide pages; on narrow ones:
                 "has_sheet": False,
                 "hidden_offer": "",  # hidden until there is another one
@@ -102,7 +100,6 @@ class Page:
             print(
                 f"The page is at {address}\n(Ctrl-C ends it; unsaved handles are kept.)", flush=True
             )
-            self._preparation = self._loop.create_task(self._prepare())
 
         self._server.controller.on_server_bind.add(bind)
         self._server.controller.on_server_ready.add(begin)
@@ -152,15 +149,6 @@ class Page:
             folder = self.session.save(as_session=name == "save_session")
             files = _files(editor.saver.files)
             self._update({"files": files, "saved_folder": str(folder.resolve()), "has_files": True})
-
-    async def _prepare(self):
-        """Build the kernels of the other maps, and show the progress."""
-
-        def report(done, count):
-            self._update({"prepared": round(_READY * done / count)})
-
-        await asyncio.to_thread(preparation.prepare, self.session.editor.state, report)
-        self._show(prepared=_READY)
 
     def _progress(self, done):
         """Called by the editor's thread; whether to stop."""

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from vtk_mls.editor.overlay import text_actor
+from vtk_mls.editor.overlay import size_of, text_actor
+from vtk_mls.editor.polydata import configured
 
 _COLOR, _TITLE_COLOR, _PANEL = (0.95, 0.95, 0.8), (1, 0.78, 0.35), (0.04, 0.05, 0.08)
 _MARGIN, _SIZE = 14, 13
@@ -23,9 +24,7 @@ class PairText:
             actor.GetTextProperty().SetVerticalJustificationToTop()
             renderer.AddViewProp(actor)
         font = self._table.GetTextProperty()
-        font.SetFontFamilyToCourier()
-        font.SetBackgroundColor(_PANEL)
-        font.SetBackgroundOpacity(0.7)
+        configured(font, BackgroundColor=_PANEL, BackgroundOpacity=0.7).SetFontFamilyToCourier()
         self.set_table(None, ())
 
     def set_visible(self, is_visible):
@@ -50,8 +49,7 @@ class PairText:
         """The `PairRow` at a pixel, and whether its tick is there; None beside rows."""
         if not self._table.GetVisibility():
             return None
-        size, lines = [0.0, 0.0], self._table.GetInput().split("\n")
-        self._table.GetSize(self._renderer, size)
+        lines, size = self._table.GetInput().split("\n"), size_of(self._table, self._renderer)
         across, down = (pixel - np.array(self._table.GetPosition())) * (1, -1) / size
         if not (0 <= across < 1 and 0 <= down < 1):
             return None

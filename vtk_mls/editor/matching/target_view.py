@@ -17,6 +17,7 @@ from vtk_mls.editor.matching.pairs import MOVING, TARGET, PairTable
 from vtk_mls.editor.matching.refining import key_of
 from vtk_mls.editor.matching.target import BESIDE, FADE
 from vtk_mls.editor.overlay import Names
+from vtk_mls.editor.polydata import configured
 from vtk_mls.editor.scene import Scene, new_layer, new_renderer
 from vtk_mls.editor.scene_mesh import SceneMesh
 from vtk_mls.editor.slices import Slices
@@ -221,11 +222,8 @@ class TargetView:
 
 def _ghost_of(item):
     """An actor that draws the mesh of an item once more, in another renderer."""
-    ghost = vtkActor()
-    ghost.SetMapper(item.plain_mapper())
+    ghost = configured(vtkActor(), Mapper=item.plain_mapper(), Pickable=False, Visibility=False)
     ghost.GetProperty().SetColor(_OUTLINE_COLOR)
-    ghost.PickableOff()
-    ghost.VisibilityOff()
     return ghost
 
 
