@@ -124,14 +124,7 @@ class CutTool:
 
 
 class CutLine:
-    """A line on the surface that grows point by point.
-
-    Attributes
-    ----------
-    points : list of (3,)
-    is_closed : bool
-        Whether it ends at its first point; a closed line does not grow.
-    """
+    """A line on the surface that grows point by point, until it `is_closed` at its first point."""
 
     def __init__(self, renderer):
         self._renderer, self.points, self.is_closed = renderer, [], False

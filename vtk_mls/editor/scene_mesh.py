@@ -27,12 +27,8 @@ _TOLERANCE = 1e-6  # of ray intersections, relative to the length of the ray
 class SceneMesh:
     """A deformed mesh in the `Scene`, with its actor.
 
-    Attributes
-    ----------
-    preset_names : list of str
-        One color, and colors by the active point scalars if there are any.
-    outline_color : (red, green, blue), 0 to 1
-        In slices.
+    `preset_names` are one color, and colors by the active point scalars if there are any;
+    `outline_color` (0 to 1) is that in slices.
     """
 
     def __init__(self, mesh, renderer):

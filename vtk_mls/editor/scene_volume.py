@@ -32,12 +32,7 @@ _MAX_SAMPLES = 64  # along each axis, for the search of visible voxels
 
 
 class SceneVolume:
-    """A deformed image in the `Scene`, with its volume.
-
-    Attributes
-    ----------
-    presets : list of TransferFunctionPreset
-    """
+    """A deformed image in the `Scene`, with its volume and a list of `TransferFunctionPreset`s."""
 
     def __init__(self, image, renderer):
         self._image, self._deformation = scalar_image(image), None
@@ -89,12 +84,8 @@ class SceneVolume:
     def adjust(self, brightness, contrast):
         """Change the gray values of slices.
 
-        Parameters
-        ----------
-        brightness : float
-            Added, relative to the range from black to white.
-        contrast : float
-            Factor of the slope.
+        `brightness` is added, relative to the range from black to white; `contrast` is a factor of
+        the slope.
         """
         low, high = self._limits
         middle, half = (low + high) / 2 - brightness * (high - low), (high - low) / (2 * contrast)
@@ -172,15 +163,9 @@ class SceneVolume:
 
 
 class VolumeSurface:
-    """The visible part of an image.
+    """The visible part of an image with values (nz, ny, nx).
 
-    Parameters
-    ----------
-    grid : Grid
-    values : (nz, ny, nx) array
-    preset : TransferFunctionPreset
-    deformation : Deformation, optional
-        Of rays and of `values_at`; `bounds` and `nearest` are those of the undeformed image.
+    Rays and `values_at` see it deformed; `bounds` and `nearest` are those of the undeformed image.
     """
 
     def __init__(self, grid, values, preset, deformation=None):
@@ -263,12 +248,8 @@ def scalar_image(image):
 
     The scalars are the active ones, or the first array; the mean of several components. Axes are
     permuted and mirrored, as VTK 9.7 lights volumes without their direction matrix: if that mirrors
-    axes, as in most NIfTI files, surfaces towards the light are dark.
-
-    Raises
-    ------
-    ValueError
-        If the image has no numbers at its points.
+    axes, as in most NIfTI files, surfaces towards the light are dark. Without numbers at its
+    points, ValueError.
     """
     name, values, vtk_type = _scalars(image)
     grid, reorder = arrays.along_world_axes(ImageGeometry.of_image(image).grid)

@@ -60,13 +60,8 @@ class Slices:
     def arrange(self, viewport, layout, is_visible):
         """Put the 3-D view and the slices into another part of the window.
 
-        Parameters
-        ----------
-        viewport : (left, low, right, high), 0 to 1
-        layout : callable
-            Takes the viewport; returns the viewports of the 3-D view and of three slices.
-        is_visible : bool
-            Whether slices are shown.
+        `viewport` is (left, low, right, high), 0 to 1; `layout` takes it, and returns the viewports
+        of the 3-D view and of three slices.
         """
         self._viewport, self._layout = viewport, layout
         self.set_visible(is_visible)

@@ -24,13 +24,8 @@ _CUTS = "none", "plane", "half-plane"
 def apply(session, name, value=None):
     """Make an edit; in the editor's thread.
 
-    Parameters
-    ----------
-    session : Session
-    name : str
-        One of `METHODS`, of the options of the map, or as in `_apply`.
-    value : object, optional
-        A value of JSON; the page shows a message about an invalid one.
+    `name` is one of `METHODS`, of the options of the map, or as in `_apply`; `value` is one of
+    JSON. The page shows a message about an invalid one.
     """
     editor = session.editor
     if name in METHODS:

@@ -42,13 +42,9 @@ _IS_NARROW = f"$vuetify.display.width < {_NARROW}"
 
 
 def build(server, edit, begin):
-    """Build the page.
+    """Build the page of trame's Server.
 
-    Parameters
-    ----------
-    server : trame's Server
-    edit, begin : callable
-        `edit(name, value)`; `begin(name)` of a task that may be long, or of "stop".
+    The page calls `edit(name, value)`, and `begin(name)` of a task that may be long, or of "stop".
     """
     with VAppLayout(server, vuetify_config=CONFIG) as layout:
         layout.root.theme = ("theme",)

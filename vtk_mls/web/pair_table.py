@@ -27,10 +27,7 @@ _ALIGNED_RIGHT = "distance", "error", "score"
 def build(edit, begin):
     """Build the table, which pages with a target show.
 
-    Parameters
-    ----------
-    edit, begin
-        As of `page_layout.build`.
+    `edit` and `begin` are as of `page_layout.build`.
     """
     with v.VSheet(v_if="has_target", classes="mls-pairs", border="t"):
         with html.Div(classes="mls-tools"):

@@ -15,13 +15,7 @@ _CUTS = ("none", "None"), ("plane", "Plane"), ("half-plane", "Half-plane")
 
 
 def build(edit, begin):
-    """Build the panel.
-
-    Parameters
-    ----------
-    edit, begin
-        As of `page_layout.build`.
-    """
+    """Build the panel; `edit` and `begin` as of `page_layout.build`."""
     with html.Div(classes="pa-4 d-flex flex-column", style="gap: 14px;"):
         _section("Map")
         _options(edit, "map")

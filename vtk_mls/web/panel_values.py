@@ -15,15 +15,10 @@ _DIGITS = 5  # after the first digit of the distance between handles
 
 
 def values_of(editor, previous, preset):
-    """Values by their names in the page's templates.
+    """Values of an `Editor` by their names in the page's templates.
 
-    Parameters
-    ----------
-    editor : Editor
-    previous : dict
-        The values before; rows do not change while a handle is dragged.
-    preset : int
-        Index of the preset of colors.
+    `previous` are the values before, as rows do not change while a handle is dragged, and `preset`
+    is the index of that of colors.
     """
     state = editor.state
     values = values_of_options(state)

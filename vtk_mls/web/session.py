@@ -73,10 +73,8 @@ class Session:
     def open(self, datasets, state, paths, autosave, target=None):
         """Show other data, and a `Target`; in the editor's thread.
 
-        Raises
-        ------
-        TypeError, ValueError, RuntimeError, MemoryError
-            If the data cannot be shown. The session is unchanged then.
+        After an error, a TypeError, ValueError, RuntimeError or MemoryError, the session is
+        unchanged.
         """
         previous, size = self.editor, self.window.GetSize() if self.window else _SIZE
         if previous is not None:
@@ -99,13 +97,7 @@ class Session:
         self._warm_up()
 
     def set_target(self, target):
-        """Show a `Target` beside the data, without the initial handles; in the editor's thread.
-
-        Raises
-        ------
-        TypeError, ValueError
-            If the target cannot be shown.
-        """
+        """Show a `Target` beside the data, without the initial handles; in the editor's thread."""
         editor = self.editor
         editor.finish()
         editor.set_target(target)
@@ -137,10 +129,7 @@ class Session:
     def save(self, as_session=False):
         """Save all files, or a session file, and return their folder; in the editor's thread.
 
-        Raises
-        ------
-        OSError
-            With the editor's sentence.
+        An OSError has the editor's sentence.
         """
         editor, saver = self.editor, self.editor.saver
         if not (editor.save_session() if as_session else editor.save()):

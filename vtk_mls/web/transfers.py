@@ -36,15 +36,8 @@ _READING_TIMEOUT = 300  # seconds
 class Transfers:
     """Serves saved files, and shows uploaded ones.
 
-    Parameters
-    ----------
-    session : Session
-    folder : Path
-        For uploads.
-    on_open : callable
-        Called with the name of uploaded data that are shown.
-    max_bytes : int, optional
-        Limit for data.
+    `folder` is for uploads, of at most `max_bytes`. `on_open` is called with the name of uploaded
+    data that are shown.
     """
 
     def __init__(self, session, folder, on_open, max_bytes=MAX_DATA_BYTES):

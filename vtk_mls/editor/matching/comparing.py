@@ -13,15 +13,9 @@ _MOVING_COLOR, _TARGET_COLOR = np.array((1.0, 0.6, 0.15)), np.array((0.2, 0.65, 
 
 
 class ComparedItem:
-    """Images of both sides, as one item of `Slices`.
+    """Images of both sides, items of a `Scene`, as one item of `Slices`.
 
-    Parameters
-    ----------
-    moving, target : list
-        Items of a `Scene`.
-    comparison : Comparison
-    bounds : (2, 3)
-        Corners of the box that the checkerboard divides.
+    The checkerboard divides the box with the corners `bounds` (2, 3).
     """
 
     def __init__(self, moving, target, comparison, bounds):

@@ -20,9 +20,7 @@ _OTHER = {MOVING: "target", TARGET: "moving data"}
 class PairEdits:
     """Base of `Editor` with the methods for a second side, and landmarks on both.
 
-    Attributes
-    ----------
-    target : Target or None
+    `target` is a `Target` or None.
     """
 
     target = None
@@ -38,12 +36,7 @@ class PairEdits:
         return self.view.scores
 
     def set_target(self, target):
-        """Show another target, or none for None; all pairs stay.
-
-        Parameters
-        ----------
-        target : Target, vtkDataSet or None
-        """
+        """Show another `Target` or vtkDataSet, or none for None; all pairs stay."""
         is_value = target is None or isinstance(target, Target)
         self.target = target if is_value else Target(target)
         self.view.set_target(self.target)
@@ -63,12 +56,8 @@ class PairEdits:
     def place(self, side, point):
         """Place a landmark on a side: the first of a pair, or the partner that completes it.
 
-        Parameters
-        ----------
-        side : str
-            MOVING or TARGET.
-        point : (3,) world coordinates
-            Of the deformed data as they are drawn, or of the target.
+        `side` is MOVING or TARGET, and the point (3,) is on the deformed data as they are drawn, or
+        on the target.
         """
         if side == MOVING:
             deformation = self.view.distortion.deformation
@@ -141,12 +130,8 @@ class PairEdits:
     def refine(self, rows=None, progress=None):
         """Move landmarks to the best match of the images around them, where it is trustworthy.
 
-        Parameters
-        ----------
-        rows : (m,) ints, optional
-            The selected pairs, or that under the mouse, by default.
-        progress : callable, optional
-            As of `landmarks.refine`.
+        `rows` are by default the selected pairs, or that under the mouse; `progress` is as of
+        `landmarks.refine`.
         """
         if self.target is None:
             self.say("There is no target to refine landmarks on: `--target FILE` names it.")
@@ -186,13 +171,7 @@ class PairEdits:
             self.say("The kind is {}; the median error when left out is {:.3g}.".format(*better))
 
     def set_comparison(self, **values):
-        """Change `mode` and `share` of the comparison.
-
-        Raises
-        ------
-        ValueError
-            For other modes, and shares outside 0 to 1.
-        """
+        """Change `mode` and `share` of the comparison; ValueError for those of no `Comparison`."""
         comparison = replace(self.comparison, **values)
         if self.target is not None:
             self.view.set_comparison(comparison)

@@ -28,22 +28,9 @@ _FAR = 0.5  # distance of the centers of sides that hardly overlap, relative to 
 
 
 class TargetView:
-    """The second side of a `MatchingView`.
-
-    Parameters
-    ----------
-    view : MatchingView
-        Its scene and slices, of the moving data, share cameras and slices with the target.
-    target : Target
+    """The second side of a `MatchingView`, whose scene and slices share cameras and slices with it.
 
     Attributes
-    ----------
-    scene : Scene
-    slices : Slices
-    far_centers : (p, q) or None
-        The centers of both sides if they hardly overlap: undeformed data are drawn moved by q - p.
-    dragged : (rows, positions) or None
-        Where landmarks are drawn on the moving data while the mouse drags them there.
     """
 
     def __init__(self, view, target):

@@ -11,14 +11,9 @@ from vtk_mls.editor.view import View
 
 
 class MatchingView(View):
-    """A `View` that shows a target as well, if there is one.
+    """A `View` that shows a target as well, if there is one: a `TargetView` or None.
 
-    Attributes
-    ----------
-    target : TargetView or None
-    comparison : Comparison
-    scores : dict
-        As of `PairEdits`.
+    `comparison` says how both sides are drawn, and `scores` are as of `PairEdits`.
     """
 
     def __init__(self, interactor, datasets):
