@@ -66,36 +66,20 @@ def test_data_follow_during_a_drag(hands):
     assert np.linalg.norm(offset) == pytest.approx(SIZE / 3, abs=0.7)
 
 
-def test_beside_handles_the_mouse_moves_the_camera():
-    hands = Hands(ball_mesh())
-    camera = hands.camera
-    hands.drag((5, 5), (40, 0))
-    assert hands.camera != camera
-    assert hands.state.is_resting.all()
-
-
-def test_only_the_latest_position_is_shown(mesh_hands, monkeypatch):
+@pytest.mark.parametrize("has_timer", [True, False])
+def test_with_a_timer_only_the_latest_position_is_shown(has_timer, mesh_hands, monkeypatch):
     hands, calls = mesh_hands, []
-    hands.tick()
-    monkeypatch.setattr(hands.editor.scene, "show", lambda *arguments: calls.append(arguments))
-    start = hands.pixel_of(front_row(hands))
-    hands.send("LeftButtonPressEvent", start)
-    for step in range(1, 50):
-        hands.move(start + (step, 0))
-    assert calls == []
-    hands.tick()
-    hands.tick()
-    assert len(calls) == 1
-
-
-def test_without_a_timer_each_move_is_shown(mesh_hands, monkeypatch):
-    hands, calls = mesh_hands, []
+    if has_timer:
+        hands.tick()
     monkeypatch.setattr(hands.editor.scene, "show", lambda *arguments: calls.append(arguments))
     start = hands.pixel_of(front_row(hands))
     hands.send("LeftButtonPressEvent", start)
     for step in range(1, 4):
         hands.move(start + (5 * step, 0))
-    assert len(calls) == 3
+    assert len(calls) == (0 if has_timer else 3)
+    hands.tick()
+    hands.tick()
+    assert len(calls) == (1 if has_timer else 3)
 
 
 def test_shift_drags_along_the_normal(hands):

@@ -183,33 +183,6 @@ def test_a_kind_that_flattens_the_volume_is_not_better(rng):
     assert table_of(state).better is None or table_of(state).better[0] != "affine"
 
 
-def test_kinds_without_errors_are_not_better(rng, monkeypatch):
-    def errors(state, kind=None):
-        return np.full(len(state), 1.0 if kind is None else np.nan)
-
-    monkeypatch.setattr(pairs, "left_out_errors", errors)
-    table = table_of(state_of(rng))
-    assert (table.median_error, table.better, table.compares_kinds) == (1, None, True)
-
-
-@pytest.mark.parametrize("count", [1, 2, 3, 4])
-def test_few_pairs_start_with_a_rigid_motion(rng, count):
-    """The kind "rigid" is one rigid motion for pairs that fit it, whatever alpha."""
-    angle = np.deg2rad(40)
-    turn = np.array(
-        [(np.cos(angle), -np.sin(angle), 0), (np.sin(angle), np.cos(angle), 0), (0, 0, 1)]
-    )
-    rest = np.array([(0.0, 0, 0), (10, 0, 0), (0, 10, 0), (0, 0, 10)])[:count]
-    deformed = rest @ turn.T + (100, 0, -50)
-    state = State(rest, deformed, device="reference")
-    points = rng.uniform(0, 10, (20, 3))
-    moved = state.deformation().forward(points)
-    distances = [np.linalg.norm(x[:, None] - x, axis=2) for x in (points, moved)]
-    np.testing.assert_allclose(*distances, atol=1e-6)
-    if count > 2:
-        np.testing.assert_allclose(moved, points @ turn.T + (100, 0, -50), atol=1e-6)
-
-
 def test_the_autosave_holds_pairs_that_are_off_and_pending(tmp_path, rng):
     state = with_landmark(state_of(rng).with_enabled([1], False), TARGET, (7, 8, 9))
     Autosave("brain.nii", tmp_path).store(state)

@@ -34,7 +34,7 @@ class Autosave:
         self._unsaved = None  # state of this session
 
     def store(self, state):
-        """Write the unsaved `state` of this session; None if all is saved. OSErrors name the file."""
+        """Write the unsaved `state` of this session, None for none. OSErrors name the file."""
         self._unsaved = state
         if state is None:
             state = self.offered

@@ -27,7 +27,7 @@ _MOVING, _RESTING, _FILE = (0.06, 8.0), (2.0, 3.0), (20.0, 3.0)
 
 
 class Pace(MapPace):
-    """Chooses the resolution of maps and pictures; `picture_seconds` is the time of the last one."""
+    """Chooses the resolution of maps and pictures; the last took `picture_seconds`."""
 
     def __init__(self):
         super().__init__(_MAX_NODES)
