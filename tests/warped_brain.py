@@ -10,7 +10,7 @@ from vtkmodules.vtkRenderingUI import vtkGenericRenderWindowInteractor
 
 from vtk_mls import Deformation, io
 from vtk_mls.editor import Editor, State
-from vtk_mls.editor.pairs import MOVING, TARGET
+from vtk_mls.editor.matching.pairs import MOVING, TARGET, with_landmark
 from vtk_mls.files import control_point_files
 
 SUBJECT = "subject.nii.gz"
@@ -146,7 +146,7 @@ class Walk:
         deformation = self.state.deformation()
         if side == MOVING and deformation is not None:
             place = deformation.backward([place])[0]
-        self.state = self.state.with_landmark(side, place)
+        self.state = with_landmark(self.state, side, place)
         return "click", self._from_above(pixel)
 
     def _pixel(self, side, axis, point):

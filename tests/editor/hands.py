@@ -40,7 +40,7 @@ def ball_mesh(offset=(0, 0, 0)):
 
 
 def key_and_modifiers(symbol):
-    """The arguments of `Hands.press` for the name of a key in `keys.KEYS`."""
+    """The arguments of `Hands.press` for the name of a key in `commands.COMMANDS`."""
     *modifiers, key = symbol.split("+") if len(symbol) > 1 else [symbol]
     return key, " ".join(modifiers) + " Shift" * (key == "Z")
 

@@ -8,7 +8,7 @@ from hands import MIDDLE, SIZE, Hands, ball_image, ball_mesh, key_and_modifiers
 from pairwise import one_of
 
 from vtk_mls import Deformation, Plane
-from vtk_mls.editor import State, keys
+from vtk_mls.editor import State, commands
 from vtk_mls.editor.handle_glyphs import DRAGGED
 from vtk_mls.editor.view import Pace
 from vtk_mls.model.options import ALPHA
@@ -66,36 +66,20 @@ def test_data_follow_during_a_drag(hands):
     assert np.linalg.norm(offset) == pytest.approx(SIZE / 3, abs=0.7)
 
 
-def test_beside_handles_the_mouse_moves_the_camera():
-    hands = Hands(ball_mesh())
-    camera = hands.camera
-    hands.drag((5, 5), (40, 0))
-    assert hands.camera != camera
-    assert hands.state.is_resting.all()
-
-
-def test_only_the_latest_position_is_shown(mesh_hands, monkeypatch):
+@pytest.mark.parametrize("has_timer", [True, False])
+def test_with_a_timer_only_the_latest_position_is_shown(has_timer, mesh_hands, monkeypatch):
     hands, calls = mesh_hands, []
-    hands.tick()
-    monkeypatch.setattr(hands.editor.scene, "show", lambda *arguments: calls.append(arguments))
-    start = hands.pixel_of(front_row(hands))
-    hands.send("LeftButtonPressEvent", start)
-    for step in range(1, 50):
-        hands.move(start + (step, 0))
-    assert calls == []
-    hands.tick()
-    hands.tick()
-    assert len(calls) == 1
-
-
-def test_without_a_timer_each_move_is_shown(mesh_hands, monkeypatch):
-    hands, calls = mesh_hands, []
+    if has_timer:
+        hands.tick()
     monkeypatch.setattr(hands.editor.scene, "show", lambda *arguments: calls.append(arguments))
     start = hands.pixel_of(front_row(hands))
     hands.send("LeftButtonPressEvent", start)
     for step in range(1, 4):
         hands.move(start + (5 * step, 0))
-    assert len(calls) == 3
+    assert len(calls) == (0 if has_timer else 3)
+    hands.tick()
+    hands.tick()
+    assert len(calls) == (1 if has_timer else 3)
 
 
 def test_shift_drags_along_the_normal(hands):
@@ -351,9 +335,9 @@ def test_undeformed_display_does_not_change_saved_files(blend, mesh_hands, tmp_p
 
 
 def test_keys_call_methods_and_have_lines_in_the_legend():
-    for name, value in keys.actions().values():
+    for name, value in commands.actions().values():
         assert callable(getattr(Hands.__init__.__globals__["Editor"], name)), value
-    assert all(key and text for key, text in keys.legend())
+    assert all(key and text for key, text in commands.legend())
 
 
 @pytest.mark.parametrize("symbol", ["h", "question", "F1"])
@@ -375,7 +359,7 @@ def test_a_hint_names_the_key_of_the_legend(symbol):
     assert shares[2] == shares[0]
 
 
-@pytest.mark.parametrize("symbol", one_of(3, sorted(keys.actions())))
+@pytest.mark.parametrize("symbol", one_of(3, sorted(commands.actions())))
 def test_every_key_in_every_situation(symbol, mesh_hands, tmp_path, monkeypatch):
     """At the start, during a drag, and without handles."""
     monkeypatch.chdir(tmp_path)  # for saved files

@@ -10,11 +10,14 @@ from hands import SIZE, Hands, ball_image, ball_mesh
 from pairwise import one_of
 
 from vtk_mls import Ball, Deformation, Plane, RegionHandle
-from vtk_mls.editor import State, pairs
+from vtk_mls.editor import State
 from vtk_mls.editor.autosave import Autosave
-from vtk_mls.editor.landmark_texts import lines_of
-from vtk_mls.editor.pairs import MOVING, TARGET, Pending
-from vtk_mls.editor.target import MODES, Target
+from vtk_mls.editor.matching import pairs
+from vtk_mls.editor.matching.pair_text import lines_of
+from vtk_mls.editor.matching.pairs import MOVING, TARGET, Pending, with_landmark
+from vtk_mls.editor.matching.target import MODES, Target
+
+table_of = pairs.PairTable.of
 
 
 def state_of(rng, count=8, **options):
@@ -24,10 +27,10 @@ def state_of(rng, count=8, **options):
 
 def test_a_landmark_waits_for_its_partner():
     state = State([], [])
-    first = state.with_landmark(TARGET, (5, 0, 0))
+    first = with_landmark(state, TARGET, (5, 0, 0))
     assert (first.pending.side, len(first), first.is_identity) == (TARGET, 0, True)
-    moved = first.with_landmark(TARGET, (6, 0, 0))
-    pair = moved.with_landmark(MOVING, (1, 0, 0))
+    moved = with_landmark(first, TARGET, (6, 0, 0))
+    pair = with_landmark(moved, MOVING, (1, 0, 0))
     assert pair.pending is None
     assert (pair.rest.tolist(), pair.deformed.tolist()) == ([[1, 0, 0]], [[6, 0, 0]])
     assert pair.labels == ("1",)
@@ -39,8 +42,9 @@ def test_a_landmark_waits_for_its_partner():
 def test_names_stay_when_pairs_are_deleted():
     state = State([], [])
     for number in range(3):
-        state = state.with_landmark(MOVING, (number, 0, 0)).with_landmark(TARGET, (number, 1, 0))
-    state = state.without([0]).with_landmark(MOVING, (5, 0, 0)).with_landmark(TARGET, (5, 1, 0))
+        state = with_landmark(with_landmark(state, MOVING, (number, 0, 0)), TARGET, (number, 1, 0))
+    state = with_landmark(state.without([0]), MOVING, (5, 0, 0))
+    state = with_landmark(state, TARGET, (5, 1, 0))
     assert len(set(state.labels)) == 3
     assert state.labels[:2] == ("2", "3")
 
@@ -56,8 +60,8 @@ def test_pairs_that_are_off_do_not_move_anything(rng):
 
 
 def test_the_table_has_the_errors_of_maps_without_each_pair(rng):
-    state = state_of(rng).with_enabled([3], False).with_landmark(MOVING, (1, 2, 3))
-    *rows, pending = state.pairs.rows
+    state = with_landmark(state_of(rng).with_enabled([3], False), MOVING, (1, 2, 3))
+    *rows, pending = table_of(state).rows
     used = [i for i in range(8) if i != 3]
     for i in used:
         others = [j for j in used if j != i]
@@ -68,7 +72,7 @@ def test_the_table_has_the_errors_of_maps_without_each_pair(rng):
         assert rows[i].distance == pytest.approx(np.linalg.norm(state.deformed[i] - state.rest[i]))
     assert (rows[3].error, rows[3].is_enabled) == (None, False)
     assert (pending.row, pending.rest, pending.deformed) == (None, (1, 2, 3), None)
-    assert state.pairs.median_error == pytest.approx(np.median([rows[i].error for i in used]))
+    assert table_of(state).median_error == pytest.approx(np.median([rows[i].error for i in used]))
 
 
 @pytest.mark.parametrize(
@@ -80,13 +84,13 @@ def test_the_table_has_the_errors_of_maps_without_each_pair(rng):
     ],
 )
 def test_pairs_have_no_errors_if_the_map_depends_on_more_than_pairs(rng, changes):
-    table = state_of(rng).changed(**changes).pairs
+    table = table_of(state_of(rng).changed(**changes))
     assert not table.has_errors
     assert all(row.error is None for row in table.rows)
 
 
 def test_the_table_has_both_places_of_the_selected_pair_and_its_score(rng):
-    table = state_of(rng).changed(rest=np.full((8, 3), 1.25)).pairs
+    table = table_of(state_of(rng).changed(rest=np.full((8, 3), 1.25)))
     assert lines_of(table, [2], (0.987, ""))[-1] == "  score 0.987"
     *_, data, target, reason = lines_of(table, [2], (0.2, "the image is flat"))
     assert data == "  data   1.25, 1.25, 1.25"
@@ -155,17 +159,17 @@ def test_a_key_takes_the_kind_with_smaller_errors(count, rng):
     hands = Hands(ball_mesh(), state, target=ball_image(), pixels=120)
     hands.press("8")
     if count < 8:
-        assert state.pairs.better is None
+        assert table_of(state).better is None
         assert hands.state is state
         assert "fewer than 8 pairs" in hands.message
-        assert lines_of(state.pairs, [])[-1] == "  kinds are compared from 8 pairs on"
+        assert lines_of(table_of(state), [])[-1] == "  kinds are compared from 8 pairs on"
         return
-    kind, error = state.pairs.better
+    kind, error = table_of(state).better
     assert (kind, error) == ("affine", pytest.approx(0, abs=1e-6))
-    assert lines_of(state.pairs, [])[-1].startswith("  with the kind affine")
+    assert lines_of(table_of(state), [])[-1].startswith("  with the kind affine")
     assert hands.state.kind == "affine"
-    assert hands.state.pairs.median_error == error
-    assert hands.state.pairs.better is None
+    assert table_of(hands.state).median_error == error
+    assert table_of(hands.state).better is None
     hands.press("8")
     assert hands.message.startswith("No other kind")
 
@@ -174,40 +178,13 @@ def test_a_kind_that_flattens_the_volume_is_not_better(rng):
     q = np.c_[rng.normal(0, 0.01, (18, 2)), np.linspace(4, SIZE - 4, 18)]
     p = q * (0, 0, 0.5)  # on a line: affine maps lead everything to it
     state = State(p, q, device="reference")
-    assert np.median(pairs.left_out_errors(state, "affine")) < 0.1 * state.pairs.median_error
-    assert state.pairs.compares_kinds
-    assert state.pairs.better is None or state.pairs.better[0] != "affine"
-
-
-def test_kinds_without_errors_are_not_better(rng, monkeypatch):
-    def errors(state, kind=None):
-        return np.full(len(state), 1.0 if kind is None else np.nan)
-
-    monkeypatch.setattr(pairs, "left_out_errors", errors)
-    table = state_of(rng).pairs
-    assert (table.median_error, table.better, table.compares_kinds) == (1, None, True)
-
-
-@pytest.mark.parametrize("count", [1, 2, 3, 4])
-def test_few_pairs_start_with_a_rigid_motion(rng, count):
-    """The kind "rigid" is one rigid motion for pairs that fit it, whatever alpha."""
-    angle = np.deg2rad(40)
-    turn = np.array(
-        [(np.cos(angle), -np.sin(angle), 0), (np.sin(angle), np.cos(angle), 0), (0, 0, 1)]
-    )
-    rest = np.array([(0.0, 0, 0), (10, 0, 0), (0, 10, 0), (0, 0, 10)])[:count]
-    deformed = rest @ turn.T + (100, 0, -50)
-    state = State(rest, deformed, device="reference")
-    points = rng.uniform(0, 10, (20, 3))
-    moved = state.deformation().forward(points)
-    distances = [np.linalg.norm(x[:, None] - x, axis=2) for x in (points, moved)]
-    np.testing.assert_allclose(*distances, atol=1e-6)
-    if count > 2:
-        np.testing.assert_allclose(moved, points @ turn.T + (100, 0, -50), atol=1e-6)
+    assert np.median(pairs.left_out_errors(state, "affine")) < 0.1 * table_of(state).median_error
+    assert table_of(state).compares_kinds
+    assert table_of(state).better is None or table_of(state).better[0] != "affine"
 
 
 def test_the_autosave_holds_pairs_that_are_off_and_pending(tmp_path, rng):
-    state = state_of(rng).with_enabled([1], False).with_landmark(TARGET, (7, 8, 9))
+    state = with_landmark(state_of(rng).with_enabled([1], False), TARGET, (7, 8, 9))
     Autosave("brain.nii", tmp_path).store(state)
     restored = Autosave("brain.nii", tmp_path).offered
     assert restored.enabled.tolist() == state.enabled.tolist()
@@ -288,7 +265,7 @@ def test_no_random_edit_loses_a_pair(seed, tmp_path):
         if name == "place":
             placed = len(after) - len(before) + (after.pending is not None)
             assert placed == 1
-        assert len(after.pairs.rows) == len(after) + (after.pending is not None)
+        assert len(table_of(after).rows) == len(after) + (after.pending is not None)
         offered = Autosave("ball.vtp", tmp_path).offered
         if offered is not None:
             assert offered.labels == after.labels

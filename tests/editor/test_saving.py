@@ -51,6 +51,12 @@ STATES = {
 _REST = sorted(STATES.keys() - {"plane"})
 
 
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    """The folder of a test, in which the editor saves."""
+    monkeypatch.chdir(tmp_path)
+
+
 def state(rng, places=0, **options):
     """A State of 9 handles with some intermediate places."""
     rest = rng.uniform(2, SIZE - 3, (9, 3))
@@ -70,7 +76,6 @@ def commands_of(script):
     ["plane", *(pytest.param(name, marks=pytest.mark.matrix) for name in _REST)],
 )
 def test_command_and_script_make_the_same_files(name, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
     io.write_dataset(ball_image(), "ball.nii.gz")
     io.write_dataset(ball_mesh(), "ball.stl")
     paths = ["ball.nii.gz", "ball.stl"]
@@ -116,7 +121,6 @@ def test_command_and_script_make_the_same_files(name, tmp_path, monkeypatch):
 
 
 def test_a_picture_on_a_full_disk_leaves_the_old_one(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
     hands = Hands(ball_mesh(), state(np.random.default_rng(3)))
     (tmp_path / "data-1-edited").mkdir()
     hands.editor.saver.folder = tmp_path / "data-1-edited"
@@ -135,9 +139,8 @@ def test_a_picture_on_a_full_disk_leaves_the_old_one(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("options", [{}, {"map_tolerance": 0.0}, {"map_tolerance": 0.25}])
-def test_the_script_has_the_tolerance_of_the_editor(options, tmp_path, monkeypatch):
+def test_the_script_has_the_tolerance_of_the_editor(options, tmp_path):
     """The default of filters and of the command is no tolerance."""
-    monkeypatch.chdir(tmp_path)
     hands = Hands(ball_image(), state(np.random.default_rng(3), **options))
     hands.press("s")
     script = tmp_path / "data-1-edited" / "deform.py"
@@ -150,8 +153,7 @@ def test_the_script_has_the_tolerance_of_the_editor(options, tmp_path, monkeypat
     assert [argument for argument in command if "tolerance" in argument] == expected
 
 
-def test_handles_are_saved_for_slicer_and_for_the_next_edit(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_handles_are_saved_for_slicer_and_for_the_next_edit(tmp_path):
     hands = Hands(ball_mesh(), state(np.random.default_rng(4)))
     hands.press("s")
     edited, folder = hands.state, tmp_path / "data-1-edited"
@@ -167,8 +169,7 @@ def test_handles_are_saved_for_slicer_and_for_the_next_edit(tmp_path, monkeypatc
     assert (folder / "picture.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_the_folder_is_shown_while_handles_are_hidden(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_the_folder_is_shown_while_handles_are_hidden(tmp_path):
     hands = Hands(ball_mesh(), pixels=400)
     hands.press("space")
     before = hands.picture()
@@ -180,8 +181,7 @@ def test_the_folder_is_shown_while_handles_are_hidden(tmp_path, monkeypatch):
     np.testing.assert_allclose(hands.picture(), before, atol=3)
 
 
-def test_a_segmentation_is_saved_as_one(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_a_segmentation_is_saved_as_one(tmp_path):
     path = "ball.seg.nrrd"
     io.write_dataset(ball_image(), path)
     hands = Hands(io.read_dataset(path), state(np.random.default_rng(5)), paths=[path])
@@ -189,9 +189,8 @@ def test_a_segmentation_is_saved_as_one(tmp_path, monkeypatch):
     assert (tmp_path / "ball-edited/ball-deformed.seg.nrrd").exists()
 
 
-def test_overlapping_bones_have_the_names_of_the_editor(tmp_path, monkeypatch):
+def test_overlapping_bones_have_the_names_of_the_editor(tmp_path):
     """The surface of a cavity is a region in the saved file only."""
-    monkeypatch.chdir(tmp_path)
     grid = Grid((12,) * 3, spacing=(2, 2, 2))
     hollow, full = (
         np.linalg.norm(grid.points() - center, axis=1).reshape(grid.shape)
@@ -208,7 +207,6 @@ def test_overlapping_bones_have_the_names_of_the_editor(tmp_path, monkeypatch):
 
 
 def test_data_of_the_same_name_have_separate_files(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
     paths = [f"{folder}/ball.vtp" for folder in "abc"]
     for number, path in enumerate(paths):
         (tmp_path / path).parent.mkdir()
@@ -227,10 +225,7 @@ def test_data_of_the_same_name_have_separate_files(tmp_path, monkeypatch):
     assert [path.read_bytes() for path in deformed] == before
 
 
-def test_a_second_save_replaces_the_first_and_another_session_takes_a_new_folder(
-    tmp_path, monkeypatch
-):
-    monkeypatch.chdir(tmp_path)
+def test_a_second_save_replaces_the_first_and_another_session_takes_a_new_folder(tmp_path):
     hands = Hands(ball_mesh())
     hands.press("s")
     hands.press("s")
@@ -240,8 +235,7 @@ def test_a_second_save_replaces_the_first_and_another_session_takes_a_new_folder
     assert (tmp_path / "data-1-edited-2").is_dir()
 
 
-def test_landmarks_that_are_left_out_are_saved_in_a_session(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_landmarks_that_are_left_out_are_saved_in_a_session(tmp_path):
     io.write_dataset(ball_mesh(), "ball.vtp")
     rng = np.random.default_rng(3)
     hands = Hands(ball_mesh(), state(rng).with_enabled([4], False), paths=["ball.vtp"])
@@ -254,8 +248,7 @@ def test_landmarks_that_are_left_out_are_saved_in_a_session(tmp_path, monkeypatc
     np.testing.assert_array_equal(saved.rest, hands.state.rest)
 
 
-def test_the_window_says_that_it_saves(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_the_window_says_that_it_saves(tmp_path):
     hands, counts = Hands(ball_mesh()), []
 
     def amber_pixels():
@@ -267,8 +260,7 @@ def test_the_window_says_that_it_saves(tmp_path, monkeypatch):
     assert min(counts) > 20
 
 
-def test_a_failed_save_is_reported(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_a_failed_save_is_reported(tmp_path):
     (tmp_path / "data-1-edited").write_text("a file")
     hands = Hands(ball_mesh())
     hands.editor.saver.folder = tmp_path / "data-1-edited"

@@ -14,8 +14,8 @@ from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from vtk_mls import Deformation, Grid, HalfPlane
 from vtk_mls.editor import State, transfer_functions
-from vtk_mls.editor.comparing import colors_of
 from vtk_mls.editor.scene_volume import SceneVolume
+from vtk_mls.editor.slice_pane import colors_of
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 
@@ -36,15 +36,6 @@ def panes(hands):
         pane = hands.editor.slices.pane_at((330, y))
         by_axis[pane.axis] = pane
     return [by_axis[axis] for axis in range(3)]
-
-
-def column(hands, pane, x):
-    """Brightness along a line through the middle of a slice, at world coordinates `x`."""
-    along = (pane.axis + 1) % 3
-    points = np.full((len(x), 3), MIDDLE)
-    points[:, along] = x
-    pixels = np.rint(pixels_in(pane, points)).astype(int)
-    return hands.picture()[pixels[:, 1], pixels[:, 0]].max(axis=1)
 
 
 def test_a_key_shows_and_hides_slices(hands):
@@ -69,17 +60,6 @@ def test_detached_slices_are_removed_and_collected(hands, capfd):
     assert "Traceback" not in capfd.readouterr().err  # of observers that VTK still calls
 
 
-def test_slices_show_the_image():
-    hands = Hands(ball_image(), pixels=360)
-    hands.press("x")
-    hands.press("m")
-    hands.press("space")
-    for pane in panes(hands):
-        values = column(hands, pane, MIDDLE + np.array([-9, -6, -3, 3, 6, 9]))
-        assert (values[[0, -1]] < 60).all()
-        assert (values[1:-1] > 200).all()
-
-
 def test_a_handle_is_dragged_in_a_slice_and_all_follow(hands):
     camera = hands.camera
     for number, pane in enumerate(panes(hands)):
@@ -97,20 +77,6 @@ def test_a_handle_is_dragged_in_a_slice_and_all_follow(hands):
     for _ in range(3):
         hands.press("z")
     assert hands.state.is_resting.all()
-
-
-def test_slices_show_the_deformed_image():
-    hands = Hands(ball_image(), pixels=360)
-    state = hands.state
-    hands.editor.change(state.moved(np.arange(27), state.rest + (4.0, 0, 0)))
-    hands.press("m")
-    hands.press("space")
-    pane = panes(hands)[2]
-    points = MIDDLE + np.array([(-6.0, 0, 0), (9, 0, 0)])
-    pixels = np.rint(pixels_in(pane, points)).astype(int)
-    values = hands.picture()[pixels[:, 1], pixels[:, 0]].max(axis=1)
-    assert values[0] < 60
-    assert values[1] > 200
 
 
 def test_mouse_and_wheel_move_the_slices(hands):

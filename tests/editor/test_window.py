@@ -14,10 +14,8 @@ import numpy as np
 import pytest
 from command_fixtures import PROJECT, run
 from hands import ball_image, ball_mesh, bone
-from opened_brain import picture_in
 
 from vtk_mls import io
-from vtk_mls.editor.handle_glyphs import DRAWN
 from vtk_mls.files import control_point_files
 
 _TIMEOUT = 180  # seconds
@@ -245,41 +243,6 @@ def test_a_mesh_in_the_data_is_made_rigid_moved_and_opened_again(folder):
         assert viewer.end() == (0, "")
     *_, (same,) = io.read_handles(folder / "again" / "handles.vtp")
     np.testing.assert_allclose(same.motion, region.motion, atol=1e-9)
-
-
-def test_a_key_takes_polynomials_of_degree_3(folder, monkeypatch):
-    monkeypatch.setenv("VTK_MLS_DEVICE", "reference")  # needs no device check
-    with window(folder, "ball.vtp", "handles.csv") as viewer:
-        viewer.press("k", "k", "k")
-        viewer.drag((600, 425), (80, -60))
-        viewer.press("s")
-        viewer.wait_for(folder / "ball-edited" / "deform.py")
-        assert viewer.end() == (0, "")
-    script = (folder / "ball-edited" / "deform.py").read_text()
-    assert " --kind=polynomial --degree=3 " in script
-
-
-def test_a_curve_is_drawn_in_a_slice(folder):
-    pixels, drawn = ((960, 140), (1000, 110), (1040, 150)), folder / "drawn.png"
-
-    def are_nodes_drawn():
-        viewer.photograph(drawn)
-        if not drawn.exists():  # without ImageMagick
-            return True
-        picture = picture_in(drawn)[::-1, :, :3]
-        return all(np.abs(picture[y, x] - DRAWN).max() < 70 for x, y in pixels)
-
-    with window(folder, "ball.vti", "handles.csv") as viewer:
-        viewer.press("m", "d")
-        for pixel in pixels:
-            viewer.click(pixel)
-        viewer.wait_until(are_nodes_drawn, "the nodes in the slice")
-        viewer.press("Return", "s")
-        viewer.wait_for(folder / "ball-edited" / "deform.py")
-        assert viewer.end() == (0, "")
-    *_, (curve,) = io.read_handles(folder / "ball-edited" / "handles.vtp")
-    assert len(curve.rest) == 3
-    assert len(np.unique(curve.rest[:, 2])) == 1
 
 
 @pytest.mark.parametrize("ended_by", ["killed", pytest.param("closed", marks=pytest.mark.matrix)])

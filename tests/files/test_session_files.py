@@ -9,7 +9,7 @@ import pytest
 
 from vtk_mls import Ball, BallMask, CurveHandle, HalfPlane, Plane, RegionHandle, Surface
 from vtk_mls.editor import State, sessions, state_values
-from vtk_mls.editor.pairs import MOVING, Pending
+from vtk_mls.editor.matching.pairs import MOVING, Pending
 from vtk_mls.files import session_files
 from vtk_mls.files.session_files import SessionFile
 from vtk_mls.model.options import values_of

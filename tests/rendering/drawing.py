@@ -18,6 +18,7 @@ from vtkmodules.vtkRenderingCore import (
 from vtkmodules.vtkRenderingVolume import vtkGPUVolumeRayCastMapper
 
 from vtk_mls import Grid
+from vtk_mls.rendering import DeformedVolume
 from vtk_mls.vtk.arrays import ImageGeometry
 
 SIZE = 48  # voxels along an edge
@@ -107,6 +108,13 @@ class Scene:
         self.renderer.ResetCameraClippingRange()
         self.window.Render()
         return picture_of(self.window)
+
+
+def drawn_volume(image, *arguments, **looks):
+    """A vtkVolume of an image as of `volume_of`, a `Scene` of it, and its `DeformedVolume`."""
+    volume = volume_of(image, *arguments, **looks)
+    scene = Scene(volume)
+    return volume, scene, DeformedVolume(volume, scene.renderer)
 
 
 def assert_alike(picture, other, mean=1.0, p99=16.0):

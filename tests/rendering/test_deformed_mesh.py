@@ -22,8 +22,8 @@ from vtkmodules.vtkRenderingCore import (
     vtkPolyDataMapper,
 )
 
-from vtk_mls import KINDS, Deformation, DeviceError, HalfPlane
-from vtk_mls.rendering import DeformedMesh, coarse_forward, deformed_mesh, rest_surface
+from vtk_mls import KINDS, Deformation, DeviceError
+from vtk_mls.rendering import DeformedMesh, coarse_forward, deformed_mesh
 from vtk_mls.vtk import arrays, splitting
 
 pytestmark = pytest.mark.usefixtures("opengl")
@@ -43,6 +43,12 @@ class Scene(drawing.Scene):
         self.actor = vtkActor()
         self.actor.SetMapper(data if data.IsA("vtkMapper") else mapper_of(data))
         super().__init__(self.actor, focal=(4, 4, 3), distance=24, pixels=200)
+
+
+def drawn_mesh(data):
+    """A `Scene` of a mesh or a mapper, and its `DeformedMesh`."""
+    scene = Scene(data)
+    return scene, DeformedMesh(scene.actor)
 
 
 # With alpha 2 these few handles send points next to a cut a million lengths away.
@@ -97,9 +103,8 @@ def with_cell_normals(mesh):
 )
 def test_the_picture_is_that_of_the_filter(name, cut, kind, frame, by):
     mesh, cuts = colored(name, by), [CUTS[cut]] if cut else []
-    scene = Scene(mesh)
+    scene, deformed = drawn_mesh(mesh)
     before = scene.picture()
-    deformed = DeformedMesh(scene.actor)
     deformed.update(deformation(cuts, kind=kind, cut_frame=frame))
     picture = scene.picture()
     assert (np.abs(picture - before).max(axis=2) > 50).mean() > 0.02
@@ -226,8 +231,7 @@ def test_an_algorithm_in_front_of_the_mapper_runs_again():
     source.SetCenter(4, 4, 3)
     source.SetRadius(2)
     mapper.SetInputConnection(source.GetOutputPort())
-    scene = Scene(mapper)
-    deformed = DeformedMesh(scene.actor)
+    scene, deformed = drawn_mesh(mapper)
     deformed.update(deformation())
     scene.picture()
     source.SetRadius(3)
@@ -248,36 +252,6 @@ def test_a_static_mapper_draws_the_deformed_mesh():
     assert_alike(scene.picture(), Scene(filtered(mesh)).picture())
 
 
-def test_a_mesh_is_split_once_for_each_cut(monkeypatch):
-    calls = []
-    monkeypatch.setattr(rest_surface, "split", lambda *a: calls.append(1) or splitting.split(*a))
-    mesh = MESHES["cells 10"]()
-    scene = Scene(mesh)
-    deformed = DeformedMesh(scene.actor)
-    for step in range(3):  # equal cuts
-        cut = HalfPlane((4.03, 4, 3.1), (1, 0.2, 0.1), (0, 0, 1))
-        deformed.update(Deformation(REST, OPENED + 0.1 * step, cuts=[cut], device=FAST))
-        scene.picture()
-    assert len(calls) == 1
-    deformed.update(deformation([CUTS["polygon"]]))
-    assert len(calls) == 2
-    mesh.Modified()
-    scene.picture()
-    assert len(calls) == 3
-
-
-def test_a_mesh_is_moved_once_for_each_update(monkeypatch):
-    moves, move = [], rest_surface.RestSurface.moved
-    monkeypatch.setattr(rest_surface.RestSurface, "moved", lambda *a: moves.append(1) or move(*a))
-    scene = Scene(sphere())
-    deformed = DeformedMesh(scene.actor)
-    for count in (1, 2):
-        deformed.update(deformation())
-        scene.picture()
-        scene.picture()
-        assert len(moves) == count
-
-
 @pytest.fixture
 def interpolated(monkeypatch):
     """Meshes with more than 100 points are moved by the interpolated map."""
@@ -292,8 +266,7 @@ def fine_sphere(normals=True):
 @pytest.mark.parametrize("moved", [OPENED, REST + (OPENED - REST) * 2])
 def test_the_interpolated_map_has_an_error_of_at_most_half_a_pixel(moved, cut, interpolated):
     mesh = fine_sphere()
-    scene = Scene(mesh)
-    deformed = DeformedMesh(scene.actor)
+    scene, deformed = drawn_mesh(mesh)
     d = Deformation(REST, moved, cuts=[CUTS[cut]] if cut else [], device=FAST)
     found = []
     for exact in (False, True):
@@ -351,8 +324,7 @@ def test_the_map_is_exact_with_cuts_in_the_deformed_frame(interpolated):
 
 def test_cell_normals_are_computed_from_the_interpolated_shape(interpolated):
     mesh = with_cell_normals(fine_sphere())
-    scene = Scene(mesh)
-    deformed = DeformedMesh(scene.actor)
+    scene, deformed = drawn_mesh(mesh)
     deformed.update(deformation(), exact=False)
     coarse = scene.picture()
     deformed.update(deformation())
@@ -367,8 +339,7 @@ def _no_points():
 
 @pytest.mark.parametrize("make", [vtkPolyData, vtkUnstructuredGrid, _no_points])
 def test_an_empty_mesh_draws_nothing(make):
-    scene = Scene(make())
-    deformed = DeformedMesh(scene.actor)
+    scene, deformed = drawn_mesh(make())
     for cuts in ([], [CUTS["plane"]]):
         deformed.update(deformation(cuts), exact=False)
         assert scene.picture().std(axis=(0, 1)).max() == 0
@@ -412,8 +383,7 @@ def test_detach_restores_the_actor_and_update_deforms_it_again():
 
 
 def test_it_is_collected_with_its_actor():
-    scene = Scene(sphere())
-    deformed = DeformedMesh(scene.actor)
+    scene, deformed = drawn_mesh(sphere())
     deformed.update(deformation())
     scene.picture()
     alive = weakref.ref(deformed)
@@ -442,8 +412,7 @@ def test_other_actors_are_refused():
 
 def test_an_error_does_not_change_the_picture():
     mesh = sphere()
-    scene = Scene(mesh)
-    deformed = DeformedMesh(scene.actor)
+    scene, deformed = drawn_mesh(mesh)
     before = scene.picture()
     with pytest.raises(DeviceError):
         deformed.update(Deformation(REST, OPENED, device="97:0"))
@@ -459,8 +428,7 @@ def test_an_error_does_not_change_the_picture():
 
 def test_an_array_that_is_too_short_is_an_error(messages):
     mesh = sphere()
-    scene = Scene(mesh)
-    deformed = DeformedMesh(scene.actor)
+    scene, deformed = drawn_mesh(mesh)
     deformed.update(deformation())
     add_array(mesh.GetPointData(), "short", [1.0, 2.0])
     with pytest.raises(ValueError, match="array `short` must have one tuple for each"):

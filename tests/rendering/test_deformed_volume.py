@@ -6,7 +6,7 @@ import itertools
 
 import numpy as np
 import pytest
-from drawing import MIDDLE, SIZE, Scene, assert_alike, image_of, phantom, volume_of
+from drawing import MIDDLE, SIZE, Scene, assert_alike, drawn_volume, image_of, phantom, volume_of
 from pairwise import one_of, paired
 from vtk_fixtures import FAST, TURNED
 from vtkmodules.vtkCommonDataModel import vtkPiecewiseFunction, vtkPlane
@@ -262,13 +262,6 @@ def test_a_cut_in_every_blend_mode(style):
     assert_alike(*pictures(d, **STYLES[style]), mean=1.5, p99=30)
 
 
-@pytest.mark.matrix
-@pytest.mark.parametrize("cut", CUTS)
-def test_a_cut_with_the_polynomial_kind(cut):
-    d = deformation((0, 0, 0), (10, 2, 0), "polynomial", cuts=CUTS[cut])
-    assert_alike(*pictures(d), mean=1.5, p99=30)
-
-
 CROSSING = {
     "planes": [CUTS["plane"], Plane(CENTER, (0, 1, 0))],
     "half-planes": [CUTS["half-plane"], HalfPlane(CENTER, (0, 1, 0.1), (0, 0, 1))],
@@ -309,9 +302,8 @@ PARTS = {
 
 
 def test_only_the_part_within_an_output_grid_is_drawn():
-    volume = volume_of(image_of(VALUES))
-    scene, d = Scene(volume), deformation(right=(40, 2, 0))
-    drawn = DeformedVolume(volume, scene.renderer)
+    volume, scene, drawn = drawn_volume(image_of(VALUES))
+    d = deformation(right=(40, 2, 0))
     drawn.update(d)
     pictures = [scene.picture()]
     for grid in PARTS.values():
@@ -395,9 +387,7 @@ def test_changes_of_the_data_are_followed():
 
 
 def test_one_move_uploads_one_map_and_nothing_else():
-    volume = volume_of(image_of(VALUES))
-    scene = Scene(volume)
-    drawn = DeformedVolume(volume, scene.renderer)
+    volume, scene, drawn = drawn_volume(image_of(VALUES))
     drawn.update(deformation())
     scene.picture()
     stretched = volume.GetMapper().GetInput()
@@ -443,10 +433,8 @@ def test_errors_name_the_reason():
 
 def test_a_shader_error_leaves_the_volume_undeformed(monkeypatch, messages):
     monkeypatch.setitem(shader._REPLACEMENTS, "//VTK::Cropping::Impl", "not GLSL;\n{tag}")
-    volume = volume_of(image_of(VALUES))
-    scene = Scene(volume)
+    _, scene, drawn = drawn_volume(image_of(VALUES))
     before = scene.picture()
-    drawn = DeformedVolume(volume, scene.renderer)
     drawn.update(deformation())
     scene.picture()
     messages.assert_one("DeformedVolume: the graphics driver does not build the shader")

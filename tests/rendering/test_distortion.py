@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from drawing import MIDDLE, SIZE, Scene, image_of, volume_of
+from drawing import MIDDLE, SIZE, Scene, drawn_volume, image_of, volume_of
 from mesh_fixtures import array_of
 from vtk_fixtures import FAST, ball
 from vtkmodules.vtkFiltersSources import vtkPlaneSource
@@ -127,9 +127,7 @@ def _none(coarse):
 def test_volumes_are_painted(opengl, factors, determinant):
     """The phantom is white, and so are unchanged parts."""
     values = np.full((SIZE,) * 3, 255, np.uint8)
-    volume = volume_of(image_of(values), Ambient=1, Diffuse=0, Specular=0)
-    scene = Scene(volume)
-    drawn = DeformedVolume(volume, scene.renderer)
+    _, scene, drawn = drawn_volume(image_of(values), Ambient=1, Diffuse=0, Specular=0)
     drawn.update(scaled(*factors))
     plain = scene.picture()[75, 75]
     drawn.paint(has_colors=True)

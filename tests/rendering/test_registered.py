@@ -5,23 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from drawing import MIDDLE, SIZE, Scene, image_of, volume_of
+from test_deformed_volume import CUTS, REST
 from vtk_fixtures import FAST, update
 from vtkmodules.vtkCommonDataModel import vtkPiecewiseFunction
 from vtkmodules.vtkFiltersCore import vtkContourFilter
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
-from vtk_mls import Deformation, HalfPlane, Plane
+from vtk_mls import Deformation
 from vtk_mls.rendering import DeformedMesh, DeformedVolume
 
 pytestmark = pytest.mark.usefixtures("opengl")
-
-REST = np.array([(x, y, z) for x in (10, 37) for y in (10, 37) for z in (10, 37)], float)
-CENTER = np.full(3, MIDDLE)
-CUTS = {
-    "none": [],
-    "plane": [Plane(CENTER, (1, 0.3, 0.2))],
-    "half-plane": [HalfPlane(CENTER, (1, 0.3, 0.2), (0, 0, 1))],
-}
 
 
 def ball():
@@ -56,10 +49,10 @@ def mesh_of_ball():
     return actor
 
 
-@pytest.mark.parametrize("cut", CUTS)
+@pytest.mark.parametrize("cut", [None, "plane", "half-plane"])
 def test_volume_and_mesh_cover_the_same_pixels(cut):
     apart = np.where(REST[:, :1] > MIDDLE, [[9, 2, 0]], [[-6, 0, 3]])
-    d = Deformation(REST, REST + apart, cuts=CUTS[cut], device=FAST)
+    d = Deformation(REST, REST + apart, cuts=[CUTS[cut]] if cut else [], device=FAST)
     volume, actor = volume_of_ball(), mesh_of_ball()
     first, second = Scene(volume, pixels=300), Scene(actor, pixels=300)
     before = covered(second)

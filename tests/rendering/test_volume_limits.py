@@ -7,8 +7,8 @@ import weakref
 
 import numpy as np
 import pytest
-from drawing import Scene, assert_alike, image_of, volume_of
-from test_deformed_volume import VALUES, deformation, resampled
+from drawing import Scene, drawn_volume, image_of, volume_of
+from test_deformed_volume import VALUES, deformation
 from vtkmodules.vtkRenderingCore import vtkVolume
 from vtkmodules.vtkRenderingVolume import vtkGPUVolumeRayCastMapper
 from vtkmodules.vtkRenderingVolumeOpenGL2 import vtkSmartVolumeMapper
@@ -114,10 +114,10 @@ def test_a_window_without_graphics_card(is_smart, monkeypatch, messages):
 
     if is_smart:
         monkeypatch.setattr(volume_checks, "vtkGPUVolumeRayCastMapper", Unsupported)
-    volume = volume_of(image_of(VALUES), mapper=smart_mapper() if is_smart else Unsupported())
-    scene = Scene(volume)
+    _, scene, drawn = drawn_volume(
+        image_of(VALUES), mapper=smart_mapper() if is_smart else Unsupported()
+    )
     before = scene.picture()
-    drawn = DeformedVolume(volume, scene.renderer)
     drawn.update(deformation())
     reason = "`volume` must be drawn on the graphics card, which VTK cannot do in this window"
     assert_refused(drawn, scene, before, messages, reason)
@@ -125,9 +125,7 @@ def test_a_window_without_graphics_card(is_smart, monkeypatch, messages):
 
 @pytest.mark.parametrize("error", [DeviceError("the device is gone"), MemoryError()])
 def test_an_error_of_the_map_after_a_change_of_the_data(error, monkeypatch, messages):
-    volume = volume_of(image_of(VALUES))
-    scene = Scene(volume)
-    drawn = DeformedVolume(volume, scene.renderer)
+    volume, scene, drawn = drawn_volume(image_of(VALUES))
     drawn.update(deformation())
     scene.picture()
 
@@ -146,21 +144,11 @@ def test_the_graphics_card_has_no_texture(monkeypatch, messages):
             return False
 
     monkeypatch.setattr(shader, "vtkTextureObject", Refusing)
-    volume = volume_of(image_of(VALUES))
-    scene = Scene(volume)
+    _, scene, drawn = drawn_volume(image_of(VALUES))
     before = scene.picture()
-    drawn = DeformedVolume(volume, scene.renderer)
     drawn.update(deformation())
     reason = r"the graphics driver has no 3-D texture of \d+ x \d+ x \d+ points with four floats"
     assert_refused(drawn, scene, before, messages, reason)
-
-
-def test_a_box_that_grows_too_often_has_a_map(monkeypatch):
-    monkeypatch.setattr(deformed_volume, "_MAX_GROWTHS", 1)
-    volume, d = volume_of(image_of(VALUES)), deformation(right=(25, 2, 0))
-    scene = Scene(volume)
-    DeformedVolume(volume, scene.renderer).update(d)
-    assert_alike(scene.picture(), Scene(volume_of(resampled(d))).picture())
 
 
 def test_a_collected_volume_reports_nothing(capfd):
@@ -179,9 +167,7 @@ def test_a_collected_volume_reports_nothing(capfd):
 
 
 def test_a_shader_error_after_the_first_picture(monkeypatch, messages):
-    volume = volume_of(image_of(VALUES), Shade=False)
-    scene = Scene(volume)
-    drawn = DeformedVolume(volume, scene.renderer)
+    volume, scene, drawn = drawn_volume(image_of(VALUES), Shade=False)
     drawn.update(deformation())
     scene.picture()
     shader = volume.GetShaderProperty()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import json
 
 import numpy as np
@@ -12,8 +11,7 @@ from vtkmodules.vtkCommonDataModel import vtkImageData
 
 from vtk_mls import io
 from vtk_mls.editor import State
-from vtk_mls.editor.pairs import SIDES
-from vtk_mls.editor.target import MODES, Target
+from vtk_mls.editor.matching.target import Target
 from vtk_mls.vtk import arrays
 from vtk_mls.web.session import Session
 from vtk_mls.web.transfers import Transfers
@@ -106,63 +104,6 @@ def test_the_table_says_which_kind_predicts_the_pairs_better(session, rng):
     error = values["better_error"]
     assert do(session, "take_kind")["kind"] == "affine"
     assert (values["better_kind"], values["median_error"]) == ("", error)
-
-
-class TableEdits:
-    """Random edits by the table of pairs, its tools and the mouse."""
-
-    names = "place", "name", "enable", "delete_pair", "jump", "undo", "redo", "comparison"
-    names += "cancel_landmark", "take_kind", "target"
-
-    def __init__(self, session, rng):
-        self._session, self._rng = session, rng
-        self._targets = itertools.cycle([ball_mesh(), session.editor.target, None])
-
-    def make(self, name):
-        """Make an edit with random values."""
-        session, rng = self._session, self._rng
-        row = int(rng.integers(-1, len(session.editor.state) + 1))  # rows may have gone
-        values = {
-            "name": [row, f"n{rng.integers(5)}"],
-            "enable": [row, bool(rng.integers(2))],
-            "delete_pair": [row],
-            "jump": [row],
-            "comparison": str(rng.choice(MODES)),
-        }
-        if name == "place":
-            side, point = str(rng.choice(SIDES)), rng.uniform(4, SIZE - 4, 3)
-            session.call(lambda: session.editor.place(side, point)).result()
-        elif name == "target":
-            session.call(lambda: session.set_target(next(self._targets))).result()
-        else:
-            do(session, name, values.get(name))
-
-
-@pytest.mark.matrix  # tests/editor does the like
-@pytest.mark.parametrize("seed", [0, 1])
-def test_no_random_edit_by_the_table_loses_a_pair(seed, session):
-    rng, editor, values = np.random.default_rng(seed), session.editor, session._on_change.values
-    edits, first = TableEdits(session, rng), session.editor.state
-    for name in rng.choice(TableEdits.names, 40).tolist():
-        before = editor.state
-        edits.make(name)
-        after, pairs = editor.state, values["pairs"]
-        if name in ("name", "enable", "jump", "comparison", "target", "take_kind"):
-            np.testing.assert_array_equal(after.rest, before.rest)
-            np.testing.assert_array_equal(after.deformed, before.deformed)
-            assert after.pending is before.pending
-        if name == "delete_pair":
-            assert len(after) >= len(before) - 1
-        if name == "place":
-            assert len(after) - len(before) + (after.pending is not None) == 1
-        if editor.target is None:
-            assert pairs == []
-            continue
-        assert [pair["enabled"] for pair in pairs if pair["row"] >= 0] == after.enabled.tolist()
-        assert len(pairs) == len(after) + (after.pending is not None)
-    while do(session, "undo")["message"] != "There is nothing to undo.":
-        pass
-    assert editor.state is first
 
 
 def test_landmarks_are_refined(session):

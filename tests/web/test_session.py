@@ -9,9 +9,8 @@ import pytest
 from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 
-from vtk_mls import CurveHandle, Deformation
 from vtk_mls.editor import State
-from vtk_mls.editor.target import Comparison
+from vtk_mls.editor.matching.target import Comparison
 from vtk_mls.landmarks.settings import without_smoothing
 from vtk_mls.vtk import arrays
 from vtk_mls.web import edits, panel_values
@@ -125,23 +124,6 @@ def test_each_alpha_of_the_report_is_in_the_range_of_the_slider():
         assert (values["alpha"], values["message"]) == (alpha, "")
 
 
-def test_an_error_of_the_device_is_a_sentence(monkeypatch):
-    session = opened(ball_mesh())
-    do(session, "position", [0, 1, 2, 3])
-
-    def broken(*arguments):
-        raise RuntimeError("the device is lost")
-
-    monkeypatch.setattr(Deformation, "forward_field", broken)
-    monkeypatch.setattr(Deformation, "forward", broken)
-    before = session.editor.state
-    values = do(session, "alpha", 3.0)
-    assert "The device is lost." in values["message"]
-    assert session.editor.state is before
-    monkeypatch.undo()
-    np.testing.assert_allclose(do(session, "undo")["rows"][0]["moved"], 0)
-
-
 def test_invalid_data_leave_the_session_unchanged():
     session = opened(ball_mesh())
     do(session, "lay_lattice")
@@ -182,18 +164,6 @@ def test_shapes_names_and_numbers_by_the_panel():
         do(session, "undo")
     values = session._on_change.values
     assert (values["has_mask"], len(values["rows"]), values["rows"][4]["name"]) == (False, 27, "5")
-
-
-def test_the_panel_straightens_a_curve():
-    session = opened(ball_mesh())
-    assert do(session, "straighten")["message"].startswith("There is no curve to straighten")
-    nodes = np.array([(0, 0, 0), (1, 1, 0), (2, 0, 0)])
-    state = State([], [], handles=[CurveHandle(nodes, nodes)])
-    session.call(lambda: session.editor.change(state)).result()
-    values = do(session, "straighten")
-    assert values["has_curve"]
-    at = [row["at"] for row in values["rows"]]
-    np.testing.assert_allclose(at, [(1 - 2**0.5, 0, 0), (1, 0, 0), (1 + 2**0.5, 0, 0)], atol=1e-4)
 
 
 def test_a_closed_page_releases_the_mouse():

@@ -126,7 +126,7 @@ def _read_dataset(path):
 
 def _target(path):
     """The `Target` of a file; None for none."""
-    from vtk_mls.editor.target import Target
+    from vtk_mls.editor.matching.target import Target
 
     return None if path is None else Target(_dataset(path), path)
 

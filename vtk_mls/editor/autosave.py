@@ -19,19 +19,9 @@ _FOLDER = "vtk_mls", "unsaved"
 class Autosave:
     """The unsaved state of one data file.
 
-    Parameters
-    ----------
-    path : path
-        Of the data file.
-    folder : path, optional
-        Of the autosave files; by default in the cache folder of the user.
-    digest : str, optional
-        Of the bytes of the data, instead of the path of a temporary file.
-
-    Attributes
-    ----------
-    offered : State or None
-        Unsaved state of an earlier session, until it is restored or deleted, or until a save.
+    Its file is in `folder`, by default in the cache folder of the user, and named after the path of
+    the data, or after a `digest` of their bytes if the path is temporary. `offered` is an unsaved
+    `State` of an earlier session, until it is restored or deleted, or until a save.
     """
 
     def __init__(self, path, folder=None, digest=None):
@@ -44,13 +34,7 @@ class Autosave:
         self._unsaved = None  # state of this session
 
     def store(self, state):
-        """Write the unsaved `state` of this session; None if everything is saved.
-
-        Raises
-        ------
-        OSError
-            Naming the file.
-        """
+        """Write the unsaved `state` of this session, None for none. OSErrors name the file."""
         self._unsaved = state
         if state is None:
             state = self.offered

@@ -124,21 +124,13 @@ class CutTool:
 
 
 class CutLine:
-    """A line on the surface that grows point by point.
-
-    Attributes
-    ----------
-    points : list of (3,)
-    is_closed : bool
-        Whether it ends at its first point; a closed line does not grow.
-    """
+    """A line on the surface that grows point by point, until it `is_closed` at its first point."""
 
     def __init__(self, renderer):
         self._renderer, self.points, self.is_closed = renderer, [], False
         self._polydata = vtkPolyData()
         self._actor = polydata.unlit_actor(self._polydata, tuple(np.divide(DRAWN, 255)), 4)
-        self._actor.GetProperty().SetPointSize(9)
-        self._actor.GetProperty().RenderPointsAsSpheresOn()
+        polydata.show_points_as_balls(self._actor, 9)
         renderer.AddActor(self._actor)
 
     def add(self, point):
@@ -154,14 +146,8 @@ class CutLine:
     def cut(self, depth_directions, size, deformation):
         """The `Surface` through the line.
 
-        Parameters
-        ----------
-        depth_directions : (3,) or (n, 3)
-            Unit vectors for all points or for each.
-        size : float
-            Of the data.
-        deformation : Deformation or None
-            Of the visible data; the cut is made in the rest space.
+        `depth_directions` are unit vectors, (3,) or (n, 3), and `size` is that of the data, which
+        are drawn after a `deformation`, None for the identity: the cut is in the rest space.
         """
         line, count = np.array(self.points), len(self.points)
         above, below = _HEIGHT * size * depth_directions, _DEPTH * size * depth_directions

@@ -14,6 +14,7 @@ from vtk_mls import HalfPlane, Plane
 from vtk_mls.base.linear_algebra import unit
 from vtk_mls.editor import polydata
 from vtk_mls.editor.drag_widget import DragWidget
+from vtk_mls.editor.polydata import configured
 
 _BLUE, _LIGHT_BLUE, _RED = (0.35, 0.75, 1.0), (0.8, 0.93, 1.0), (1.0, 0.45, 0.55)
 _OPACITY, _GRABBED_OPACITY = 0.18, 0.35  # of the plane
@@ -45,8 +46,7 @@ class CutWidget(DragWidget):
         self._cut = cut
         self._update()
         if cut is not None and self._is_visible:
-            self._plane.SetOrigin(cut.point)
-            self._plane.SetNormal(cut.normal)
+            configured(self._plane, Origin=cut.point, Normal=cut.normal)
             self._draw_sheet(cut)
 
     def initial_plane(self, camera):
@@ -93,28 +93,16 @@ class CutWidget(DragWidget):
 
 
 class HalfSheet:
-    """Draws a HalfPlane within a box.
-
-    Parameters
-    ----------
-    scene : Scene
-    corners : (2, 3)
-        Of the box.
-    """
+    """Draws a HalfPlane within a box with corners (2, 3)."""
 
     def __init__(self, scene, corners):
-        box, self._plane, self._rim = vtkImageData(), vtkPlane(), vtkPlane()
-        box.SetDimensions(2, 2, 2)
-        box.SetOrigin(corners[0])
-        box.SetSpacing(np.maximum(np.ptp(corners, axis=0), 1e-9 * np.ptp(corners)))
-        sheet, half, edge = vtkCutter(), vtkClipPolyData(), vtkCutter()
-        sheet.SetInputData(box)
-        sheet.SetCutFunction(self._plane)
-        half.SetInputConnection(sheet.GetOutputPort())
-        half.SetClipFunction(self._rim)
-        edge.SetInputConnection(sheet.GetOutputPort())
-        edge.SetCutFunction(self._rim)
-        self._actors = []
+        self._actors, self._plane, self._rim = [], vtkPlane(), vtkPlane()
+        spacing = np.maximum(np.ptp(corners, axis=0), 1e-9 * np.ptp(corners))
+        box = configured(vtkImageData(), Dimensions=(2, 2, 2), Origin=corners[0], Spacing=spacing)
+        sheet = configured(vtkCutter(), InputData=box, CutFunction=self._plane)
+        port = sheet.GetOutputPort()
+        half = configured(vtkClipPolyData(), InputConnection=port, ClipFunction=self._rim)
+        edge = configured(vtkCutter(), InputConnection=port, CutFunction=self._rim)
         layers = (scene.renderer, _HALF_OPACITIES), (scene.overlay, _HIDDEN_OPACITIES)
         for renderer, opacities in layers:
             for source, color, opacity in zip((half, edge), (_BLUE, _RED), opacities):
@@ -125,8 +113,7 @@ class HalfSheet:
     def show(self, cut):
         """Draw a HalfPlane."""
         for plane, normal in ((self._plane, cut.normal), (self._rim, cut.inward)):
-            plane.SetOrigin(cut.point)
-            plane.SetNormal(normal)
+            configured(plane, Origin=cut.point, Normal=normal)
 
     def set_visible(self, is_visible):
         """Show or hide the sheet."""
@@ -141,17 +128,12 @@ def _nearest_axis(vector):
 
 
 def _representation(bounds):
-    plane = vtkImplicitPlaneRepresentation()
-    plane.SetPlaceFactor(1 + _MARGIN)
+    plane = configured(vtkImplicitPlaneRepresentation(), PlaceFactor=1 + _MARGIN)
     plane.PlaceWidget(bounds.T.ravel())
-    plane.OutlineTranslationOff()
-    plane.OutsideBoundsOn()
-    plane.ScaleEnabledOff()
-    plane.SetDrawOutline(False)
+    configured(plane, OutlineTranslation=False, OutsideBounds=True, ScaleEnabled=False)
+    configured(plane, DrawOutline=False, EdgeColor=_BLUE, Tubing=False)
     plane.GetPlaneProperty().SetColor(_BLUE)
     plane.GetSelectedPlaneProperty().SetColor(_BLUE)
-    plane.SetEdgeColor(_BLUE)
-    plane.TubingOff()
     plane.GetNormalProperty().SetColor(_BLUE)
     plane.GetSelectedNormalProperty().SetColor(_LIGHT_BLUE)
     return plane

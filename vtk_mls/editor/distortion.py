@@ -20,20 +20,10 @@ _CUBES = 12  # of the grid along the longest side of the data
 
 
 class Distortion:
-    """How the distortion by the current deformation is drawn.
+    """How the distortion by the current deformation is drawn, over `bounds` (2, 3) of data at rest.
 
-    Parameters
-    ----------
-    bounds : (2, 3)
-        Corners of the data at rest.
-
-    Attributes
-    ----------
-    mode : int
-        Index in `MODES`.
-    lines : RestLines
-    deformation : Deformation or None
-        None for the identity.
+    `mode` is an index in `MODES`, `lines` are `RestLines`, and `deformation` is None for the
+    identity.
     """
 
     def __init__(self, bounds):

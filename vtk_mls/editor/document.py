@@ -30,11 +30,13 @@ class Document:
         Rows of grips: those of point handles are the rows of the state.
     hovered, grabbed : int or None
         The grip under the mouse, and the grip that the mouse drags.
+    dragged : (m,) ints
+        Rows of the grips that the mouse drags.
     """
 
     def __init__(self, view, state, autosave=None):
         self.view, self.state, self._autosave = view, state, autosave
-        self.selected = self._dragged = NO_ROWS
+        self.selected = self.dragged = NO_ROWS
         self.hovered = self.grabbed = None
         self._states, self._index, self._saved = [state], 0, state
         self._is_preview_due = False
@@ -139,25 +141,18 @@ class Document:
     def start_drag(self, rows, grabbed):
         """Start to drag grips `rows` by the grip `grabbed`."""
         self.show_deformed()
-        self._dragged, self.grabbed = np.asarray(rows, int), grabbed
-        if self.state.grips.anchored[self._dragged].all():
+        self.dragged, self.grabbed = np.asarray(rows, int), grabbed
+        if self.state.grips.anchored[self.dragged].all():
             self.say("This handle is fixed; F frees it.")
         self.draw(is_moving=True)
 
     def drag_to(self, positions):
         """Preview new positions (m, 3) of the dragged grips."""
-        self.preview(self.committed.moved(self._dragged, positions))
-
-    def drag_on_data_to(self, positions):
-        """Show the dragged landmarks at other positions (m, 3) on the data, which do not follow."""
-        self.view.target.dragged = self._dragged, positions
-        self.draw(is_moving=True)
+        self.preview(self.committed.moved(self.dragged, positions))
 
     def end_drag(self):
         """End the drag and commit it."""
-        self._dragged, self.grabbed = NO_ROWS, None
-        if self.view.target is not None and self.view.target.dragged is not None:
-            self._correct_rest()
+        self.dragged, self.grabbed = NO_ROWS, None
         if (self.state.grips.deformed == self.committed.grips.deformed).all():
             self.state, self._is_preview_due = self.committed, False
             self.draw(is_moving=True)
@@ -195,11 +190,11 @@ class Document:
     def draw(self, is_moving=False):
         """Render; coarsely while something moves."""
         self.view.motion_widget.show(*self._boxed())
-        self.view.draw(self.state, self.selected, self.hovered, self._dragged, is_moving)
+        self.view.draw(self.state, self.selected, self.hovered, self.dragged, is_moving)
 
     def draw_slices(self):
         """Render the slices while the mouse changes nothing else."""
-        self.view.draw_slices(self.state, self.selected, self.hovered, self._dragged)
+        self.view.draw_slices(self.state, self.selected, self.hovered, self.dragged)
 
     def say(self, sentence):
         """Show a message in the window."""
@@ -258,20 +253,6 @@ class Document:
             return self.state.handles[region].shape, self.state.handles[region].motion
         group = self.group
         return (None, None) if group is None else (group, group.motion)
-
-    def _correct_rest(self):
-        """Move p of dragged landmarks to where they are let go on the data."""
-        target, state = self.view.target, self.state
-        (rows, places), target.dragged = target.dragged, None
-        deformation, is_free = self.view.distortion.deformation, ~state.anchored[rows]
-        places = places if deformation is None else deformation.backward(places)
-        if not np.isfinite(places[is_free]).all():
-            self.say("There are no data at this place, which a cut has opened.")
-            self.draw()
-            return
-        for row, place in zip(rows[is_free], places[is_free]):
-            state = state.with_rest(row, place)
-        self.change(state)
 
     def _show_preview(self):
         self._is_preview_due = False

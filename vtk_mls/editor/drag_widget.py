@@ -7,13 +7,6 @@ class DragWidget:
     """A VTK widget that reports its value while the mouse drags it.
 
     A subclass defines `_has_value` and `_value`.
-
-    Parameters
-    ----------
-    interactor : vtkRenderWindowInteractor
-    renderer : vtkRenderer
-    widget : vtkAbstractWidget
-    representation : vtkWidgetRepresentation
     """
 
     def __init__(self, interactor, renderer, widget, representation):

@@ -8,13 +8,14 @@ from vtk_mls.editor.distortion import TEXTS
 from vtk_mls.editor.document import Document
 from vtk_mls.editor.first_handles import handles_on
 from vtk_mls.editor.keys import Keyboard
-from vtk_mls.editor.mouse import PRIORITY, Mouse
-from vtk_mls.editor.pair_edits import PairEdits
+from vtk_mls.editor.matching.mouse import MatchingMouse
+from vtk_mls.editor.matching.pair_edits import PairEdits
+from vtk_mls.editor.matching.view import MatchingView
+from vtk_mls.editor.mouse import PRIORITY
 from vtk_mls.editor.saving import Saver
 from vtk_mls.editor.sessions import Saving
 from vtk_mls.editor.shape_edits import ShapeEdits
 from vtk_mls.editor.state import State
-from vtk_mls.editor.view import View
 
 _TIMER_MILLISECONDS = 15
 _LATTICE_COUNTS = 3, 4, 5, 2  # handles along each axis
@@ -44,7 +45,7 @@ class Editor(ShapeEdits, PairEdits, Saving):
     ----------
     document : Document
         The state with its history and selection.
-    view : View
+    view : MatchingView
     scene : Scene
     slices : Slices
     saver : Saver
@@ -62,9 +63,9 @@ class Editor(ShapeEdits, PairEdits, Saving):
     """
 
     def __init__(self, interactor, datasets, state=None, paths=(), autosave=None, target=None):
-        self._interactor, self._lattice_number, self.scores = interactor, 0, {}
+        self._interactor, self._lattice_number = interactor, 0
         datasets = datasets if isinstance(datasets, (list, tuple)) else [datasets]
-        self.view = View(interactor, datasets)
+        self.view = MatchingView(interactor, datasets)
         self.scene, self.slices = self.view.scene, self.view.slices
         self.saver = Saver(datasets, paths)
         state = State([], []) if state is None else state  # a State without handles is falsy
@@ -74,7 +75,7 @@ class Editor(ShapeEdits, PairEdits, Saving):
         self._add_tools()
         if target is not None:
             self.set_target(target)
-        self._mouse = Mouse(interactor, self.document, self._tools, self.place_at, self.click_table)
+        self._mouse = MatchingMouse(interactor, self)
         self._keyboard = Keyboard(interactor, self)
         tick = self.document.tick
         self._timer_tag = interactor.AddObserver("TimerEvent", lambda *_: tick(), PRIORITY)

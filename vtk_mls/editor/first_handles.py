@@ -11,20 +11,10 @@ _MIN_STEP = 0.05  # of a lattice along an axis of flat data, relative to the lon
 
 
 def handles_on(items, bounds, count):
-    """Points of a lattice; those outside the data are moved to the nearest point of the data.
+    """Points (n, 3) of a lattice; those outside the data are moved to the nearest point of them.
 
-    Parameters
-    ----------
-    items : list
-        Data whose method `nearest` gives the nearest points.
-    bounds : (2, 3)
-        Corners of the lattice.
-    count : int
-        Along each axis. Flat or narrow data get fewer.
-
-    Returns
-    -------
-    (n, 3) float64, world coordinates
+    `items` have a method `nearest`, `bounds` (2, 3) are corners of the lattice, and `count` is the
+    number of points along each axis, of which flat or narrow data get fewer.
     """
     nodes = lattice((count,) * 3, bounds.T.ravel())
     nearest = np.stack([item.nearest(nodes) for item in items])

@@ -9,6 +9,7 @@ from vtkmodules.vtkRenderingCore import vtkActor, vtkGlyph3DMapper
 
 from vtk_mls.editor import polydata
 from vtk_mls.editor.grips import MASK
+from vtk_mls.editor.polydata import configured
 from vtk_mls.vtk import arrays
 
 # Colors, 0 to 255.
@@ -33,13 +34,7 @@ def handle_colors(state, selected, dragged):
 
 
 class HandleGlyphs:
-    """Draws grips with a constant size in pixels, and faintly through the data.
-
-    Parameters
-    ----------
-    renderer, overlay : vtkRenderer
-        Of the data, and of a layer above them.
-    """
+    """Draws grips with a constant size in pixels: among the data, and faintly in a layer above."""
 
     def __init__(self, renderer, overlay):
         self._balls, self._lines, self._actors = vtkPolyData(), vtkPolyData(), []
@@ -85,23 +80,14 @@ class HandleGlyphs:
 
 
 def _ball_actor(balls, opacity):
-    sphere, mapper, actor = vtkSphereSource(), vtkGlyph3DMapper(), vtkActor()
-    sphere.SetRadius(1)
-    sphere.SetThetaResolution(20)
-    sphere.SetPhiResolution(14)
-    mapper.SetInputData(balls)
+    sphere = configured(vtkSphereSource(), Radius=1, ThetaResolution=20, PhiResolution=14)
+    mapper = configured(vtkGlyph3DMapper(), InputData=balls, ScaleArray="radius")
     mapper.SetSourceConnection(sphere.GetOutputPort())
     mapper.SetScaleModeToScaleByMagnitude()
-    mapper.SetScaleArray("radius")
     mapper.SetScalarModeToUsePointFieldData()
     mapper.SelectColorArray("color")
     mapper.SetColorModeToDirectScalars()
-    actor.SetMapper(mapper)
-    actor.PickableOff()
-    material = actor.GetProperty()
-    material.SetOpacity(opacity)
-    material.SetAmbient(0.45)
-    material.SetDiffuse(0.6)
-    material.SetSpecular(0.25)
-    material.SetSpecularPower(30)
+    actor = configured(vtkActor(), Mapper=mapper, Pickable=False)
+    configured(actor.GetProperty(), Ambient=0.45, Diffuse=0.6, Specular=0.25, SpecularPower=30)
+    actor.GetProperty().SetOpacity(opacity)
     return actor

@@ -21,20 +21,10 @@ def are_labels(values):
 
 
 def label_on_ray(grid, values, deformation, near, far):
-    """The first voxel on a ray that is not 0.
+    """The first voxel on a ray that is not 0: its fraction of the ray and its index; None without.
 
-    Parameters
-    ----------
-    grid : Grid
-    values : (nz, ny, nx) array
-    deformation : Deformation or None
-        Of the drawn image.
-    near, far : (3,) float64, world coordinates
-
-    Returns
-    -------
-    (float, (3,) ints) or None
-        Its fraction of the ray and its index.
+    The ray goes from `near` to `far` (3,) through values (nz, ny, nx) on a grid, which are drawn
+    after a Deformation or None.
     """
     length = np.linalg.norm(far - near) / (_STEP * np.abs(grid.spacing).min())
     fractions = np.linspace(0, 1, int(np.clip(length, 2, _MAX_SAMPLES)))
@@ -50,20 +40,7 @@ def label_on_ray(grid, values, deformation, near, far):
 
 
 def connected_label(image, grid, index):
-    """The voxels of a vtkImageData that have the same value as a voxel, and touch it.
-
-    Parameters
-    ----------
-    image : vtkImageData
-        Its scalars are the labels.
-    grid : Grid
-        Of the image.
-    index : (3,) ints
-
-    Returns
-    -------
-    Labels
-    """
+    """Labels: the voxels of a vtkImageData with the value of a voxel, index (3,), that touch it."""
     # ParaView's VTK does not have this module, and does not need this function
     from vtkmodules.vtkImagingMorphological import vtkImageThresholdConnectivity
 

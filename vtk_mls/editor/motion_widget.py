@@ -7,6 +7,7 @@ from vtkmodules.vtkCommonTransforms import vtkTransform
 from vtkmodules.vtkInteractionWidgets import vtkBoxRepresentation, vtkBoxWidget2
 
 from vtk_mls.editor.drag_widget import DragWidget
+from vtk_mls.editor.polydata import configured
 from vtk_mls.vtk.transforms import matrix_of
 
 _COLOR, _GRABBED_COLOR = (1.0, 0.78, 0.35), (1.0, 0.35, 0.45)
@@ -20,9 +21,8 @@ class MotionWidget(DragWidget):
 
     def __init__(self, interactor, scene):
         self._min_size = _MIN_SIZE * np.ptp(scene.bounds, axis=0).max()
-        self._shape, self._box, widget = None, _representation(), vtkBoxWidget2()
-        widget.ScalingEnabledOff()
-        widget.MoveFacesEnabledOff()
+        self._shape, self._box = None, _representation()
+        widget = configured(vtkBoxWidget2(), ScalingEnabled=False, MoveFacesEnabled=False)
         super().__init__(interactor, scene.overlay, widget, self._box)
 
     @property
@@ -36,9 +36,7 @@ class MotionWidget(DragWidget):
         self._shape = shape
         self._update()
         if shape is not None and not self._is_dragged:
-            transform = vtkTransform()
-            transform.SetMatrix(motion.ravel())
-            self._box.SetTransform(transform)
+            self._box.SetTransform(configured(vtkTransform(), Matrix=motion.ravel()))
 
     def _bounds_of(self, shape):
         low, high = shape.bounds
@@ -67,17 +65,12 @@ class MotionWidget(DragWidget):
 
 
 def _representation():
-    box = vtkBoxRepresentation()
-    box.SetPlaceFactor(1.0)
-    box.OutlineCursorWiresOff()
+    box = configured(vtkBoxRepresentation(), PlaceFactor=1.0, OutlineCursorWires=False)
     box.HandlesOff()
     for outline, color in (
         (box.GetOutlineProperty(), _COLOR),
         (box.GetSelectedOutlineProperty(), _GRABBED_COLOR),
     ):
-        outline.SetColor(color)
-        outline.SetLineWidth(_WIDTH)
-        outline.LightingOff()
-    box.GetSelectedFaceProperty().SetColor(_GRABBED_COLOR)
-    box.GetSelectedFaceProperty().SetOpacity(_GRABBED_OPACITY)
+        configured(outline, Color=color, LineWidth=_WIDTH, Lighting=False)
+    configured(box.GetSelectedFaceProperty(), Color=_GRABBED_COLOR, Opacity=_GRABBED_OPACITY)
     return box

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from vtk_mls.editor.pairs import MOVING
 from vtk_mls.editor.projection import Drag
 
 PRIORITY = 10.0  # above interactor styles and widgets
@@ -45,11 +44,10 @@ class Observer:
 class Mouse(Observer):
     """Selects and drags handles, and moves slices; beside them the mouse moves the camera."""
 
-    def __init__(self, interactor, document, tools, place, click_table):
-        self._document, self._tools, self._place = document, tools, place
-        self._click_table = click_table
+    def __init__(self, interactor, document, tools):
+        self._document, self._tools = document, tools
         self._view, self._slices = document.view, document.view.slices
-        self._is_placing, self._adjusted_pixel, self._corrects_rest = False, None, False
+        self._is_camera_click, self._adjusted_pixel = False, None
         self._drag = self._picker = self._normal = None
         self._pane = self._band_corner = self._pressed_pixel = None
         handlers = {
@@ -77,9 +75,9 @@ class Mouse(Observer):
         """Release handles, slices or the rubber band."""
         is_dragging, has_band = self._drag is not None, self._band_corner is not None
         self._drag = self._picker = self._normal = self._pane = self._band_corner = None
-        self._is_placing, self._adjusted_pixel = False, None
+        self._is_camera_click, self._adjusted_pixel = False, None
         if is_dragging:
-            self._document.end_drag()
+            self._end_drag()
         if has_band:
             self._show_band(None)
 
@@ -91,22 +89,18 @@ class Mouse(Observer):
     def _press(self, interactor, event):
         self.finish()
         self._pressed_pixel = self.pixel
-        if self._click_table(self.pixel):
-            self._abort(event)
-            return
         pane = self._view.pane_at(self.pixel)
-        row, has_target = self._handle_at(pane), self._view.target is not None
-        is_moving = self._view.side_at(self.pixel) == MOVING
-        if is_moving and any(tool.click(self.pixel, pane) for tool in self._tools):
+        row, has_data = self._handle_at(pane), self._view.has_data_at(self.pixel)
+        if has_data and any(tool.click(self.pixel, pane) for tool in self._tools):
             pass
         elif pane is not None:
             self._press_in_slice(pane, row)
         elif row is not None:
             self._grab(row, interactor.GetControlKey())
-        elif interactor.GetControlKey() and is_moving:
+        elif interactor.GetControlKey() and has_data:
             self._band_corner = self.pixel
         else:
-            self._is_placing = has_target
+            self._is_camera_click = True
             return
         self._abort(event)
 
@@ -127,9 +121,7 @@ class Mouse(Observer):
         rows = np.union1d(document.selected, [row])
         projection = self._projection_of(self._pane)
         self._drag = Drag(projection, positions[rows], positions[row], self.pixel)
-        is_on_data = self._view.target is not None and self._view.is_on_data(self.pixel)
-        self._corrects_rest = is_on_data and rows.max() < len(document.state)
-        scene = self._view.scene_at(self.pixel)
+        scene, *_ = self._view.scenes_at(self.pixel)
         self._picker = scene.picker() if self._pane is None else None
         document.start_drag(rows, row)
 
@@ -139,8 +131,7 @@ class Mouse(Observer):
             if not self._is_click:
                 self._pressed_pixel = np.full(2, np.inf)  # no longer a click
                 with document.reporting_errors():
-                    drag_to = document.drag_on_data_to if self._corrects_rest else document.drag_to
-                    drag_to(self._dragged_positions())
+                    self._drag_to(self._dragged_positions())
         elif self._pane is not None:
             document.move_slices(self._pane.point_at(self.pixel), is_moving=True)
         elif self._band_corner is not None:
@@ -175,9 +166,7 @@ class Mouse(Observer):
         is_slice_moving = self._pane is not None and self._drag is None
         self.finish()
         if is_slice_moving:
-            if is_click and self._view.target is not None:
-                self._place_landmark()
-            else:
+            if not (is_click and self._click_beside()):
                 document.move_slices(self._slices.point)
         elif corner is not None:
             positions = document.state.grips.deformed
@@ -187,10 +176,10 @@ class Mouse(Observer):
         self._abort(event)
 
     def _end_camera(self, style, event):
-        """Place a landmark if the mouse has not moved the camera."""
-        is_placing, self._is_placing = self._is_placing and self._is_click, False
-        if is_placing:
-            self._place_landmark()
+        """A click, if the mouse has not moved the camera."""
+        is_click, self._is_camera_click = self._is_camera_click and self._is_click, False
+        if is_click:
+            self._click_beside()
 
     def _leave(self, interactor, event):
         if not self._is_busy:
@@ -228,18 +217,24 @@ class Mouse(Observer):
     def _is_click(self):
         return np.linalg.norm(self.pixel - self._pressed_pixel) <= _CLICK_DISTANCE
 
-    def _place_landmark(self):
-        self._document.say("")
-        with self._document.reporting_errors():
-            self._place(self.pixel)
-        self._document.draw(is_moving=True)
+    def _click_beside(self):
+        """Called for a click beside handles; whether it has an effect."""
+        return False
+
+    def _drag_to(self, positions):
+        """Show the dragged handles at positions (m, 3)."""
+        self._document.drag_to(positions)
+
+    def _end_drag(self):
+        self._document.end_drag()
 
     def _show_band(self, corners):
         self._view.overlay.set_band(corners)
         self._document.draw(is_moving=True)
 
     def _projection_of(self, pane):
-        return self._view.scene_at(self.pixel).projection if pane is None else pane.projection
+        scene, *_ = self._view.scenes_at(self.pixel)
+        return scene.projection if pane is None else pane.projection
 
     def _handle_at(self, pane):
         """Row of the grip under the mouse in a pane, or in the 3-D view for None; or None."""

@@ -1,4 +1,4 @@
-"""Texts and a rubber band above the data."""
+"""Texts and a rubber band above the data, and names beside handles."""
 
 from __future__ import annotations
 
@@ -8,28 +8,22 @@ import numpy as np
 import vtkmodules.vtkRenderingFreeType  # noqa: F401  renders texts
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkRenderingCore import vtkActor2D, vtkPolyDataMapper2D, vtkTextActor
+from vtkmodules.vtkRenderingLabel import vtkLabelPlacementMapper, vtkPointSetToLabelHierarchy
 
 from vtk_mls.editor import polydata
+from vtk_mls.editor.polydata import configured
+from vtk_mls.vtk import arrays
 
 _SOFT, _AMBER, _GREEN = (0.74, 0.80, 0.87), (1, 0.78, 0.35), (0.5, 0.95, 0.65)
 _PANEL, _MARGIN, _SIZE = (0.04, 0.05, 0.08), 14, 14
+_NAME_COLOR, _NAME_SIZE = (0.95, 0.95, 0.8), 13
 
 
 class Overlay:
     """The texts in a window: legend of keys, hint, status line and message.
 
-    Parameters
-    ----------
-    renderer : vtkRenderer
-    keys : list of (str, str)
-        Lines of the legend, which is hidden at first.
-    hint : (str, str)
-        Shown without the legend; narrow windows show the second part only.
-
-    Attributes
-    ----------
-    message, status : str
-    renderer : vtkRenderer
+    `keys` are lines (str, str) of the legend, which is hidden at first; `hint` (str, str) is shown
+    without it, in narrow windows the second part only.
     """
 
     def __init__(self, renderer, keys, hint):
@@ -41,7 +35,6 @@ class Overlay:
         self._keys[0].SetInput("\n".join(names))
         self._keys[1].SetInput("\n".join(texts))
         for actor in self._keys:
-            actor.GetTextProperty().SetVerticalJustificationToTop()
             actor.GetTextProperty().SetLineSpacing(1.15)
         self._panel, self._band = _shape(_PANEL), _shape(_GREEN)
         rectangle = np.arange(4)[None]
@@ -51,10 +44,12 @@ class Overlay:
         self._band.GetProperty().SetLineWidth(1.5)
         self._hint, self._status = text_actor(_SOFT), text_actor(_SOFT)
         self._message = text_actor(_AMBER, _SIZE + 3)
-        self._hint.GetTextProperty().SetVerticalJustificationToTop()
-        self._message.GetTextProperty().SetBackgroundColor(_PANEL)
-        self._message.GetTextProperty().SetBackgroundOpacity(0.75)
-        self._message.GetTextProperty().SetJustificationToCentered()
+        for actor in (*self._keys, self._hint):
+            actor.GetTextProperty().SetVerticalJustificationToTop()
+        font = self._message.GetTextProperty()
+        configured(
+            font, BackgroundColor=_PANEL, BackgroundOpacity=0.75
+        ).SetJustificationToCentered()
         texts = self._hint, self._status, self._message
         self._props = self._panel, *self._keys, *texts, self._band
         for prop in self._props:
@@ -119,12 +114,7 @@ class Overlay:
     def lay_out(self):
         """Place everything for the size of the window."""
         width, height = self.renderer.GetSize()
-        sizes = []
-        for actor in self._keys:
-            size = [0.0, 0.0]
-            actor.GetSize(self.renderer, size)
-            sizes.append(size)
-        (first, tall), (second, _) = sizes
+        (first, tall), (second, _) = (size_of(actor, self.renderer) for actor in self._keys)
         top = height - _MARGIN
         self._keys[0].SetPosition(2 * _MARGIN, top - _MARGIN)
         self._keys[1].SetPosition(2 * _MARGIN + first + _MARGIN, top - _MARGIN)
@@ -138,21 +128,46 @@ class Overlay:
         self._message.SetPosition(width // 2, 3 * _MARGIN + _SIZE + self._lift)
 
 
+class Names:
+    """Names beside points of a renderer; those that would overlap another are left out."""
+
+    def __init__(self, renderer):
+        self._points, self._actor = vtkPolyData(), vtkActor2D()
+        labels = configured(vtkPointSetToLabelHierarchy(), InputData=self._points)
+        configured(labels, LabelArrayName="name", PriorityArrayName="priority")
+        font = configured(labels.GetTextProperty(), FontSize=_NAME_SIZE, Color=_NAME_COLOR)
+        configured(font, Bold=True, Shadow=True).SetFontFamilyToArial()
+        font.SetJustificationToLeft()
+        mapper = configured(vtkLabelPlacementMapper(), InputConnection=labels.GetOutputPort())
+        configured(self._actor, Mapper=mapper, Pickable=False)
+        renderer.AddViewProp(self._actor)
+
+    def show(self, positions, names, priorities, are_visible):
+        """Draw names at positions (n, 3): of overlapping ones that with the highest priority."""
+        self._points.Initialize()
+        self._points.SetPoints(polydata.points(positions))
+        arrays.add_texts(self._points.GetPointData(), "name", [f"  {name}" for name in names])
+        arrays.add(self._points.GetPointData(), "priority", np.array(priorities, float))
+        self._actor.SetVisibility(are_visible and len(names) > 0)
+
+
 def text_actor(color, size=_SIZE):
     """A vtkTextActor of a color, 0 to 1, and a font size in pixels."""
-    actor = vtkTextActor()
-    actor.PickableOff()
-    font = actor.GetTextProperty()
-    font.SetFontSize(size)
-    font.SetColor(color)
+    actor = configured(vtkTextActor(), Pickable=False)
+    configured(actor.GetTextProperty(), FontSize=size, Color=color)
     return actor
 
 
+def size_of(actor, renderer):
+    """Width and height of a vtkTextActor in pixels."""
+    size = [0.0, 0.0]
+    actor.GetSize(renderer, size)
+    return size
+
+
 def _shape(color):
-    mapper, actor = vtkPolyDataMapper2D(), vtkActor2D()
-    mapper.SetInputData(vtkPolyData())
-    actor.SetMapper(mapper)
-    actor.PickableOff()
+    mapper = configured(vtkPolyDataMapper2D(), InputData=vtkPolyData())
+    actor = configured(vtkActor2D(), Mapper=mapper, Pickable=False)
     actor.GetProperty().SetColor(color)
     return actor
 

@@ -1,4 +1,4 @@
-"""Polydata from numpy arrays, and unlit actors for them."""
+"""VTK objects from values: points, cells and colors of numpy, settings, unlit actors."""
 
 from __future__ import annotations
 
@@ -9,6 +9,13 @@ from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.cells import cell_array
+
+
+def configured(thing, **values):
+    """A VTK object after `SetName(value)` for each keyword `Name`."""
+    for name, value in values.items():
+        getattr(thing, f"Set{name}")(value)
+    return thing
 
 
 def points(positions):
@@ -31,18 +38,18 @@ def colors(values):
 
 def unlit_actor(source, color=None, width=1.0, opacity=1.0):
     """An actor of a vtkPolyData or an algorithm; without a color, that of the cell scalars."""
-    mapper, actor = vtkPolyDataMapper(), vtkActor()
+    mapper = configured(vtkPolyDataMapper(), ScalarVisibility=color is None)
+    mapper.SetColorModeToDirectScalars()
+    mapper.SetScalarModeToUseCellData()
     if isinstance(source, vtkPolyData):
         mapper.SetInputData(source)
     else:
         mapper.SetInputConnection(source.GetOutputPort())
-    mapper.SetScalarVisibility(color is None)
-    mapper.SetColorModeToDirectScalars()
-    mapper.SetScalarModeToUseCellData()
-    actor.SetMapper(mapper)
-    actor.PickableOff()
-    actor.GetProperty().SetColor(color or (1, 1, 1))
-    actor.GetProperty().SetLineWidth(width)
-    actor.GetProperty().SetOpacity(opacity)
-    actor.GetProperty().LightingOff()
+    actor, color = configured(vtkActor(), Mapper=mapper, Pickable=False), color or (1, 1, 1)
+    configured(actor.GetProperty(), Color=color, LineWidth=width, Opacity=opacity, Lighting=False)
     return actor
+
+
+def show_points_as_balls(actor, size):
+    """Draw the vertices of an actor as balls, `size` pixels wide."""
+    configured(actor.GetProperty(), PointSize=size, RenderPointsAsSpheres=True)

@@ -63,18 +63,7 @@ class Projection:
 
 
 class Drag:
-    """A drag of several handles by one of them.
-
-    Parameters
-    ----------
-    projection : Projection
-    positions : (m, 3) float64, world coordinates
-        Of all dragged handles.
-    grabbed : (3,)
-        Position of the handle under the mouse.
-    pixel : (2,)
-        Of the mouse at the start.
-    """
+    """A drag of handles at positions (m, 3) by one at `grabbed` (3,), from a pixel of the mouse."""
 
     def __init__(self, projection, positions, grabbed, pixel):
         self._projection, self._positions, self._grabbed = projection, positions, grabbed

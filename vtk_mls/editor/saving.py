@@ -76,19 +76,10 @@ class Saver:
         self.progress, self._done, self._warnings = None, 0, []
 
     def save(self, state, picture):
-        """Save a `State`, and a picture, as of `picture_of`.
+        """Save a `State` and a picture, as of `picture_of`; a sentence with folder and warnings.
 
-        All files are computed from the saved handles, as by `vtk-mls deform`.
-
-        Returns
-        -------
-        str
-            A sentence with the folder, and the warnings of the filters.
-
-        Raises
-        ------
-        OSError, ValueError
-            Naming the file.
+        All files are computed from the saved handles, as by `vtk-mls deform`. OSErrors and
+        ValueErrors name the file.
         """
         folder, state = self._make_folder(), state.enabled_only()
         before = _versions(folder)
@@ -122,13 +113,7 @@ class Saver:
         return self.folder is not None and session_files.is_session(self.folder)
 
     def session_place(self):
-        """The session file, and the files of the datasets that it names.
-
-        Raises
-        ------
-        OSError, ValueError
-            Naming the file; for datasets without one.
-        """
+        """The session file, and the files of the data that it names; ValueError if one has none."""
         if not self.paths:
             raise ValueError("a session names the files of its data, and these have none")
         path = self.folder if self.takes_session else self.session

@@ -10,6 +10,7 @@ from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from vtk_mls.base.linear_algebra import unit
 from vtk_mls.editor.handle_glyphs import HandleGlyphs
+from vtk_mls.editor.polydata import configured
 from vtk_mls.editor.projection import Projection
 from vtk_mls.editor.scene_mesh import SceneMesh
 from vtk_mls.editor.scene_volume import SceneVolume
@@ -21,12 +22,7 @@ _INITIAL_DIRECTION = np.array((0.55, -1.0, 0.45))  # to the camera: left, anteri
 class Scene:
     """Datasets and handles in a vtkRenderWindow.
 
-    Parameters
-    ----------
-    window : vtkRenderWindow
-    datasets : list of vtkDataSet
-    renderer : vtkRenderer, optional
-        By default the first of the window, or a new one.
+    The renderer of the data is by default the first of the window, or a new one.
 
     Attributes
     ----------
@@ -89,9 +85,7 @@ class Scene:
         """Fit the camera to the data, in a direction from the data or in the current one."""
         camera = self.renderer.GetActiveCamera()
         if direction is not None:
-            camera.SetFocalPoint(0, 0, 0)
-            camera.SetPosition(direction)
-            camera.SetViewUp(0, 0, 1)
+            configured(camera, FocalPoint=(0, 0, 0), Position=direction, ViewUp=(0, 0, 1))
         self.renderer.ResetCamera(self.bounds.T.ravel())
         self.renderer.ResetCameraClippingRange()
 
@@ -111,9 +105,7 @@ class Scene:
 
 def new_layer(window):
     """A vtkRenderer above all others of a window."""
-    renderer = vtkRenderer()
-    renderer.SetLayer(window.GetNumberOfLayers())
-    renderer.InteractiveOff()
+    renderer = configured(vtkRenderer(), Layer=window.GetNumberOfLayers(), Interactive=False)
     window.SetNumberOfLayers(window.GetNumberOfLayers() + 1)
     window.AddRenderer(renderer)
     return renderer
@@ -121,10 +113,8 @@ def new_layer(window):
 
 def new_renderer(window):
     """A vtkRenderer of a window, with the background of the editor."""
-    renderer = vtkRenderer()
+    renderer = configured(vtkRenderer(), Background=BOTTOM, Background2=TOP)
     renderer.GradientBackgroundOn()
-    renderer.SetBackground(BOTTOM)
-    renderer.SetBackground2(TOP)
     window.AddRenderer(renderer)
     return renderer
 

@@ -14,6 +14,7 @@ from vtkmodules.vtkRenderingCore import vtkActor, vtkDataSetMapper, vtkPolyDataM
 
 from vtk_mls import Deformation, Solid
 from vtk_mls.base.linear_algebra import unit
+from vtk_mls.editor.polydata import configured
 from vtk_mls.rendering import DeformedMesh, mesh_paint, volume_colors
 from vtk_mls.rendering.rest_surface import DETERMINANT
 from vtk_mls.vtk.shape_surfaces import triangles_of
@@ -26,12 +27,8 @@ _TOLERANCE = 1e-6  # of ray intersections, relative to the length of the ray
 class SceneMesh:
     """A deformed mesh in the `Scene`, with its actor.
 
-    Attributes
-    ----------
-    preset_names : list of str
-        One color, and colors by the active point scalars if there are any.
-    outline_color : (red, green, blue), 0 to 1
-        In slices.
+    `preset_names` are one color, and colors by the active point scalars if there are any;
+    `outline_color` (0 to 1) is that in slices.
     """
 
     def __init__(self, mesh, renderer):
@@ -43,14 +40,9 @@ class SceneMesh:
         self._actor.SetMapper(self._mapper)
         self._has_volume_colors, self._lines = False, None
         self.set_preset(0)
-        material = self._actor.GetProperty()
-        material.SetColor(_COLOR)
+        material = configured(self._actor.GetProperty(), Color=_COLOR, PointSize=3)
+        configured(material, Ambient=0.15, Diffuse=0.8, Specular=0.2, SpecularPower=25)
         material.SetInterpolationToPhong()
-        material.SetAmbient(0.15)
-        material.SetDiffuse(0.8)
-        material.SetSpecular(0.2)
-        material.SetSpecularPower(25)
-        material.SetPointSize(3)
         renderer.AddActor(self._actor)
         self._deformed = DeformedMesh(self._actor)
 
@@ -138,16 +130,8 @@ class SceneMesh:
 
     @cached_property
     def _solid(self):
-        """The undeformed mesh as a Solid.
-
-        Raises
-        ------
-        ValueError
-            If it is not closed.
-        """
-        extract = vtkGeometryFilter()
-        extract.SetInputData(self._mesh)
-        return Solid(*triangles_of(extract))
+        """The undeformed mesh as a Solid; ValueError if it is not closed."""
+        return Solid(*triangles_of(configured(vtkGeometryFilter(), InputData=self._mesh)))
 
     def detach(self):
         """Leave the mesh undeformed."""
@@ -163,16 +147,14 @@ class SurfaceLocator:
     def __init__(self, mesh):
         self._surface = vtkPolyData()
         if not isinstance(mesh, vtkPolyData):
-            extract = vtkGeometryFilter()
-            extract.SetInputData(mesh)
+            extract = configured(vtkGeometryFilter(), InputData=mesh)
             extract.Update()
             mesh = extract.GetOutput()
         self._surface.ShallowCopy(mesh)
 
     @cached_property
     def _locator(self):
-        locator = vtkStaticCellLocator()
-        locator.SetDataSet(self._surface)
+        locator = configured(vtkStaticCellLocator(), DataSet=self._surface)
         locator.BuildLocator()
         return locator
 
@@ -223,16 +205,9 @@ class SurfaceLocator:
 def _mapper_of(mesh):
     """A mapper; surfaces without normals get smooth ones."""
     if not isinstance(mesh, vtkPolyData):
-        mapper = vtkDataSetMapper()
-        mapper.SetInputData(mesh)
-        return mapper
-    mapper = vtkPolyDataMapper()
+        return configured(vtkDataSetMapper(), InputData=mesh)
     if mesh.GetPointData().GetNormals() is not None or not mesh.GetNumberOfPolys():
-        mapper.SetInputData(mesh)
-        return mapper
-    normals = vtkPolyDataNormals()
-    normals.SetInputData(mesh)
-    normals.SetFeatureAngle(60)
+        return configured(vtkPolyDataMapper(), InputData=mesh)
+    normals = configured(vtkPolyDataNormals(), InputData=mesh, FeatureAngle=60)
     normals.Update()
-    mapper.SetInputConnection(normals.GetOutputPort())
-    return mapper
+    return configured(vtkPolyDataMapper(), InputConnection=normals.GetOutputPort())

@@ -16,6 +16,7 @@ from vtk_mls.base.interpolation import sample
 from vtk_mls.base.linear_algebra import unit
 from vtk_mls.base.sampling import corner_median, corners_of
 from vtk_mls.editor import label_picking, transfer_functions
+from vtk_mls.editor.polydata import configured
 from vtk_mls.files import metadata
 from vtk_mls.rendering import DeformedVolume
 from vtk_mls.rendering.material import material_at
@@ -31,12 +32,7 @@ _MAX_SAMPLES = 64  # along each axis, for the search of visible voxels
 
 
 class SceneVolume:
-    """A deformed image in the `Scene`, with its volume.
-
-    Attributes
-    ----------
-    presets : list of TransferFunctionPreset
-    """
+    """A deformed image in the `Scene`, with its volume and a list of `TransferFunctionPreset`s."""
 
     def __init__(self, image, renderer):
         self._image, self._deformation = scalar_image(image), None
@@ -47,19 +43,14 @@ class SceneVolume:
         corners = [self._values[index] for index in corners_of(self._grid.shape)]
         self._background = 0 if are_labels else corner_median(corners)
         self.presets = transfer_functions.presets_of(self._values.ravel(), are_labels)
-        self._mapper, self._volume = vtkGPUVolumeRayCastMapper(), vtkVolume()
-        self._mapper.SetInputData(self._image)
-        self._mapper.SetAutoAdjustSampleDistances(False)
-        self._mapper.UseJitteringOn()
+        self._mapper = configured(vtkGPUVolumeRayCastMapper(), InputData=self._image)
+        configured(self._mapper, AutoAdjustSampleDistances=False, UseJittering=True)
         self.set_coarseness(1)
-        self._volume.SetMapper(self._mapper)
+        self._volume = configured(vtkVolume(), Mapper=self._mapper)
         material = self._volume.GetProperty()
         material.SetScalarOpacityUnitDistance(float(np.abs(self._grid.spacing).mean()))
+        configured(material, Ambient=0.35, Diffuse=0.75, Specular=0.15, SpecularPower=20)
         material.ShadeOn()
-        material.SetAmbient(0.35)
-        material.SetDiffuse(0.75)
-        material.SetSpecular(0.15)
-        material.SetSpecularPower(20)
         self.set_preset(0)
         renderer.AddVolume(self._volume)
         self._deformed = DeformedVolume(self._volume, renderer)
@@ -83,9 +74,7 @@ class SceneVolume:
             colors.AddRGBPoint(*node)
         for node in preset.opacities:
             opacities.AddPoint(*node)
-        material = self._volume.GetProperty()
-        material.SetColor(colors)
-        material.SetScalarOpacity(opacities)
+        material = configured(self._volume.GetProperty(), Color=colors, ScalarOpacity=opacities)
         if preset.is_nearest:
             material.SetInterpolationTypeToNearest()
         else:
@@ -95,12 +84,8 @@ class SceneVolume:
     def adjust(self, brightness, contrast):
         """Change the gray values of slices.
 
-        Parameters
-        ----------
-        brightness : float
-            Added, relative to the range from black to white.
-        contrast : float
-            Factor of the slope.
+        `brightness` is added, relative to the range from black to white; `contrast` is a factor of
+        the slope.
         """
         low, high = self._limits
         middle, half = (low + high) / 2 - brightness * (high - low), (high - low) / (2 * contrast)
@@ -178,15 +163,9 @@ class SceneVolume:
 
 
 class VolumeSurface:
-    """The visible part of an image.
+    """The visible part of an image with values (nz, ny, nx).
 
-    Parameters
-    ----------
-    grid : Grid
-    values : (nz, ny, nx) array
-    preset : TransferFunctionPreset
-    deformation : Deformation, optional
-        Of rays and of `values_at`; `bounds` and `nearest` are those of the undeformed image.
+    Rays and `values_at` see it deformed; `bounds` and `nearest` are those of the undeformed image.
     """
 
     def __init__(self, grid, values, preset, deformation=None):
@@ -269,12 +248,8 @@ def scalar_image(image):
 
     The scalars are the active ones, or the first array; the mean of several components. Axes are
     permuted and mirrored, as VTK 9.7 lights volumes without their direction matrix: if that mirrors
-    axes, as in most NIfTI files, surfaces towards the light are dark.
-
-    Raises
-    ------
-    ValueError
-        If the image has no numbers at its points.
+    axes, as in most NIfTI files, surfaces towards the light are dark. Without numbers at its
+    points, ValueError.
     """
     name, values, vtk_type = _scalars(image)
     grid, reorder = arrays.along_world_axes(ImageGeometry.of_image(image).grid)

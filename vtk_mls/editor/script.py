@@ -69,15 +69,8 @@ def vectors_of(cut):
 def script(state, handles, surfaces, files):
     """The text of the script.
 
-    Parameters
-    ----------
-    state : State
-    handles : str
-        Name of the file of control points in the folder of the script.
-    surfaces : list of str
-        Names of the files of cuts that are surfaces.
-    files : list of (str, str)
-        Source and target of each deformation, relative to the folder of the script.
+    `handles` and `surfaces` are names of files in its folder: of control points, and of cuts that
+    are surfaces. `files` are (source, target) of each deformation, relative to that folder.
     """
     settings = [f"deform.Set{name}({value!r})" for name, _, value in settings_of(state)]
     flat = [cut for cut in state.cuts if vectors_of(cut)]

@@ -21,13 +21,7 @@ _CAMERA = "Position", "FocalPoint", "ViewUp"
 
 
 def state_of(session, path):
-    """The `State` of a `SessionFile` that was read from a path.
-
-    Raises
-    ------
-    ValueError
-        Naming the path.
-    """
+    """The `State` of a `SessionFile` that was read from a path, which a ValueError names."""
     try:
         return state_values.decoded(session.edit)
     except _INVALID as error:
@@ -53,13 +47,7 @@ class Saving:
         return True
 
     def save(self):
-        """Save handles, deformed data, displacement field, picture and script; or the session.
-
-        Returns
-        -------
-        bool
-            Whether all are saved.
-        """
+        """Save handles, data, field, picture and script, or the session; whether all are saved."""
         if self.saver.takes_session:
             return self.save_session()
         self.finish()
@@ -82,13 +70,7 @@ class Saving:
         return is_saved
 
     def _save_left_out(self):
-        """Save a session where landmarks are left out or pending, which the other files lack.
-
-        Returns
-        -------
-        str
-            A sentence, or "".
-        """
+        """Save a session where landmarks are left out or pending; a sentence about it, or ""."""
         if self.state.enabled.all() and self.state.pending is None:
             return ""
         if not self.saver.paths:
@@ -123,13 +105,7 @@ class Saving:
         self.document.show()
 
     def _write_session(self):
-        """Write the session file, and return its path.
-
-        Raises
-        ------
-        OSError, ValueError, TypeError
-            For data without files, and shapes without a format.
-        """
+        """Write the session file, and return its path; ValueError for data without files."""
         target, camera = self.target, self.scene.renderer.GetActiveCamera()
         if target is not None and target.path is None:
             raise ValueError("a session names the files of its data, and the target has none")

@@ -13,6 +13,7 @@ from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 from vtk_mls import CurveHandle
 from vtk_mls.editor import polydata
 from vtk_mls.editor.handle_glyphs import MASKING, MOVED, RESTING, SELECTED
+from vtk_mls.editor.polydata import configured
 from vtk_mls.vtk.cells import triangle_polydata
 from vtk_mls.vtk.shape_surfaces import surface_of
 
@@ -26,10 +27,7 @@ _CIRCLE = np.linspace(0, 2 * np.pi, 97)
 class ShapeActors:
     """Draws regions as translucent surfaces, curves as lines, the mask as circles.
 
-    Parameters
-    ----------
-    renderer : vtkRenderer
-        Of a layer above the data, which would hide them.
+    The renderer is a layer above the data, which would hide them.
     """
 
     def __init__(self, renderer):
@@ -45,8 +43,7 @@ class ShapeActors:
         ]
         self._centers = vtkPolyData()
         self._actors.append(polydata.unlit_actor(self._centers))
-        self._actors[-1].GetProperty().SetPointSize(_CENTER_SIZE)
-        self._actors[-1].GetProperty().RenderPointsAsSpheresOn()
+        polydata.show_points_as_balls(self._actors[-1], _CENTER_SIZE)
         for actor in self._actors:
             renderer.AddActor(actor)
 
@@ -96,16 +93,11 @@ def moved_surface(region):
 
 
 def _region_actor(shape):
-    mapper, actor = vtkPolyDataMapper(), vtkActor()
-    mapper.SetInputData(triangle_polydata(*surface_of(shape)))
+    mapper = configured(vtkPolyDataMapper(), InputData=triangle_polydata(*surface_of(shape)))
     mapper.ScalarVisibilityOff()
-    actor.SetMapper(mapper)
-    actor.PickableOff()
-    material = actor.GetProperty()
-    material.SetOpacity(_REGION_OPACITY)
-    material.BackfaceCullingOn()
-    material.SetAmbient(0.35)
-    material.SetDiffuse(0.75)
+    actor = configured(vtkActor(), Mapper=mapper, Pickable=False)
+    material = configured(actor.GetProperty(), Ambient=0.35, Diffuse=0.75)
+    configured(material, Opacity=_REGION_OPACITY, BackfaceCulling=True)
     return actor
 
 

@@ -23,11 +23,11 @@ class ShapeEdits:
 
     def _add_tools(self):
         tools = [tool(self.document) for tool in (CutTool, CurveTool, RegionTool)]
-        self._tools = self._cut_tool, self._curve_tool, self._region_tool = tools
+        self.tools = self._cut_tool, self._curve_tool, self._region_tool = tools
         self.text_entry = TextEntry(self.document)
 
     def _cancel_tools(self, but=None):
-        for tool in self._tools:
+        for tool in self.tools:
             if tool is not but:
                 tool.cancel()
 

@@ -10,10 +10,9 @@ from vtkmodules.vtkRenderingCore import vtkImageSlice, vtkImageSliceMapper, vtkR
 
 from vtk_mls import Grid
 from vtk_mls.editor import polydata
-from vtk_mls.editor.comparing import colors_of
 from vtk_mls.editor.handle_glyphs import DRAWN
-from vtk_mls.editor.landmark_texts import LandmarkNames
-from vtk_mls.editor.overlay import text_actor
+from vtk_mls.editor.overlay import Names, text_actor
+from vtk_mls.editor.polydata import configured
 from vtk_mls.editor.projection import Projection
 from vtk_mls.editor.scene_mesh import OUTLINE_COLOR
 from vtk_mls.vtk import arrays
@@ -28,27 +27,15 @@ _GRID_COLOR, _GRID_OPACITY = (0.45, 0.95, 0.85), 0.75
 
 
 class SlicePane:
-    """A slice across one of the world's axes.
-
-    Parameters
-    ----------
-    axis : int
-    bounds : (2, 3)
-        Corners of the data at rest.
-
-    Attributes
-    ----------
-    renderer : vtkRenderer
-    """
+    """A slice across an axis of the world in a `renderer`; `bounds` (2, 3) are of data at rest."""
 
     def __init__(self, axis, bounds):
         self.axis, self.renderer = axis, vtkRenderer()
         self._size, self._position = np.ptp(bounds, axis=0).max(), 0.0
         self._corners = bounds + _MARGIN * self._size * np.array([[-1], [1]])
         self.renderer.SetBackground(0.02, 0.025, 0.035)
-        self._mapper, image = vtkImageSliceMapper(), vtkImageSlice()
-        self._mapper.SetOrientation(axis)
-        image.SetMapper(self._mapper)
+        self._mapper = configured(vtkImageSliceMapper(), Orientation=axis)
+        image = configured(vtkImageSlice(), Mapper=self._mapper)
         self._outlines, self._cross, self._balls = vtkPolyData(), vtkPolyData(), vtkPolyData()
         outlines = polydata.unlit_actor(self._outlines, width=2)
         outlines.SetPosition(*(self._size * 1e-3 * _EYE[axis]))  # in front of the image
@@ -59,12 +46,11 @@ class SlicePane:
         self._label.SetPosition(8, 8)
         for prop in (image, lines, outlines, cross, self._handles, self._label):
             self.renderer.AddViewProp(prop)
-        self._names = LandmarkNames(self.renderer)
+        self._names = Names(self.renderer)
         middle, camera = bounds.mean(axis=0), self.renderer.GetActiveCamera()
+        position = middle + 3 * self._size * _EYE[axis]
+        configured(camera, FocalPoint=middle, Position=position, ViewUp=_UP[axis])
         camera.ParallelProjectionOn()
-        camera.SetFocalPoint(middle)
-        camera.SetPosition(middle + 3 * self._size * _EYE[axis])
-        camera.SetViewUp(_UP[axis])
         self.renderer.AddObserver("StartEvent", self._fit)
 
     @property
@@ -135,14 +121,12 @@ class SlicePane:
 
     def _draw_outlines(self, meshes):
         """Draw the outlines of meshes: pairs of a dataset, or None, and a color."""
-        plane, append = vtkPlane(), vtkAppendPolyData()
-        plane.SetOrigin(np.eye(3)[self.axis] * self._position)
-        plane.SetNormal(np.eye(3)[self.axis])
+        normal, append = np.eye(3)[self.axis], vtkAppendPolyData()
+        plane = configured(vtkPlane(), Origin=normal * self._position, Normal=normal)
         for mesh, color in meshes:
             if mesh is not None:
-                cutter, outline = vtkCutter(), vtkPolyData()
-                cutter.SetInputData(mesh)
-                cutter.SetCutFunction(plane)
+                cutter = configured(vtkCutter(), InputData=mesh, CutFunction=plane)
+                outline = vtkPolyData()
                 cutter.Update()
                 outline.CopyStructure(cutter.GetOutput())
                 colors = np.tile(np.multiply(color, 255), (outline.GetNumberOfCells(), 1))
@@ -182,13 +166,23 @@ class SlicePane:
         self._visible_box = self._corners.mean(axis=0) + half * np.array([[-1], [1]])
 
 
+def colors_of(items, points):
+    """`colors_at` of several items, the last one in front; None without images."""
+    sampled = [item.colors_at(points) for item in items]
+    sampled = [part for part in sampled if part is not None]
+    if not sampled:
+        return None
+    has_any, colors = np.zeros(len(points), bool), np.zeros((len(points), 3), np.uint8)
+    for has_material, item_colors in sampled:
+        is_shown = has_material | ~has_any
+        colors[is_shown] = item_colors[is_shown]
+        has_any |= has_material
+    return has_any, colors
+
+
 def _ball_actor(balls):
     actor = polydata.unlit_actor(balls)
     actor.GetMapper().SetScalarModeToUsePointData()
-    material = actor.GetProperty()
-    material.LightingOn()
-    material.SetPointSize(12)
-    material.RenderPointsAsSpheresOn()
-    material.SetAmbient(0.45)
-    material.SetDiffuse(0.6)
+    polydata.show_points_as_balls(actor, 12)
+    configured(actor.GetProperty(), Lighting=True, Ambient=0.45, Diffuse=0.6)
     return actor

@@ -60,13 +60,8 @@ class Slices:
     def arrange(self, viewport, layout, is_visible):
         """Put the 3-D view and the slices into another part of the window.
 
-        Parameters
-        ----------
-        viewport : (left, low, right, high), 0 to 1
-        layout : callable
-            Takes the viewport; returns the viewports of the 3-D view and of three slices.
-        is_visible : bool
-            Whether slices are shown.
+        `viewport` is (left, low, right, high), 0 to 1; `layout` takes it, and returns the viewports
+        of the 3-D view and of three slices.
         """
         self._viewport, self._layout = viewport, layout
         self.set_visible(is_visible)
@@ -100,7 +95,7 @@ class Slices:
     def show_handles(self, positions, colors, are_visible, names=None):
         """Draw the handles that are near slices, from positions and colors (n, 3).
 
-        `names` are n names and their n priorities, as of `LandmarkNames`; None for none.
+        `names` are n names and their n priorities, as of `Names`; None for none.
         """
         for pane in self._visible_panes:
             rows = self.rows_near(pane, positions)

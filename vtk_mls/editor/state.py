@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, make_dataclass, replace
 import numpy as np
 
 from vtk_mls import BallMask, CurveHandle, Deformation, HalfPlane, Plane, RegionHandle
-from vtk_mls.editor import grips, pairs
+from vtk_mls.editor import grips
 from vtk_mls.model import kinds, options
 from vtk_mls.model.handles.handle_paths import blended_path
 from vtk_mls.model.handles.rigid_motion import blended
@@ -45,7 +45,7 @@ class State(_Options):
     path : (k, n, 3) float64, world coordinates
         Intermediate places of the point handles, at equal times; k is 0 if they go straight.
     pending : Pending or None
-        A landmark without its partner on the other side.
+        A landmark without its partner, as of `matching.pairs`.
     cuts : tuple of Cut
     handles : tuple of RegionHandle and CurveHandle
     mask : BallMask or None
@@ -62,7 +62,7 @@ class State(_Options):
     handles: tuple = ()
     mask: BallMask | None = None
     enabled: np.ndarray | None = None
-    pending: pairs.Pending | None = None
+    pending: object = None
     path: np.ndarray | None = None
 
     def __post_init__(self):
@@ -120,11 +120,6 @@ class State(_Options):
     def grips(self):
         """The points by which the mouse drags handles: `Grips`."""
         return grips.Grips.of(self)
-
-    @functools.cached_property
-    def pairs(self):
-        """The table of point handles as pairs of landmarks: `PairTable`."""
-        return pairs.PairTable.of(self)
 
     @property
     def regions(self):
@@ -289,19 +284,6 @@ class State(_Options):
         anchored = self.anchored.copy()
         anchored[rows] = not anchored[rows].all()
         return replace(self, anchored=anchored)
-
-    def with_landmark(self, side, position):
-        """A copy with a landmark at a position (3,) on a side.
-
-        The landmark is pending until its partner is placed; another one on the same side moves it.
-        """
-        pending = self.pending
-        if pending is None or pending.side == side:
-            label = pairs.free_name(self) if pending is None else pending.label
-            return replace(self, pending=pairs.Pending(side, position, label))
-        places = {side: position, pending.side: pending.position}
-        pair = self.with_handle(places[pairs.MOVING], places[pairs.TARGET])
-        return replace(pair.with_name(len(self), pending.label), pending=None)
 
     def with_enabled(self, rows, are_enabled):
         """A copy with point handles `rows` in the map, or left out of it."""

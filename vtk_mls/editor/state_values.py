@@ -21,7 +21,7 @@ from vtk_mls import (
     Solid,
     Surface,
 )
-from vtk_mls.editor.pairs import Pending
+from vtk_mls.editor.matching.pairs import Pending
 from vtk_mls.editor.state import State
 from vtk_mls.model import options
 
@@ -40,13 +40,7 @@ _GRID = "dimensions", "origin", "spacing", "direction"  # arguments of a Grid
 
 
 def encoded(state):
-    """The values of a state.
-
-    Raises
-    ------
-    TypeError
-        For a shape without a format.
-    """
+    """The values of a state; TypeError for a shape without a format."""
     pending = state.pending
     return {
         **options.values_of(state),
@@ -65,13 +59,7 @@ def encoded(state):
 
 
 def decoded(values):
-    """The state of `encoded`.
-
-    Raises
-    ------
-    ValueError, KeyError, TypeError, IndexError, RecursionError
-        If there is none.
-    """
+    """The state of `encoded`; an error of any of the usual types if there is none."""
     if not isinstance(values, dict):
         raise TypeError("it is no object of JSON")
     weights, mask, pending = (values.get(name) for name in ("weights", "mask", "pending"))
@@ -101,13 +89,7 @@ def decoded(values):
 
 
 def _encoded_value(value):
-    """The name of the class of a value, and its arguments.
-
-    Raises
-    ------
-    TypeError
-        If the class has no format.
-    """
+    """The name of the class of a value, and its arguments."""
     if isinstance(value, RegionHandle):
         return ["region", [_encoded_shape(value.shape), value.motion.tolist()]]
     for name, (kind, attributes) in _CLASSES.items():

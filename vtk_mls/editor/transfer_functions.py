@@ -14,16 +14,10 @@ _AIR, _BONE = -400, 300  # Hounsfield units below and above which a CT image has
 
 @dataclass(frozen=True)
 class TransferFunctionPreset:
-    """Colors and opacities as functions of values.
+    """Colors (value, red, green, blue) and opacities (value, opacity) as functions of values.
 
-    Attributes
-    ----------
-    name : str
-    colors : tuple of (value, red, green, blue)
-    opacities : tuple of (value, opacity)
-        Of a layer one voxel thick.
-    is_nearest : bool
-        Whether values must not be interpolated.
+    Opacities are those of a layer one voxel thick; if it `is_nearest`, values must not be
+    interpolated.
     """
 
     name: str
@@ -73,17 +67,9 @@ _HUES = np.array(
 
 
 def presets_of(values, are_labels):
-    """Presets for an image, the best first.
+    """A list of presets for an image with values (n,), the best first.
 
-    Parameters
-    ----------
-    values : (n,) array of real numbers
-    are_labels : bool
-        Whether the file declares the values to be segment labels.
-
-    Returns
-    -------
-    list of TransferFunctionPreset
+    `are_labels`: the file declares the values to be labels of segments.
     """
     samples = values[:: max(1, len(values) // _MAX_SAMPLES)].astype(float)
     samples = samples[np.isfinite(samples)]

@@ -13,21 +13,10 @@ _STAGE_ANGLE = np.radians(15)  # between intermediate places of a turn
 
 
 class HandleGroup:
-    """Handles that turn together about the center of their box.
+    """Point handles, rows (m,) at positions (m, 3), that turn about the center of their box.
 
-    Parameters
-    ----------
-    rows : (m,) int
-        Of point handles.
-    positions : (m, 3) float64, world coordinates
-        Before the turn.
-
-    Attributes
-    ----------
-    bounds : (2, 3) float64
-        The box before the turn.
-    motion : (4, 4) float64
-        The turn so far. Angles above 180 degrees are the sum of small ones.
+    `bounds` (2, 3) are the box before the turn, and `motion` (4, 4) is the turn so far, in which
+    angles above 180 degrees are the sum of small ones.
     """
 
     def __init__(self, rows, positions):
@@ -70,13 +59,8 @@ class HandleGroup:
 def with_way(state, rows, way):
     """A copy of a `State` whose handles `rows` go a way; the others go theirs in the same time.
 
-    Parameters
-    ----------
-    state : State
-    rows : (m,) int
-        Of point handles. Anchored ones stay.
-    way : list of (m, 3) float64, world coordinates
-        From the rest positions to the deformed ones, at equal times.
+    The way is a list of positions (m, 3) from rest to the deformed ones, at equal times. Anchored
+    handles stay.
     """
     count = min(len(way) - 1, MAX_STEPS)
     shares = np.linspace(0, 1, count + 1)[1:]

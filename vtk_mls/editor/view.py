@@ -6,18 +6,16 @@ import time
 
 import numpy as np
 
-from vtk_mls.editor import keys
+from vtk_mls.editor import commands
 from vtk_mls.editor.cut_widget import CutWidget
 from vtk_mls.editor.distortion import MODES, Distortion
 from vtk_mls.editor.grips import NO_ROWS
 from vtk_mls.editor.handle_glyphs import handle_colors
 from vtk_mls.editor.motion_widget import MotionWidget
 from vtk_mls.editor.overlay import Overlay
-from vtk_mls.editor.pairs import MOVING, TARGET
 from vtk_mls.editor.scene import Scene
 from vtk_mls.editor.shape_actors import ShapeActors
 from vtk_mls.editor.slices import Slices
-from vtk_mls.editor.target_view import TargetView
 from vtk_mls.editor.volume_legend import VolumeLegend
 from vtk_mls.model.options import DEGREE
 from vtk_mls.rendering.pace import MapPace, pixels_per_ray
@@ -29,13 +27,7 @@ _MOVING, _RESTING, _FILE = (0.06, 8.0), (2.0, 3.0), (20.0, 3.0)
 
 
 class Pace(MapPace):
-    """Chooses the resolution of maps and pictures from the time that the last ones took.
-
-    Attributes
-    ----------
-    picture_seconds : float
-        Of the last picture.
-    """
+    """Chooses the resolution of maps and pictures; the last took `picture_seconds`."""
 
     def __init__(self):
         super().__init__(_MAX_NODES)
@@ -62,7 +54,6 @@ class View:
     ----------
     scene : Scene
     slices : Slices
-    target : TargetView or None
     overlay : Overlay
     distortion : Distortion
     cut_widget : CutWidget
@@ -82,15 +73,15 @@ class View:
         window, style = interactor.GetRenderWindow(), interactor.GetInteractorStyle()
         self.scene = Scene(window, datasets)
         self.distortion = Distortion(self.scene.bounds)
-        self.slices, self.target = Slices(self.scene, self.distortion), None
+        self.slices = Slices(self.scene, self.distortion)
         self.cut_widget = CutWidget(interactor, self.scene)
         self.motion_widget = MotionWidget(interactor, self.scene)
         self._shapes = ShapeActors(self.scene.overlay)
         self.has_timer = self.hides_handles = self.shows_undeformed = self.shows_times = False
         self.drawn_message = ""
         self._legend = VolumeLegend(self.scene.overlay)
-        self.overlay, self._pace = Overlay(self.scene.overlay, keys.legend(), keys.HINT), Pace()
-        self._preset, self._moved_at = 0, None
+        self.overlay = Overlay(self.scene.overlay, commands.legend(), commands.HINT)
+        self._pace, self._preset, self._moved_at = Pace(), 0, None
         self._tags = [
             (observed, observed.AddObserver(event, handler))
             for observed, event, handler in (
@@ -108,9 +99,7 @@ class View:
         ValueError, TypeError, RuntimeError, MemoryError
             If the state has no map, or the device fails.
         """
-        deformation = (state.changed(blend=0.0) if self.shows_undeformed else state).deformation()
-        if deformation is None and self.target is not None:
-            deformation = self.target.initial_map(state.device)
+        deformation = self._deformation_of(state)
         self.slices.regions = state.regions
         self.distortion.deformation = deformation
 
@@ -123,77 +112,44 @@ class View:
         else:
             self._pace.make(make_map, not is_final)
 
-    def set_target(self, target):
-        """Show another `Target` beside the data, or none for None, from the next `show` on."""
-        if self.target is not None:
-            self.target.detach()
-        self.target = None if target is None else TargetView(self, target)
-
     def show_slices(self, is_final=True):
-        """Draw the slices of both sides."""
+        """Draw the slices."""
         self.slices.show(is_final)
-        if self.target is not None:
-            self.target.show_slices(is_final)
 
     def toggle_slices(self):
         """Show or hide the slices."""
-        if self.target is None:
-            self.slices.toggle()
-        else:
-            self.target.toggle_slices()
-            self.show_slices()
+        self.slices.toggle()
 
     def reset_camera(self):
         """Fit the camera to the data."""
-        (self.scene if self.target is None else self.target).reset_camera()
+        self.scene.reset_camera()
 
-    def side_at(self, pixel):
-        """MOVING or TARGET: the side of the window at a pixel."""
-        target, pixel = self.target, [*map(int, pixel)]
-        if target is None:
-            return MOVING
-        is_there = target.scene.renderer.IsInViewport(*pixel) or target.slices.pane_at(pixel)
-        return TARGET if is_there else MOVING
+    def scenes_at(self, pixel):
+        """The `Scene`s that are drawn at a pixel; the mouse picks points of the first."""
+        return [self.scene]
 
-    def scene_at(self, pixel):
-        """The `Scene` of the side at a pixel."""
-        return self.scene if self.side_at(pixel) == MOVING else self.target.scene
+    def has_data_at(self, pixel):
+        """Whether the edited data are drawn at a pixel."""
+        return True
 
     def pane_at(self, pixel):
-        """The `SlicePane` of any side at a pixel; None in a 3-D view."""
-        pane = self.slices.pane_at(pixel)
-        if pane is None and self.target is not None:
-            pane = self.target.slices.pane_at(pixel)
-        return pane
+        """The `SlicePane` at a pixel; None in a 3-D view."""
+        return self.slices.pane_at(pixel)
 
     def point_at(self, pixel):
         """The visible point (3,) at a pixel, on a surface or in a slice; None beside the data."""
         pane = self.pane_at(pixel)
-        return self.scene_at(pixel).picker().hit(pixel) if pane is None else pane.point_at(pixel)
-
-    def shows_both_at(self, pixel):
-        """Whether both sides are drawn over each other at a pixel."""
-        return bool(self.slices.compared) and self.slices.pane_at(pixel) is not None
-
-    def is_on_data(self, pixel):
-        """Whether the moving data, and not the target, are drawn at a pixel."""
-        return self.side_at(pixel) == MOVING and not self.shows_both_at(pixel)
+        if pane is not None:
+            return pane.point_at(pixel)
+        scene, *_ = self.scenes_at(pixel)
+        return scene.picker().hit(pixel)
 
     def adjust(self, pixel, brightness, contrast):
         """Change the gray values of slices at a pixel, as `SceneVolume.adjust`."""
-        scenes = {self.scene_at(pixel)}
-        if self.shows_both_at(pixel):
-            scenes.add(self.target.scene)
-        for item in [item for scene in scenes for item in scene.items]:
-            item.adjust(brightness, contrast)
+        for scene in self.scenes_at(pixel):
+            for item in scene.items:
+                item.adjust(brightness, contrast)
         self.show_slices(is_final=False)
-
-    def center_on(self, point):
-        """Move the camera to look at a point (3,), in the same direction."""
-        camera = self.scene.renderer.GetActiveCamera()
-        offset = np.subtract(point, camera.GetFocalPoint())
-        camera.SetPosition(np.add(camera.GetPosition(), offset))
-        camera.SetFocalPoint(point)
 
     def set_distortion(self, mode):
         """Set the index of the mode in `distortion.MODES`, for the next `show`."""
@@ -225,14 +181,11 @@ class View:
     def draw_for_file(self, state):
         """Render as finely as possible, without texts and cut widget."""
         has_keys = self.overlay.shows_keys
-        self.overlay.set_texts_visible(False)
-        self.overlay.set_message_visible(False)
         for widget in self._widgets:
             widget.set_visible(False)
         self._set_coarseness(self._pace.pixels(_FILE))
         self._draw_handles(state, NO_ROWS, None, NO_ROWS)
-        if self.target is not None:
-            self.target.hide_texts()
+        self._hide_texts()
         self.scene.window.Render()
         self.overlay.set_texts_visible(not self.hides_handles)
         self.overlay.set_keys_visible(has_keys)
@@ -241,19 +194,8 @@ class View:
             widget.set_visible(not self.hides_handles)
 
     def draw_slices(self, state, selected, hovered, dragged):
-        """Render the moved slices; with a target, do not render the 3-D views again."""
-        if self.target is None or not self.slices.is_visible:
-            self.draw(state, selected, hovered, dragged, is_moving=True)
-            return
-        layers = [
-            renderer for scene in self._scenes for renderer in (scene.renderer, scene.overlay)
-        ]
-        self._draw_handles(state, selected, hovered, dragged)
-        for renderer in layers:
-            renderer.DrawOff()
-        self.scene.window.Render()
-        for renderer in layers:
-            renderer.DrawOn()
+        """Render the moved slices."""
+        self.draw(state, selected, hovered, dragged, is_moving=True)
 
     @property
     def is_refinement_due(self):
@@ -274,34 +216,39 @@ class View:
             observed.RemoveObserver(tag)
         for widget in self._widgets:
             widget.detach()
-        self.set_target(None)
         self.slices.detach()
         self.scene.detach()
 
     @property
     def _scenes(self):
-        return [self.scene] if self.target is None else [self.scene, self.target.scene]
+        return [self.scene]
 
     @property
     def _widgets(self):
         return self.cut_widget, self.motion_widget
 
+    def _deformation_of(self, state):
+        """The map of the drawn data; None for the identity."""
+        return (state.changed(blend=0.0) if self.shows_undeformed else state).deformation()
+
     def _draw_handles(self, state, selected, hovered, dragged):
-        colors, are_visible = handle_colors(state, selected, dragged), not self.hides_handles
         self._shapes.show(state, selected)
-        if self.target is None:
-            rest, deformed = state.grips.rest, state.grips.deformed
-            self.scene.glyphs.show(rest, deformed, colors, hovered)
-            self.slices.show_handles(deformed, colors, are_visible)
-        else:
-            deformation = self.distortion.deformation
-            self.target.draw(state, colors, hovered, selected, deformation, are_visible)
+        self._show_grips(state, selected, hovered, handle_colors(state, selected, dragged))
+
+    def _show_grips(self, state, selected, hovered, colors):
+        """Place the grips of a `State`, with colors (g, 3)."""
+        rest, deformed = state.grips.rest, state.grips.deformed
+        self.scene.glyphs.show(rest, deformed, colors, hovered)
+        self.slices.show_handles(deformed, colors, not self.hides_handles)
+
+    def _hide_texts(self):
+        """Hide all texts until the next `draw`."""
+        self.overlay.set_texts_visible(False)
+        self.overlay.set_message_visible(False)
 
     def _lay_out(self, window, event):
         self.overlay.lay_out()
         self._legend.lay_out()
-        if self.target is not None:
-            self.target.lay_out()
 
     def _set_coarseness(self, pixels):
         for scene in self._scenes:

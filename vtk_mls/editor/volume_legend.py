@@ -10,6 +10,7 @@ from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkRenderingCore import vtkActor2D, vtkPolyDataMapper2D, vtkTextMapper
 
 from vtk_mls.editor import polydata
+from vtk_mls.editor.polydata import configured
 from vtk_mls.rendering.volume_colors import FOLDED, MAX_DOUBLINGS, colors_of
 
 # Sizes in pixels.
@@ -24,11 +25,10 @@ class VolumeLegend:
     """A bar of the colors with numbers, at the right side of a vtkRenderer; hidden at first."""
 
     def __init__(self, renderer):
-        self._renderer, self._bar, mapper = renderer, vtkPolyData(), vtkPolyDataMapper2D()
-        mapper.SetInputData(self._bar)
+        self._renderer, self._bar = renderer, vtkPolyData()
+        mapper = configured(vtkPolyDataMapper2D(), InputData=self._bar)
         mapper.SetScalarModeToUseCellData()
-        bar = vtkActor2D()
-        bar.SetMapper(mapper)
+        bar = configured(vtkActor2D(), Mapper=mapper)
         self._texts = [_text(text) for text in (*(text for _, text in _LABELS), _FOLD, _TITLE)]
         self._actors = [bar, *self._texts]
         for actor in self._actors:
@@ -68,12 +68,8 @@ class VolumeLegend:
 
 
 def _text(text):
-    mapper, actor = vtkTextMapper(), vtkActor2D()
-    mapper.SetInput(text)
-    font = mapper.GetTextProperty()
-    font.SetFontSize(_FONT_SIZE)
-    font.SetColor(_TEXT_COLOR)
+    mapper = configured(vtkTextMapper(), Input=text)
+    font = configured(mapper.GetTextProperty(), FontSize=_FONT_SIZE, Color=_TEXT_COLOR)
     font.SetJustificationToRight()
     font.SetVerticalJustificationToCentered()
-    actor.SetMapper(mapper)
-    return actor
+    return configured(vtkActor2D(), Mapper=mapper)

@@ -42,12 +42,7 @@ class MapBox:
     def around(cls, image, is_cell_data, within=None):
         """The box around an undeformed volume, with a margin.
 
-        Parameters
-        ----------
-        image : ImageGeometry
-        is_cell_data : bool
-        within : Grid, optional
-            Limits of the box: aligned with the image, with at least two points along each axis.
+        `within`, a Grid that is aligned with the image, has at least two points along each axis.
         """
         values = _values_of(image, is_cell_data)
         ends = _ends(values, within)
@@ -82,19 +77,10 @@ class MapBox:
         return ImageGeometry(self.image.extent, tuple(origin), tuple(spacing), self.image.direction)
 
     def fitted(self, layers, grid, control_points):
-        """The box that fits the deformed volume.
+        """The box that fits the deformed volume: this one if it does.
 
-        Parameters
-        ----------
-        layers : (layers, nz, ny, nx, 4) float32
-            The map on the `grid` of `nodes`.
-        control_points : (n, 3) float64, world coordinates
-            Parts of the volume that nodes may miss.
-
-        Returns
-        -------
-        MapBox
-            This one if it fits.
+        `layers` is the map (layers, nz, ny, nx, 4) on the `grid` of `nodes`; `control_points` (n,
+        3) are parts of the volume that nodes may miss.
         """
         size = self.high - self.low
         first, last = self._filled(layers, grid)

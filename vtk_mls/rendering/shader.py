@@ -157,13 +157,7 @@ def set_values(shader, values):
 
 
 class MapTexture:
-    """The displacement map on the graphics card: a 3-D texture of four floats per point.
-
-    Attributes
-    ----------
-    uploads : int
-        Number of uploads to the graphics card.
-    """
+    """The displacement map on the graphics card: a 3-D texture of four floats per point."""
 
     def __init__(self):
         self.uploads = 0

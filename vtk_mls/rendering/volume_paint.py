@@ -106,16 +106,9 @@ def remove(shader):
 
 
 def values_of(box, nodes, lines, has_colors):
-    """Uniforms by their names.
+    """Uniforms by their names, for a `MapBox`, the `nodes` of its map, and `RestLines` or None.
 
-    Parameters
-    ----------
-    box : MapBox
-    nodes : Grid
-        Of the map.
-    lines : RestLines or None
-    has_colors : bool
-        Whether the change of volume is painted.
+    `has_colors`: the change of volume is painted.
     """
     values, points = box.values, np.array(box.image.grid.dimensions, float)
     margin = 0 if box.is_cell_data else 1 / points

@@ -21,16 +21,8 @@ _MAX_STEPS = 2000
 def opaque_at(volume, start, end):
     """Where a ray becomes half opaque, in VTK's composite blending.
 
-    Parameters
-    ----------
-    volume : vtkVolume
-        Of images. Other blend modes than composite are never opaque.
-    start, end : (3,) float64, world coordinates
-
-    Returns
-    -------
-    float or None
-        Fraction of the ray from start to end; None if it does not become opaque.
+    The fraction of the ray from `start` to `end`, world coordinates; None if it does not become
+    opaque, as with other blend modes, and for volumes that are no images.
     """
     mapper, image, deformation = _drawn(volume)
     if image is None or mapper.GetBlendMode() != vtkVolumeMapper.COMPOSITE_BLEND:
@@ -56,28 +48,11 @@ def opaque_at(volume, start, end):
 
 
 def light_along(opacity_at, ends, corners, step, unit):
-    """Transmitted light along a ray.
+    """Transmitted light along a ray: fractions of the ray (n,), and the light there (n,) from 1 on.
 
-    Parameters
-    ----------
-    opacity_at : callable
-        Opacity of points (m, 3), per `unit` of distance: (m,).
-    ends : (2, 3) float64
-        Of the ray.
-    corners : (2, 3) float64
-        Lowest and highest corner of the box that contains the volume.
-    step : float
-        Distance of samples; larger if there would be too many.
-    unit : float
-
-    Returns
-    -------
-    t : (n,) float64
-        Fractions of the ray, increasing from where it enters the box.
-    light : (n,) float64
-        Transmitted fraction of light, decreasing from 1.
-    None
-        If the ray misses the box.
+    `opacity_at(points)` is per `unit` of distance, `ends` (2, 3) are those of the ray, and
+    `corners` (2, 3) those of the box that contains the volume. Samples are `step` apart, or more if
+    there would be too many. None if the ray misses the box.
     """
     near, far = _passage(ends, corners)
     length = np.linalg.norm(ends[1] - ends[0])

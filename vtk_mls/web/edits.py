@@ -5,16 +5,14 @@ from __future__ import annotations
 import math
 from contextlib import suppress
 
+from vtk_mls.editor.commands import COMMANDS, WINDOW_METHODS
 from vtk_mls.model.options import OPTIONS
 from vtk_mls.web import panel_values
 
-# Methods of the editor without an argument.
-METHODS = (
-    *("undo", "redo", "reset", "lay_lattice", "delete", "fix", "select_all", "deselect"),
-    *("make_clicked_rigid", "turn_handle", "draw_curve", "straighten", "change_mask"),
-    *("change_half", "incise", "compare", "reset_camera", "hide_handles", "time"),
-    *("accept", "decline", "toggle_slices", "cancel_landmark", "take_kind"),
-)
+# Methods of the editor without an argument; the page begins long tasks otherwise.
+METHODS = {row.method for row in COMMANDS if row.value is None}
+METHODS -= {"", "save", "refine", *WINDOW_METHODS}
+METHODS |= {"make_clicked_rigid", "cancel_landmark"}
 _OPTIONS = {option.name: option for option in OPTIONS if option.section != "computing"}
 _MAX_MESSAGE, _MAX_NAME = 300, 100  # characters
 _PAIR_EDITS = "enable", "jump", "delete_pair"
@@ -24,13 +22,8 @@ _CUTS = "none", "plane", "half-plane"
 def apply(session, name, value=None):
     """Make an edit; in the editor's thread.
 
-    Parameters
-    ----------
-    session : Session
-    name : str
-        One of `METHODS`, of the options of the map, or as in `_apply`.
-    value : object, optional
-        A value of JSON; the page shows a message about an invalid one.
+    `name` is one of `METHODS`, of the options of the map, or as in `_apply`; `value` is one of
+    JSON. The page shows a message about an invalid one.
     """
     editor = session.editor
     if name in METHODS:

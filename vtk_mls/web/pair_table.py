@@ -5,7 +5,8 @@ from __future__ import annotations
 from trame.widgets import html
 from trame.widgets import vuetify3 as v
 
-from vtk_mls.editor.target import MODES
+from vtk_mls.editor.commands import with_key
+from vtk_mls.editor.matching.target import MODES
 from vtk_mls.web.controls import slider, small_button, toggle
 
 _HEIGHT, _NARROW_HEIGHT = 216, 168  # of the table, pixels
@@ -27,10 +28,7 @@ _ALIGNED_RIGHT = "distance", "error", "score"
 def build(edit, begin):
     """Build the table, which pages with a target show.
 
-    Parameters
-    ----------
-    edit, begin
-        As of `page_layout.build`.
+    `edit` and `begin` are as of `page_layout.build`.
     """
     with v.VSheet(v_if="has_target", classes="mls-pairs", border="t"):
         with html.Div(classes="mls-tools"):
@@ -56,7 +54,7 @@ def _comparison(edit):
         "mdi-view-grid-outline",
         (edit, "['toggle_slices']"),
         variant=("has_slices ? 'flat' : 'tonal'",),
-        title="Show or hide slices (M)",
+        title=with_key("Show or hide slices", "toggle_slices"),
     )
 
 
@@ -73,7 +71,7 @@ def _errors(edit):
         "mdi-lightbulb-on-outline",
         (edit, "['take_kind']"),
         v_if="better_kind",
-        title="Take the kind that predicts the pairs better (8)",
+        title=with_key("Take the kind that predicts the pairs better", "take_kind"),
     )
 
 

@@ -6,23 +6,19 @@ import numpy as np
 
 from vtk_mls import CurveHandle, HalfPlane, Plane, Surface
 from vtk_mls.editor.grips import MASK, POINT, names_of
-from vtk_mls.editor.refining import key_of
-from vtk_mls.editor.target import BESIDE
+from vtk_mls.editor.matching.pairs import PairTable
+from vtk_mls.editor.matching.refining import key_of
+from vtk_mls.editor.matching.target import BESIDE
 from vtk_mls.model.options import values_of as values_of_options
 
 _DIGITS = 5  # after the first digit of the distance between handles
 
 
 def values_of(editor, previous, preset):
-    """Values by their names in the page's templates.
+    """Values of an `Editor` by their names in the page's templates.
 
-    Parameters
-    ----------
-    editor : Editor
-    previous : dict
-        The values before; rows do not change while a handle is dragged.
-    preset : int
-        Index of the preset of colors.
+    `previous` are the values before, as rows do not change while a handle is dragged, and `preset`
+    is the index of that of colors.
     """
     state = editor.state
     values = values_of_options(state)
@@ -53,7 +49,7 @@ def values_of(editor, previous, preset):
     if editor.document.grabbed is None or "rows" not in previous:
         values["rows"] = _rows(state)
         values["pairs"] = _pairs(state, editor.scores) if has_target else []
-        values.update(_summary(state.pairs if has_target else None))
+        values.update(_summary(PairTable.of(state) if has_target else None))
     return values
 
 
@@ -97,7 +93,7 @@ def _pairs(state, scores):
     """Rows of the table of pairs, as texts; the pending landmark is the last."""
     decimals = min(max(_decimals(state.deformed), 0), 3) if len(state) else 1
     rows = []
-    for pair in state.pairs.rows:
+    for pair in PairTable.of(state).rows:
         is_pending = pair.row is None
         score, refused = (
             (None, "") if is_pending else scores.get(key_of(state, pair.row), (None, ""))

@@ -39,12 +39,7 @@ _INVALID = ValueError, KeyError, TypeError, OverflowError, RecursionError  # fro
 
 
 class Picture:
-    """Sends the newest frame when the page has shown the previous one: frames never queue.
-
-    Parameters
-    ----------
-    session : Session
-    """
+    """Sends the newest frame when the page has shown the previous one: frames never queue."""
 
     def __init__(self, session):
         self._session, self._socket, self._loop = session, None, None
@@ -115,14 +110,10 @@ class Picture:
 
 
 def send_event(interactor, event):
-    """Send an event of the page to an interactor.
+    """Send an event of the page, a dict, to a vtkRenderWindowInteractor.
 
-    Parameters
-    ----------
-    interactor : vtkRenderWindowInteractor
-    event : dict
-        `type`: "move", "leave", "down" or "up" with `button`, "wheel" with `steps`, "key" with
-        `key`; `x` and `y` as fractions of the picture, from its upper left corner; `ctrl`, `shift`.
+    Its `type` is "move", "leave", "down" or "up" with `button`, "wheel" with `steps`, or "key" with
+    `key`; `x` and `y` are fractions of the picture, from its upper left corner; `ctrl`, `shift`.
     """
     kind = event["type"]
     if kind == "wheel":

@@ -32,12 +32,7 @@ _TASKS = {**_SAVING, "refine": "Refining", "refine_all": "Refining"}
 class Page:
     """One session and its page.
 
-    Parameters
-    ----------
-    folder : Path
-        For uploads.
-    results : Path
-        Gets a folder for each uploaded dataset that is saved.
+    `folder` is for uploads; `results` gets a folder for each uploaded dataset that is saved.
     """
 
     def __init__(self, folder, results):
@@ -177,21 +172,10 @@ def serve(
     target=None,
     session=None,
 ):
-    """Edit on a page until the process is ended.
+    """Edit on a page until the process is ended; OSError if the address cannot be listened on.
 
-    Parameters
-    ----------
-    datasets, state, paths, folder, target, session
-        As of `window.show`.
-    temporary : path
-        A folder for uploads.
-    address : (host, port or None)
-        To listen on; None is port 8080, or a free port if that is in use.
-
-    Raises
-    ------
-    OSError
-        If the server cannot listen on the address.
+    Arguments are as of `window.show`, and `temporary`, a folder for uploads. The address is (host,
+    port); None is port 8080, or a free port if that is in use.
     """
     host, port = address
     port = _free_port(host, port)

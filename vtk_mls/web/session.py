@@ -18,8 +18,7 @@ from vtkmodules.vtkInteractionStyle import vtkInteractorStyleTrackballCamera
 from vtkmodules.vtkRenderingCore import vtkRenderWindow, vtkTextActor
 from vtkmodules.vtkRenderingUI import vtkGenericRenderWindowInteractor
 
-from vtk_mls.editor import Editor
-from vtk_mls.editor import keys as editor_keys
+from vtk_mls.editor import Editor, commands
 from vtk_mls.web import panel_values
 from vtk_mls.web.picture import send_event
 
@@ -27,8 +26,8 @@ _TICK = 0.015  # seconds between two timer events
 _IDLE = 1.0  # seconds without work before garbage is collected
 _SIZE = 900, 700  # pixels, before the page says its size
 # Keys that the page handles itself, or has fields for.
-_PAGE_METHODS = "save", "quit", "toggle_legend", "change_look", "enter_values"
-_PAGE_KEYS = {key for key, (method, _) in editor_keys.actions().items() if method in _PAGE_METHODS}
+_PAGE_METHODS = "save", "change_look", *commands.WINDOW_METHODS
+_PAGE_KEYS = {key for key, (method, _) in commands.actions().items() if method in _PAGE_METHODS}
 
 
 class Session:
@@ -74,10 +73,8 @@ class Session:
     def open(self, datasets, state, paths, autosave, target=None):
         """Show other data, and a `Target`; in the editor's thread.
 
-        Raises
-        ------
-        TypeError, ValueError, RuntimeError, MemoryError
-            If the data cannot be shown. The session is unchanged then.
+        After an error, a TypeError, ValueError, RuntimeError or MemoryError, the session is
+        unchanged.
         """
         previous, size = self.editor, self.window.GetSize() if self.window else _SIZE
         if previous is not None:
@@ -100,13 +97,7 @@ class Session:
         self._warm_up()
 
     def set_target(self, target):
-        """Show a `Target` beside the data, without the initial handles; in the editor's thread.
-
-        Raises
-        ------
-        TypeError, ValueError
-            If the target cannot be shown.
-        """
+        """Show a `Target` beside the data, without the initial handles; in the editor's thread."""
         editor = self.editor
         editor.finish()
         editor.set_target(target)
@@ -138,10 +129,7 @@ class Session:
     def save(self, as_session=False):
         """Save all files, or a session file, and return their folder; in the editor's thread.
 
-        Raises
-        ------
-        OSError
-            With the editor's sentence.
+        An OSError has the editor's sentence.
         """
         editor, saver = self.editor, self.editor.saver
         if not (editor.save_session() if as_session else editor.save()):

@@ -18,7 +18,7 @@ from vtk_mls.base.errors import InputError
 from vtk_mls.editor import State, sessions
 from vtk_mls.editor.autosave import Autosave
 from vtk_mls.editor.handle_polydata import handle_values
-from vtk_mls.editor.target import Target
+from vtk_mls.editor.matching.target import Target
 from vtk_mls.files import session_files
 from vtk_mls.files.paths import replacing
 
@@ -36,15 +36,8 @@ _READING_TIMEOUT = 300  # seconds
 class Transfers:
     """Serves saved files, and shows uploaded ones.
 
-    Parameters
-    ----------
-    session : Session
-    folder : Path
-        For uploads.
-    on_open : callable
-        Called with the name of uploaded data that are shown.
-    max_bytes : int, optional
-        Limit for data.
+    `folder` is for uploads, of at most `max_bytes`. `on_open` is called with the name of uploaded
+    data that are shown.
     """
 
     def __init__(self, session, folder, on_open, max_bytes=MAX_DATA_BYTES):

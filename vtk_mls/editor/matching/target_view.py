@@ -6,19 +6,21 @@ import numpy as np
 from vtkmodules.vtkRenderingCore import vtkActor
 
 from vtk_mls import Deformation
-from vtk_mls.editor import keys
-from vtk_mls.editor.comparing import ComparedItem
-from vtk_mls.editor.cross_fade import CrossFade
+from vtk_mls.editor.commands import HINT, TARGET_HINT
 from vtk_mls.editor.distortion import Distortion
 from vtk_mls.editor.grips import names_of
 from vtk_mls.editor.handle_glyphs import PENDING
-from vtk_mls.editor.landmark_texts import LandmarkNames, PairText
-from vtk_mls.editor.pairs import MOVING, TARGET
-from vtk_mls.editor.refining import key_of
+from vtk_mls.editor.matching.comparing import ComparedItem
+from vtk_mls.editor.matching.cross_fade import CrossFade
+from vtk_mls.editor.matching.pair_text import PairText
+from vtk_mls.editor.matching.pairs import MOVING, TARGET, PairTable
+from vtk_mls.editor.matching.refining import key_of
+from vtk_mls.editor.matching.target import BESIDE, FADE
+from vtk_mls.editor.overlay import Names
+from vtk_mls.editor.polydata import configured
 from vtk_mls.editor.scene import Scene, new_layer, new_renderer
 from vtk_mls.editor.scene_mesh import SceneMesh
 from vtk_mls.editor.slices import Slices
-from vtk_mls.editor.target import BESIDE, FADE, Comparison
 
 _OUTLINE_COLOR = (0.45, 0.75, 1.0)  # of a mesh as target
 _LIFT = 18  # pixels of the status line above the names of slices
@@ -26,45 +28,29 @@ _FAR = 0.5  # distance of the centers of sides that hardly overlap, relative to 
 
 
 class TargetView:
-    """The second side of a `View`.
-
-    Parameters
-    ----------
-    view : View
-        Its scene and slices, of the moving data, share cameras and slices with the target.
-    target : Target
+    """The second side of a `MatchingView`, whose scene and slices share cameras and slices with it.
 
     Attributes
-    ----------
-    scene : Scene
-    slices : Slices
-    far_centers : (p, q) or None
-        The centers of both sides if they hardly overlap: undeformed data are drawn moved by q - p.
-    scores : dict
-        As of `PairEdits`.
-    dragged : (rows, positions) or None
-        Where landmarks are drawn on the moving data while the mouse drags them there.
     """
 
     def __init__(self, view, target):
-        self._moving, self._moving_slices = view.scene, view.slices
+        self._view, self._moving, self._moving_slices = view, view.scene, view.slices
         window = view.scene.window
         self.scene = Scene(window, [target.dataset], new_renderer(window))
         self.slices = Slices(self.scene, Distortion(self.scene.bounds))
         camera = view.scene.renderer.GetActiveCamera()
         self._own_camera = self.scene.renderer.GetActiveCamera()
         self.scene.renderer.SetActiveCamera(camera)
-        self._comparison, self._ghosts, self._has_table = Comparison(), [], True
-        self.dragged, self.scores = None, {}
+        self._ghosts, self._has_table, self.dragged = [], True, None
         self.far_centers = self._far_centers()
         bounds = self._bounds()
         for slices in (self._moving_slices, self.slices):
             slices.set_bounds(bounds)
         scenes = {MOVING: self._moving, TARGET: self.scene}
-        self._names = {side: LandmarkNames(scene.overlay) for side, scene in scenes.items()}
-        self._overlay, self._texts = view.overlay, new_layer(window)
-        self._overlay.move_to(self._texts, _LIFT, hint_share=0.5)  # the title is at the right
-        self._overlay.set_hint(keys.TARGET_HINT)
+        self._names = {side: Names(scene.overlay) for side, scene in scenes.items()}
+        self._texts = new_layer(window)
+        view.overlay.move_to(self._texts, _LIFT, hint_share=0.5)  # the title is at the right
+        view.overlay.set_hint(TARGET_HINT)
         self._text = PairText(self._texts, f"target: {target.name}")
         for item in self._meshes(self.scene.items):
             item.outline_color = _OUTLINE_COLOR
@@ -76,30 +62,26 @@ class TargetView:
             for scene in scenes.values()
         ]
         self._shows_slices = not isinstance(self.scene.items[0], SceneMesh)
-        self._arrange()
+        self.arrange()
         self.reset_camera()
 
-    def _arrange(self):
-        """Divide the window for the comparison."""
+    def arrange(self):
+        """Divide the window for the comparison, and draw both sides as it says."""
+        comparison = self._view.comparison
         self._is_upright = self._window_is_upright()
         left, right = (0, 0, 0.5, 1), (0.5, 0, 1, 1)
         if self._is_upright:
             left, right = (0, 0.5, 1, 1), (0, 0, 1, 0.5)
-        if self._comparison.mode == BESIDE:
+        if comparison.mode == BESIDE:
             self._moving_slices.compared = []
             self._moving_slices.arrange(left, _grid, self._shows_slices)
             self.slices.arrange(right, _grid, self._shows_slices)
         else:
             items = self._moving.items, self.scene.items
-            image = ComparedItem(*items, self._comparison, self._bounds())
+            image = ComparedItem(*items, comparison, self._bounds())
             self._moving_slices.compared = [image, *self._meshes([*items[0], *items[1]])]
             self._moving_slices.arrange((0, 0, 1, 1), _row, True)
             self.slices.arrange((0.5, 0.5, 1, 1), _grid, False)
-
-    def set_comparison(self, comparison):
-        """Draw both sides as a `Comparison` says, from the next `show` on."""
-        self._comparison = comparison
-        self._arrange()
         share = comparison.share if comparison.mode == FADE else None
         for ghost in self._ghosts:
             ghost.SetVisibility(comparison.mode != BESIDE)
@@ -109,13 +91,18 @@ class TargetView:
 
     def toggle_slices(self):
         """Show or hide the slices of both sides."""
-        if self._comparison.mode == BESIDE:
+        if self._view.comparison.mode == BESIDE:
             self._shows_slices = not self._shows_slices
-            self._arrange()
+            self.arrange()
 
     def toggle_table(self):
         """Show or hide the table of pairs."""
         self._has_table = not self._has_table
+
+    def is_at(self, pixel):
+        """Whether the target is drawn at a pixel."""
+        is_in_3d = self.scene.renderer.IsInViewport(*map(int, pixel))
+        return bool(is_in_3d) or self.slices.pane_at(pixel) is not None
 
     def cell_at(self, pixel):
         """The cell of the table at a pixel, as of `PairText.cell_at`."""
@@ -133,8 +120,9 @@ class TargetView:
         self.slices.point = self._moving_slices.point
         self.slices.show(is_final)
 
-    def draw(self, state, colors, hovered, selected, deformation, are_visible):
+    def draw(self, state, selected, hovered, colors):
         """Place the landmarks of a `State`, with colors (g, 3), on both sides."""
+        deformation, are_visible = self._view.distortion.deformation, not self._view.hides_handles
         positions, names = state.grips.deformed, names_of(state)
         priorities = np.isin(np.arange(len(names) + 1), [*selected, len(names)]).astype(int)
         on_data = positions.copy()
@@ -161,8 +149,8 @@ class TargetView:
             self._names[side].show(places, *place_names, are_visible)
         score = None
         if len(selected) == 1 and selected[0] < len(state):
-            score = self.scores.get(key_of(state, selected[0]))
-        self._text.set_table(state.pairs if self._has_table else None, selected, score)
+            score = self._view.scores.get(key_of(state, selected[0]))
+        self._text.set_table(PairTable.of(state) if self._has_table else None, selected, score)
         self._text.set_visible(are_visible)
 
     def hide_texts(self):
@@ -172,7 +160,7 @@ class TargetView:
     def lay_out(self):
         """Place sides and texts for the size of the window: above each other in upright ones."""
         if self._is_upright != self._window_is_upright():
-            self._arrange()
+            self.arrange()
         self._text.lay_out(self.scene.renderer)
 
     def _window_is_upright(self):
@@ -193,8 +181,8 @@ class TargetView:
             self._moving.renderer.RemoveActor(actor)
         self._cross_fade.detach()
         self._names[MOVING].show(np.zeros((0, 3)), [], [], False)
-        self._overlay.move_to()
-        self._overlay.set_hint(keys.HINT)
+        self._view.overlay.move_to()
+        self._view.overlay.set_hint(HINT)
         self.scene.detach()
         self.scene.renderer.SetActiveCamera(self._own_camera)
         for renderer in (self.scene.renderer, self.scene.overlay, self._texts):
@@ -221,11 +209,8 @@ class TargetView:
 
 def _ghost_of(item):
     """An actor that draws the mesh of an item once more, in another renderer."""
-    ghost = vtkActor()
-    ghost.SetMapper(item.plain_mapper())
+    ghost = configured(vtkActor(), Mapper=item.plain_mapper(), Pickable=False, Visibility=False)
     ghost.GetProperty().SetColor(_OUTLINE_COLOR)
-    ghost.PickableOff()
-    ghost.VisibilityOff()
     return ghost
 
 

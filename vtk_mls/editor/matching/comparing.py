@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from vtk_mls.editor.target import CHECKERBOARD, DIFFERENCE
+from vtk_mls.editor.matching.target import CHECKERBOARD, DIFFERENCE
+from vtk_mls.editor.slice_pane import colors_of
 
 _TILES = 8  # of the checkerboard along the longest side of the data
 # Colors of a difference, 0 to 1: where the moving data are brighter, and where the target is.
@@ -12,15 +13,9 @@ _MOVING_COLOR, _TARGET_COLOR = np.array((1.0, 0.6, 0.15)), np.array((0.2, 0.65, 
 
 
 class ComparedItem:
-    """Images of both sides, as one item of `Slices`.
+    """Images of both sides, items of a `Scene`, as one item of `Slices`.
 
-    Parameters
-    ----------
-    moving, target : list
-        Items of a `Scene`.
-    comparison : Comparison
-    bounds : (2, 3)
-        Corners of the box that the checkerboard divides.
+    The checkerboard divides the box with the corners `bounds` (2, 3).
     """
 
     def __init__(self, moving, target, comparison, bounds):
@@ -60,17 +55,3 @@ def difference_colors(moving, target):
     difference = (moving - target).mean(axis=1, keepdims=True)
     more, less = np.clip(difference, 0, None), np.clip(-difference, 0, None)
     return more * _MOVING_COLOR + less * _TARGET_COLOR
-
-
-def colors_of(items, points):
-    """`colors_at` of several items, the last one in front; None without images."""
-    sampled = [item.colors_at(points) for item in items]
-    sampled = [part for part in sampled if part is not None]
-    if not sampled:
-        return None
-    has_any, colors = np.zeros(len(points), bool), np.zeros((len(points), 3), np.uint8)
-    for has_material, item_colors in sampled:
-        is_shown = has_material | ~has_any
-        colors[is_shown] = item_colors[is_shown]
-        has_any |= has_material
-    return has_any, colors

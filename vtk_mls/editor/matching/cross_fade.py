@@ -8,30 +8,23 @@ from vtkmodules.vtkCommonCore import VTK_UNSIGNED_CHAR, vtkUnsignedCharArray
 from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkRenderingCore import vtkActor2D, vtkImageMapper
 
+from vtk_mls.editor.polydata import configured
 from vtk_mls.vtk import arrays
 
 
 class CrossFade:
     """Copies each picture of a renderer, and draws it behind the objects of a layer.
 
-    Parameters
-    ----------
-    source : vtkRenderer
-    layer : vtkRenderer
-        Above the renderer that is faded out; of the size of `source`, and without data.
+    The `layer` is above the renderer that is faded out; it has the size of `source`, and no data.
     """
 
     def __init__(self, source, layer):
         self._source, self._image = source, vtkImageData()
         self._share, self._pixels = 0.0, vtkUnsignedCharArray()
-        mapper, self._actor = vtkImageMapper(), vtkActor2D()
-        mapper.SetInputData(self._image)
-        mapper.SetColorWindow(255)
+        mapper = configured(vtkImageMapper(), InputData=self._image, ColorWindow=255)
         mapper.SetColorLevel(127.5)
         self._image.AllocateScalars(VTK_UNSIGNED_CHAR, 4)
-        self._actor.SetMapper(mapper)
-        self._actor.PickableOff()
-        self._actor.VisibilityOff()
+        self._actor = configured(vtkActor2D(), Mapper=mapper, Pickable=False, Visibility=False)
         self._actor.GetProperty().SetDisplayLocationToBackground()
         layer.AddViewProp(self._actor)
         self._layer = layer

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
@@ -93,8 +94,9 @@ class PairTable:
     better: tuple | None = None
     compares_kinds: bool = False
 
-    @classmethod
-    def of(cls, state) -> PairTable:
+    @staticmethod
+    @functools.lru_cache(maxsize=4)
+    def of(state) -> PairTable:
         """The table of a state."""
         names, errors = grips.names_of(state), left_out_errors(state)
         distances = np.linalg.norm(state.deformed - state.rest, axis=1)
@@ -117,7 +119,7 @@ class PairTable:
             rows.append(PairRow(None, pending.label, *places))
         median, is_compared = _median(errors), int(state.enabled.sum()) >= _MIN_COMPARED
         better = _better_kind(state, median) if is_compared and median is not None else None
-        return cls(tuple(rows), median, better, is_compared)
+        return PairTable(tuple(rows), median, better, is_compared)
 
     @property
     def has_errors(self):
@@ -173,7 +175,21 @@ def _better_kind(state, median):
     return None
 
 
-def free_name(state):
+def with_landmark(state, side, position):
+    """A copy of a `State` with a landmark at a position (3,) on a side.
+
+    The landmark is pending until its partner is placed; another one on the same side moves it.
+    """
+    pending = state.pending
+    if pending is None or pending.side == side:
+        label = _free_name(state) if pending is None else pending.label
+        return state.changed(pending=Pending(side, position, label))
+    places = {side: position, pending.side: pending.position}
+    pair = state.with_handle(places[MOVING], places[TARGET])
+    return pair.with_name(len(state), pending.label).changed(pending=None)
+
+
+def _free_name(state):
     """The first number that names no other pair."""
     names, number = set(grips.names_of(state)), len(state) + 1
     while str(number) in names:

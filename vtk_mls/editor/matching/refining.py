@@ -11,13 +11,7 @@ from vtk_mls.vtk.arrays import ImageGeometry
 
 
 def image_of(dataset, side):
-    """The `landmarks.Image` of a dataset.
-
-    Raises
-    ------
-    ValueError
-        For other data than images with gray values, naming the side.
-    """
+    """The `landmarks.Image` of a dataset; ValueError, naming the side, without gray values."""
     if not isinstance(dataset, vtkImageData):
         raise ValueError(
             f"landmarks are refined by two images with gray values, and the {side} is a mesh"
@@ -30,18 +24,8 @@ def image_of(dataset, side):
 def refined(state, datasets, rows, progress=None):
     """A `State` with refined landmarks `rows`, and the `landmarks.Refinement`.
 
-    Parameters
-    ----------
-    state : State
-    datasets : (moving, target)
-    rows : (m,) ints
-    progress : callable, optional
-        As of `landmarks.refine`.
-
-    Raises
-    ------
-    ValueError
-    Aborted
+    `datasets` are the moving one and the target; errors and `progress` are as of
+    `landmarks.refine`.
     """
     moving, target = (
         image_of(dataset, side) for dataset, side in zip(datasets, ("moving data", "target"))

@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from vtk_mls.base.progress import Aborted
-from vtk_mls.editor import grips, refining
-from vtk_mls.editor.pairs import MOVING, TARGET
-from vtk_mls.editor.target import Comparison, Target
+from vtk_mls.editor import grips
+from vtk_mls.editor.matching import refining
+from vtk_mls.editor.matching.pairs import MOVING, TARGET, PairTable, with_landmark
+from vtk_mls.editor.matching.target import Target
 from vtk_mls.landmarks.text import refinement_sentence
 
 _SHARE_STEP = 0.1  # of the target, at each key
@@ -19,30 +20,27 @@ _OTHER = {MOVING: "target", TARGET: "moving data"}
 class PairEdits:
     """Base of `Editor` with the methods for a second side, and landmarks on both.
 
-    Attributes
-    ----------
-    target : Target or None
-    comparison : Comparison
-    scores : dict
-        Score of the match and why it is refused, by `refining.key_of`.
+    `target` is a `Target` or None.
     """
 
     target = None
-    comparison = Comparison()
+
+    @property
+    def comparison(self):
+        """How both sides are drawn: `Comparison`."""
+        return self.view.comparison
+
+    @property
+    def scores(self):
+        """Score of the match and why it is refused, by `refining.key_of`."""
+        return self.view.scores
 
     def set_target(self, target):
-        """Show another target, or none for None; all pairs stay.
-
-        Parameters
-        ----------
-        target : Target, vtkDataSet or None
-        """
+        """Show another `Target` or vtkDataSet, or none for None; all pairs stay."""
         is_value = target is None or isinstance(target, Target)
         self.target = target if is_value else Target(target)
         self.view.set_target(self.target)
-        if self.target is not None:
-            self.view.target.scores = self.scores
-        self.set_comparison()
+        self.document.show()
 
     def place_at(self, pixel):
         """Place a landmark where the data are at a pixel, on its side."""
@@ -58,12 +56,8 @@ class PairEdits:
     def place(self, side, point):
         """Place a landmark on a side: the first of a pair, or the partner that completes it.
 
-        Parameters
-        ----------
-        side : str
-            MOVING or TARGET.
-        point : (3,) world coordinates
-            Of the deformed data as they are drawn, or of the target.
+        `side` is MOVING or TARGET, and the point (3,) is on the deformed data as they are drawn, or
+        on the target.
         """
         if side == MOVING:
             deformation = self.view.distortion.deformation
@@ -71,7 +65,7 @@ class PairEdits:
             if not np.isfinite(point).all():
                 self.say("There are no data at this place, which a cut has opened.")
                 return
-        if not self.change(self.state.with_landmark(side, point)):
+        if not self.change(with_landmark(self.state, side, point)):
             return
         if self.state.pending is None:
             self.document.selected = np.array([len(self.state) - 1])
@@ -136,12 +130,8 @@ class PairEdits:
     def refine(self, rows=None, progress=None):
         """Move landmarks to the best match of the images around them, where it is trustworthy.
 
-        Parameters
-        ----------
-        rows : (m,) ints, optional
-            The selected pairs, or that under the mouse, by default.
-        progress : callable, optional
-            As of `landmarks.refine`.
+        `rows` are by default the selected pairs, or that under the mouse; `progress` is as of
+        `landmarks.refine`.
         """
         if self.target is None:
             self.say("There is no target to refine landmarks on: `--target FILE` names it.")
@@ -174,25 +164,18 @@ class PairEdits:
 
     def take_kind(self):
         """Take the kind with clearly smaller errors when left out, if there is one."""
-        better = self.state.pairs.better
+        better = PairTable.of(self.state).better
         if better is None:
             self.say("No other kind has clearly smaller errors, or there are fewer than 8 pairs.")
         elif self.change(self.state.changed(kind=better[0])):
             self.say("The kind is {}; the median error when left out is {:.3g}.".format(*better))
 
     def set_comparison(self, **values):
-        """Change `mode` and `share` of the comparison.
-
-        Raises
-        ------
-        ValueError
-            For other modes, and shares outside 0 to 1.
-        """
+        """Change `mode` and `share` of the comparison; ValueError for those of no `Comparison`."""
         comparison = replace(self.comparison, **values)
         if self.target is not None:
-            self.comparison = comparison
-            self.view.target.set_comparison(comparison)
-        elif values:
+            self.view.set_comparison(comparison)
+        else:
             self.say("There is no target to compare with: `--target FILE` of the command names it.")
         self.document.show()
 

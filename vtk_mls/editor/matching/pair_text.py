@@ -1,59 +1,16 @@
-"""Names beside landmarks, the name of a side, and the table of pairs, as texts in the window."""
+"""The name of the target and the table of pairs, as texts in the window."""
 
 from __future__ import annotations
 
 import numpy as np
-import vtkmodules.vtkRenderingFreeType  # noqa: F401  renders texts
-from vtkmodules.vtkCommonDataModel import vtkPolyData
-from vtkmodules.vtkRenderingCore import vtkActor2D
-from vtkmodules.vtkRenderingLabel import vtkLabelPlacementMapper, vtkPointSetToLabelHierarchy
 
-from vtk_mls.editor import polydata
-from vtk_mls.editor.overlay import text_actor
-from vtk_mls.vtk import arrays
+from vtk_mls.editor.overlay import size_of, text_actor
+from vtk_mls.editor.polydata import configured
 
 _COLOR, _TITLE_COLOR, _PANEL = (0.95, 0.95, 0.8), (1, 0.78, 0.35), (0.04, 0.05, 0.08)
 _MARGIN, _SIZE = 14, 13
 _MAX_ROWS, _MAX_NAME = 24, 14  # of the table, and letters of a name
 _TICK_COLUMNS = range(2, 5)  # letters of a line
-
-
-class LandmarkNames:
-    """Names beside the landmarks of a renderer; those that would overlap another are left out."""
-
-    def __init__(self, renderer):
-        self._points, self._actor = vtkPolyData(), vtkActor2D()
-        labels, mapper = vtkPointSetToLabelHierarchy(), vtkLabelPlacementMapper()
-        labels.SetInputData(self._points)
-        labels.SetLabelArrayName("name")
-        labels.SetPriorityArrayName("priority")
-        font = labels.GetTextProperty()
-        font.SetFontFamilyToArial()
-        font.SetFontSize(_SIZE)
-        font.SetColor(_COLOR)
-        font.SetJustificationToLeft()
-        font.BoldOn()
-        font.ShadowOn()
-        mapper.SetInputConnection(labels.GetOutputPort())
-        self._actor.SetMapper(mapper)
-        self._actor.PickableOff()
-        renderer.AddViewProp(self._actor)
-
-    def show(self, positions, names, priorities, are_visible):
-        """Draw names at positions (n, 3): of overlapping ones that with the highest priority.
-
-        Parameters
-        ----------
-        positions : (n, 3) float
-        names : list of n str
-        priorities : (n,) int
-        are_visible : bool
-        """
-        self._points.Initialize()
-        self._points.SetPoints(polydata.points(positions))
-        arrays.add_texts(self._points.GetPointData(), "name", [f"  {name}" for name in names])
-        arrays.add(self._points.GetPointData(), "priority", np.array(priorities, float))
-        self._actor.SetVisibility(are_visible and len(names) > 0)
 
 
 class PairText:
@@ -67,9 +24,7 @@ class PairText:
             actor.GetTextProperty().SetVerticalJustificationToTop()
             renderer.AddViewProp(actor)
         font = self._table.GetTextProperty()
-        font.SetFontFamilyToCourier()
-        font.SetBackgroundColor(_PANEL)
-        font.SetBackgroundOpacity(0.7)
+        configured(font, BackgroundColor=_PANEL, BackgroundOpacity=0.7).SetFontFamilyToCourier()
         self.set_table(None, ())
 
     def set_visible(self, is_visible):
@@ -94,8 +49,7 @@ class PairText:
         """The `PairRow` at a pixel, and whether its tick is there; None beside rows."""
         if not self._table.GetVisibility():
             return None
-        size, lines = [0.0, 0.0], self._table.GetInput().split("\n")
-        self._table.GetSize(self._renderer, size)
+        lines, size = self._table.GetInput().split("\n"), size_of(self._table, self._renderer)
         across, down = (pixel - np.array(self._table.GetPosition())) * (1, -1) / size
         if not (0 <= across < 1 and 0 <= down < 1):
             return None

@@ -11,15 +11,9 @@ MODES = BESIDE, FADE, CHECKERBOARD, DIFFERENCE = "beside", "fade", "checkerboard
 
 @dataclass(frozen=True, eq=False)
 class Target:
-    """An image or a mesh beside the moving data, in the same world coordinates.
+    """An image or a mesh, and its file, beside the moving data in the same world coordinates.
 
-    Attributes
-    ----------
-    dataset : vtkDataSet
-    path : path or None
-        Its file.
-    is_upload : bool
-        Whether the file will be deleted, so that sessions copy it.
+    If it `is_upload`, the file will be deleted, and sessions copy it.
     """
 
     dataset: Any
@@ -40,14 +34,9 @@ class Target:
 
 @dataclass(frozen=True)
 class Comparison:
-    """How the moving data and the target are drawn.
+    """How the moving data and the target are drawn: one of `MODES`, and the target's share in FADE.
 
-    Attributes
-    ----------
-    mode : str
-        One of `MODES`. All but BESIDE draw them over each other.
-    share : float, 0 to 1
-        Of the target in FADE.
+    All modes but BESIDE draw them over each other.
     """
 
     mode: str = BESIDE

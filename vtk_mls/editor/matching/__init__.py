@@ -1,0 +1,1 @@
+"""Landmarks on data and a target: pairs, both views, comparison, refinement."""
