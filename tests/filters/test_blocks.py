@@ -4,7 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
-from mesh_fixtures import array_of, cells, deforming, places_of, set_places
+from mesh_fixtures import array_of, cells, deforming, set_places
 from vtk_fixtures import DEFORMED, REST, add_array, connect, control_points, make_image, update
 from vtkmodules.vtkCommonDataModel import (
     VTK_HEXAHEDRON,
@@ -25,10 +25,8 @@ from vtkmodules.vtkCommonDataModel import (
 from vtkmodules.vtkCommonMath import vtkMatrix3x3
 from vtkmodules.vtkFiltersSources import vtkRandomHyperTreeGridSource, vtkSphereSource
 from vtkmodules.vtkImagingCore import vtkExtractVOI
-from vtkmodules.vtkIOXML import vtkXMLMultiBlockDataWriter
 
 from vtk_mls import HalfPlane
-from vtk_mls.commands import cli
 from vtk_mls.files.block_files import blocks, leaves
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
 from vtk_mls.vtk import arrays
@@ -117,11 +115,6 @@ def test_images_that_touch_are_warned_about_at_each_update(kind, make, messages)
     filter_.Modified()
     update(filter_)
     assert len(heard) == 1
-
-
-def test_many_images_are_one_sentence(messages):
-    update(deforming(composite(vtkMultiBlockDataSet, [*other_lattice(), *open_box()])))
-    messages.assert_one(SEAM)
 
 
 def boxes(whole, *ranges):
@@ -228,19 +221,6 @@ def test_names_of_blocks_and_another_update(rng):
         data.GetBlock(0).Modified()
 
 
-def test_two_images_in_one_place_are_joined_each(rng):
-    parts = halves()
-    others = halves()
-    for part in others:
-        part.GetPointData().GetArray("one").SetName("two")
-    output = update(deforming(composite(vtkMultiBlockDataSet, [*parts, *others])))
-    expected = update(deforming(composite(vtkMultiBlockDataSet, parts)))
-    for number in range(2):
-        np.testing.assert_array_equal(
-            array_of(output.GetBlock(number + 2), "two"), array_of(expected.GetBlock(number), "one")
-        )
-
-
 def far_apart():
     return [make_image(), make_image(origin=(60, 0, 0))]
 
@@ -264,13 +244,6 @@ def test_no_warning_where_nothing_can_cross(make):
 
 def test_no_warning_where_nothing_moves():
     update(deforming(composite(vtkMultiBlockDataSet, halves()), control_points(REST, REST)))
-
-
-def test_pieces_of_one_image_are_no_blocks():
-    filter_ = deforming(halves()[0])
-    for piece in range(3):
-        filter_.UpdatePiece(piece, 3, 1)
-    assert filter_.GetOutput().IsA("vtkImageData")
 
 
 def table():
@@ -330,24 +303,6 @@ def test_data_that_are_no_dataset_are_refused_alone(messages):
     assert "vtkDataSet" in messages.take()
 
 
-@pytest.fixture
-def files(tmp_path):
-    writer = vtkXMLMultiBlockDataWriter()
-    writer.SetInputData(composite(vtkMultiBlockDataSet, other_lattice()))
-    writer.SetFileName(str(tmp_path / "in.vtm"))
-    assert writer.Write()
-    lines = [",".join(map(str, (*p, *q))) for p, q in zip(REST, DEFORMED)]
-    (tmp_path / "h.csv").write_text("\n".join(["px,py,pz,qx,qy,qz", *lines]))
-    return tmp_path
-
-
-def test_the_command_says_so(files, capsys, caplog):
-    arguments = [str(files / name) for name in ("in.vtm", "h.csv", "out.vtm")]
-    assert cli.main(["deform", *arguments]) == 0
-    assert "what crosses a border between them is lost" in caplog.text
-    assert "2 blocks" in capsys.readouterr().out
-
-
 # AMR
 
 
@@ -403,28 +358,6 @@ def test_any_point_set_has_control_points(kind, make_filter, name):
         for handles in (control_points(), with_displacement(kind))
     )
     np.testing.assert_array_equal(found, expected)
-
-
-@pytest.mark.parametrize("kind", POINT_SETS)
-def test_weights_and_other_names(kind):
-    handles = with_displacement(kind)
-    weights = np.linspace(1, 3, len(REST))
-    add_array(handles.GetPointData(), "Weight", weights)
-    add_array(handles.GetPointData(), "other", (DEFORMED - REST) / 2)
-    mesh = cells(VTK_TETRA)
-    filter_ = deforming(mesh, handles)
-    filter_.SetInputArrayToProcess(0, 1, 0, 0, "other")
-    expected = deforming(mesh, control_points(REST, (REST + DEFORMED) / 2, weights))
-    np.testing.assert_array_equal(places_of(update(filter_)), places_of(update(expected)))
-
-
-def test_what_is_missing_is_named(messages):
-    handles = with_displacement(vtkUnstructuredGrid)
-    handles.GetPointData().RemoveArray("Displacement")
-    add_array(handles.GetPointData(), "shift", DEFORMED - REST)
-    filter_ = deforming(cells(VTK_TETRA), handles)
-    assert not filter_.GetExecutive().Update()
-    messages.assert_one("no numeric point array `Displacement`; it has `shift`")
 
 
 @pytest.mark.parametrize("kind", KINDS)

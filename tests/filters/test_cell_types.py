@@ -38,16 +38,13 @@ from vtkmodules.vtkCommonDataModel import (
     VTK_VOXEL,
     vtkCellArray,
     vtkDataSetAttributes,
-    vtkImageData,
-    vtkPlane,
     vtkPointSet,
     vtkPolyData,
     vtkRectilinearGrid,
     vtkStructuredGrid,
     vtkUnstructuredGrid,
 )
-from vtkmodules.vtkFiltersCore import vtkAppendFilter, vtkProbeFilter, vtkThreshold
-from vtkmodules.vtkFiltersGeneral import vtkTableBasedClipDataSet
+from vtkmodules.vtkFiltersCore import vtkAppendFilter, vtkProbeFilter
 
 from vtk_mls import Deformation, Plane
 from vtk_mls.rendering.rest_surface import RestSurface
@@ -146,32 +143,6 @@ def test_cells_around_boxes_stay_as_they_are(blend):
             found, wanted = ([f.GetId(i) for i in range(f.GetNumberOfIds())] for f in faces)
             assert found == wanted
     np.testing.assert_allclose(sizes(output), sizes(before), rtol=1e-5)
-
-
-def test_part_of_an_image():
-    """vtkThreshold makes voxels of it."""
-    image = vtkImageData()
-    image.SetDimensions(6, 6, 6)
-    add_array(image.GetCellData(), "number", np.arange(125))
-    threshold = vtkThreshold()
-    threshold.SetInputData(image)
-    threshold.SetInputArrayToProcess(0, 0, 0, 1, "number")
-    threshold.SetUpperThreshold(10)
-    threshold.SetThresholdFunction(threshold.THRESHOLD_UPPER)
-    part = update(threshold)
-    assert set(arrays.cell_types(part)) == {VTK_VOXEL}
-    output = update(deforming(part, TURN, Kind="rigid"))
-    np.testing.assert_allclose(sizes(output).sum(), 115, rtol=1e-5)
-    np.testing.assert_array_equal(array_of(output, "number", "Cell"), np.arange(10, 125))
-    clip, plane = vtkTableBasedClipDataSet(), vtkPlane()
-    plane.SetNormal(1, 0, 0)
-    plane.SetOrigin(*output.GetCenter())
-    clip.SetClipFunction(plane)
-    clip.SetInputData(output)
-    clip.GenerateClippedOutputOn()
-    clip.Update()
-    halves = [sizes(part).sum() for part in (clip.GetOutput(), clip.GetClippedOutput())]
-    np.testing.assert_allclose(sum(halves), 115, rtol=1e-5)
 
 
 # Empty cells: VTK's vtkCellCenters ends the process, so that these cases have one of their own.

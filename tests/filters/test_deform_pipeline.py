@@ -41,32 +41,13 @@ def test_nothing_is_done_twice(deform):
         return [run.count for run in runs]
 
     assert counts() == counts() == [1, 1, 1]
-    properties = {
-        "Kind": "affine",
-        "Alpha": 1.5,
-        "Smoothing": 0.5,
-        "Degree": 3,
-        "Interpolation": "nearest",
-        "Background": 2.0,
-        "OutputGrid": "given",
-        "OutputDimensions": (5, 5, 5),
-        "OutputSpacing": (2.0, 2.0, 2.0),
-        "OutputOrigin": (1.0, 1.0, 1.0),
-    }
-    for number, (name, value) in enumerate(properties.items(), start=2):
-        for _ in range(2):
-            getattr(deform, f"Set{name}")(value)
-            assert getattr(deform, f"Get{name}")() == value
-            assert counts() == [1, 1, number], name
-    before = deform.GetMTime()
-    deform.SetOutputDimensions(5, 5, 5)
-    deform.SetOutputSpacing((2, 2, 2))
-    deform.ClearLabelArrays()
-    assert deform.GetMTime() == before
+    for _ in range(2):
+        deform.SetAlpha(1.5)
+        assert counts() == [1, 1, 2]
     handles.SetRestPoint(0, 1.0, 1.0, 1.5)
-    assert counts() == counts() == [1, 2, 12]
+    assert counts() == counts() == [1, 2, 3]
     source.SetStandardDeviation(0.4)
-    assert counts() == counts() == [2, 2, 13]
+    assert counts() == counts() == [2, 2, 4]
 
 
 def test_changed_data_are_noticed(deform):

@@ -16,7 +16,7 @@ from vtk_fixtures import (
     update,
     values_of,
 )
-from vtkmodules.vtkCommonDataModel import VTK_TETRA, vtkMultiBlockDataSet
+from vtkmodules.vtkCommonDataModel import VTK_TETRA
 from vtkmodules.vtkFiltersCore import vtkPolyDataNormals, vtkProbeFilter
 
 from vtk_mls import Affine, Chain, Deformation, Field, Grid, Sampling, io
@@ -248,25 +248,6 @@ def test_a_fitted_grid_holds_what_both_move():
     moved = chained(far).forward(grid.points())
     fitted = ImageGeometry.of_image(output).grid
     assert fitted.covers(fitted.index_of(moved)).mean() > 0.99
-
-
-def test_blocks_are_deformed_one_by_one(initial):
-    blocks, mesh = vtkMultiBlockDataSet(), cells(VTK_TETRA)
-    before = places_of(mesh)
-    blocks.SetBlock(0, mesh)
-    blocks.SetBlock(1, cells(VTK_TETRA, 2))
-    output = update(deforming(blocks, initial))
-    expected = chained(initial).forward(before)
-    np.testing.assert_allclose(places_of(output.GetBlock(0)), expected, atol=5e-5)
-
-
-def test_parts_of_an_image_are_parts_of_the_whole(initial):
-    image, _ = scan()
-    whole = values_of(update(deforming(image, initial)), "values")
-    deform = deforming(image, initial)
-    assert deform.UpdateExtent((3, 9, 2, 8, 4, 10))
-    part = deform.GetOutput()
-    np.testing.assert_array_equal(values_of(part, "values"), whole[4:11, 2:9, 3:10])
 
 
 def test_the_gradient_is_that_of_the_whole_chain(initial):

@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 from control_point_sets import DEVICES
 
-from vtk_mls import Deformation, Grid, Plane, Surface
+from vtk_mls import Deformation, Grid, Plane
 from vtk_mls.engine import dispatch
 from vtk_mls.engine import opencl_engine as engine
-from vtk_mls.filters import MLSDeform, MLSDisplacementField
 from vtk_mls.vtk import arrays
 
 pyvista = pytest.importorskip("pyvista", "0.48", reason="PyVista is not installed")
@@ -102,24 +101,6 @@ def test_control_points_and_cuts():
     assert not np.array_equal(found["values"], before["values"])
 
 
-def test_a_deformation_copies_its_arguments():
-    rest, moved, weights = REST.copy(), DEFORMED.copy(), np.arange(1.0, 5)
-    corners = np.array([(4, -9, -9), (4, 20, -9), (4, 20, 20), (4, -9, 20)], float)
-    triangles = np.array([(0, 1, 2), (0, 2, 3)])
-    point, normal = np.array([4.0, 0, 0]), np.array([1.0, 0, 0])
-    origin, spacing = np.zeros(3), np.ones(3)
-    cuts = [Surface(corners, triangles), Plane(point, normal)]
-    grid = Grid((8, 8, 8), origin, spacing)
-    cut_by_surface = Deformation(rest, moved, weights=weights, cuts=cuts[:1], device=DEVICES[0])
-    cut_by_plane = Deformation(rest, moved, weights=weights, cuts=cuts[1:], device=DEVICES[0])
-    deformations = cut_by_surface, cut_by_plane
-    expected = [d.displacement_field(grid).displacement.copy() for d in deformations]
-    for array in (rest, moved, weights, corners, triangles, point, normal, origin, spacing):
-        array += 1
-    for d, field in zip(deformations, expected):
-        np.testing.assert_array_equal(d.displacement_field(grid).displacement, field)
-
-
 def test_arrays_without_a_version_are_read_each_time():
     values, deformation = np.arange(1000.0).reshape(10, 10, 10), Deformation(REST, DEFORMED)
     grid = Grid((10, 10, 10))
@@ -128,28 +109,6 @@ def test_arrays_without_a_version_are_read_each_time():
     (found,) = deformation.resample([values], grid)
     (expected,) = deformation.resample([values.copy()], grid)
     np.testing.assert_array_equal(found, expected)
-
-
-@pytest.mark.parametrize("make", [MLSDeform, MLSDisplacementField])
-def test_a_filter_in_a_pipeline_follows_modified_arrays(make):
-    """As in all of VTK, the caller of numpy calls `Modified`."""
-    data, handles = image(), pyvista.PolyData(REST)
-    handles["Displacement"] = DEFORMED - REST
-    filter_ = make()
-    filter_.SetInputData(0, data)
-    filter_.SetInputData(1, handles)
-    filter_.Update()
-    name = "values" if make is MLSDeform else "BackwardDisplacement"
-    for array in (data["values"], handles["Displacement"]):
-        np.multiply(array, 2, out=np.asarray(array))
-        array.VTKObject.Modified()
-        filter_.Update()
-        fresh = make()
-        fresh.SetInputData(0, data.copy(deep=True))
-        fresh.SetInputData(1, handles.copy(deep=True))
-        fresh.Update()
-        found, expected = pyvista.wrap(filter_.GetOutput()), pyvista.wrap(fresh.GetOutput())
-        np.testing.assert_array_equal(found[name], expected[name])
 
 
 def test_an_editor_saves_values_as_they_are(tmp_path, opengl):
