@@ -34,7 +34,7 @@ typedef struct {
 } sums_t;
 
 // In double without the built-in fma(), which PoCL before version 5 calls wrongly for vectors of 512
-// bits (devices.py). Compilers contract the expression.
+// bits (quirks.py). Compilers contract the expression.
 inline sum_t sum_fma(sum_t a, sum_t b, sum_t c) {
   return sizeof(SUM) > sizeof(float) ? a * b + c : fma(a, b, c);
 }

@@ -209,7 +209,7 @@ def test_control_points_are_float64_whatever_they_were():
     assert (rest.tolist(), deformed.tolist(), weights.tolist()) == ([[1, 2, 3]], [[2, 2, 2]], [2])
     with pytest.raises(ValueError, match="no numeric point array `shift`; it has `move`, `factor`"):
         arrays.control_points(polydata, "shift")
-    with pytest.raises(ValueError, match="must have 3 components in the array `factor`, got 1"):
+    with pytest.raises(ValueError, match="`factor`, must have 3 components, got 1"):
         arrays.control_points(polydata, "factor")
     with pytest.raises(ValueError, match="`ControlPoints` has no points"):
         arrays.control_points(vtkPolyData(), "move")

@@ -111,9 +111,9 @@ def test_curves_have_no_path():
 @pytest.mark.parametrize(
     ("values", "match"),
     [
-        (np.zeros((len(REST), 4)), "`ControlPoints` must have 3 components per"),
+        (np.zeros((len(REST), 4)), "`ControlPoints`, array `Path`, must have 3 components per"),
         (np.zeros(len(REST)), "got 1 components"),
-        (np.full((len(REST), 6), np.nan), "`ControlPoints` must be finite in the array `Path`"),
+        (np.full((len(REST), 6), np.nan), "`ControlPoints`, array `Path`, must be finite"),
     ],
 )
 def test_bad_paths_are_told(values, match, messages):

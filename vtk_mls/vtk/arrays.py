@@ -375,13 +375,13 @@ def _control_point_values(polydata, name, components):
         )
     if array.GetNumberOfComponents() != components:
         raise InputError(
-            f"must have {components} component{'s' * (components > 1)} in the array `{name}`, "
+            f", array `{name}`, must have {components} component{'s' * (components > 1)}, "
             f"got {array.GetNumberOfComponents()}",
             argument="ControlPoints",
         )
     if array.GetNumberOfTuples() != polydata.GetNumberOfPoints():
         raise InputError(
-            f"must have one tuple per point in the array `{name}`, got "
+            f", array `{name}`, must have one tuple per point, got "
             f"{array.GetNumberOfTuples()} for {polydata.GetNumberOfPoints()} points",
             argument="ControlPoints",
         )

@@ -47,13 +47,13 @@ def path_of(point_set):
     components, tuples = array.GetNumberOfComponents(), array.GetNumberOfTuples()
     if components % 3 or tuples != count:
         raise InputError(
-            f"must have 3 components per intermediate place and one tuple for each of {count} "
-            f"points in the array `{PATH}`, got {components} components, {tuples} tuples",
+            f", array `{PATH}`, must have 3 components per intermediate place and one tuple for "
+            f"each of {count} points, got {components} components, {tuples} tuples",
             argument="ControlPoints",
         )
     moves = arrays.to_numpy(array).astype(np.float64).reshape(count, -1, 3)
     if not np.isfinite(moves).all():
-        raise InputError(f"must be finite in the array `{PATH}`", argument="ControlPoints")
+        raise InputError(f", array `{PATH}`, must be finite", argument="ControlPoints")
     return positions_of(point_set) + moves.swapaxes(0, 1)
 
 
