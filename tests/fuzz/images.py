@@ -43,7 +43,9 @@ def _check_place(image, path, case):
     ends = [peer.TransformIndexToPhysicalPoint(i)[:3] for i in ([0] * len(last), last)]
     extent = np.abs(np.subtract(*ends)).max() + np.abs(ends).max()
     error = np.abs(grid.points()[[0, -1]] - ends).max()
-    assert error <= 1e-5 * extent, f"off by {error:g} of {extent:g}: {case}"
+    # three float32 of a quaternion tell a turn near a half one to the root of their rounding
+    bound = 1e-5 if ".nii" not in path.suffixes else 5e-4
+    assert error <= bound * extent, f"off by {error:g} of {extent:g}: {case}"
 
 
 def _write_nifti(rng, folder):
