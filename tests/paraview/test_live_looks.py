@@ -188,12 +188,3 @@ def test_blocks_and_outlines_of_meshes_follow(gui):
     check(gui, "Surface", "Wireframe", "Outline", "Feature Edges")
     gui.run("simple.ColorBy(display, ('FIELD', 'vtkBlockColors'))")
     check(gui, "Surface", name="by_block_")
-
-
-@pytest.mark.matrix
-def test_a_structured_mesh_follows(gui):
-    gui.run("wavelet.WholeExtent = [-5, 5, -6, 6, -7, 7]")
-    gui.run("grid = simple.Transform(Input=wavelet); simple.Hide(wavelet, view)")
-    gui.run("grid.UpdatePipeline(); simple.Show(grid, view)")
-    begin(gui, "grid", ("POINTS", "RTData"))
-    check(gui, "Surface", "Outline", "Feature Edges")
