@@ -22,9 +22,7 @@ ALPHAS = [2, *rare(0.5, 1, 3)]
 # the specification takes seconds for an inverse
 FEW_KINDS = [
     pytest.param(
-        (kind, degree),
-        marks=[pytest.mark.matrix] * (kind != "rigid"),
-        id=f"{kind}{degree}",
+        (kind, degree), marks=[pytest.mark.matrix] * (kind != "rigid"), id=f"{kind}{degree}"
     )
     for kind, degree in KINDS_AND_DEGREES
 ]

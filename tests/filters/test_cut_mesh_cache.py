@@ -4,11 +4,7 @@ import numpy as np
 import pytest
 from mesh_fixtures import CUTS, MESHES, OPENED, as_grid, cells, count, deforming, places_of
 from vtk_fixtures import add_array, control_points, update
-from vtkmodules.vtkCommonDataModel import (
-    VTK_TETRA,
-    vtkCellArray,
-    vtkDataSetAttributes,
-)
+from vtkmodules.vtkCommonDataModel import VTK_TETRA, vtkCellArray, vtkDataSetAttributes
 from vtkmodules.vtkCommonTransforms import vtkTransform
 from vtkmodules.vtkFiltersGeneral import vtkTransformFilter
 from vtkmodules.vtkFiltersSources import vtkPlaneSource

@@ -19,9 +19,7 @@ from vtk_fixtures import (
     values_of,
 )
 from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkDataSetAttributes, vtkMultiBlockDataSet
-from vtkmodules.vtkCommonExecutionModel import (
-    vtkTrivialProducer,
-)
+from vtkmodules.vtkCommonExecutionModel import vtkTrivialProducer
 from vtkmodules.vtkImagingCore import vtkRTAnalyticSource
 
 from vtk_mls import Deformation

@@ -15,14 +15,7 @@ from vtk_mls.base.grid import Grid, checked_grid
 from vtk_mls.base.messages import warn
 from vtk_mls.base.progress import Progress, ProgressLike, whole
 from vtk_mls.base.sampling import Sampling
-from vtk_mls.queries import (
-    face_gradients,
-    fields,
-    overlap,
-    resampling,
-    vector_fields,
-    void_cells,
-)
+from vtk_mls.queries import face_gradients, fields, overlap, resampling, vector_fields, void_cells
 from vtk_mls.queries.fields import DisplacementField, ForwardField
 from vtk_mls.queries.fitted_grid import fitted_grid
 from vtk_mls.queries.void_cells import VoidCells
@@ -113,10 +106,7 @@ class Transform:
             return fields.forward_field(self._engine, self, points, part)
 
     def jacobian(
-        self,
-        points: ArrayLike,
-        progress: ProgressLike = None,
-        origins: ArrayLike | None = None,
+        self, points: ArrayLike, progress: ProgressLike = None, origins: ArrayLike | None = None
     ) -> NDArray[np.float64]:
         """dG_i/dv_j at `points`, J_G of Eq. 29, in closed form.
 

@@ -13,13 +13,7 @@ POINTS, CELLS, FIELD = "point", "cell", "field"  # attribute data of an array
 IMAGE, MESH = "MLSDeform of an image", "MLSDeform of a mesh"
 MAP = "MLSDisplacementField"
 CONTROL_POINTS, ARROWS = "MLSControlPoints", "its output Arrows"
-_WRITERS = {
-    "image": IMAGE,
-    "mesh": MESH,
-    "map": MAP,
-    "points": CONTROL_POINTS,
-    "arrows": ARROWS,
-}
+_WRITERS = {"image": IMAGE, "mesh": MESH, "map": MAP, "points": CONTROL_POINTS, "arrows": ARROWS}
 WITH_CELL_QUALITY = "With GenerateCellQuality"
 
 
