@@ -152,10 +152,3 @@ def places(rng, deformed, count=500):
 def deformation(rest, deformed, kind_and_degree, device="reference", **options):
     kind, degree = kind_and_degree
     return Deformation(rest, deformed, kind, degree=degree, device=device, **options)
-
-
-def slopes(deformation, v, step=1e-4):
-    """dG_i/dv_j (m, 3, 3) at `v` (m, 3) by central differences."""
-    sides = [(v + step * axis, v - step * axis) for axis in np.eye(3)]
-    columns = [deformation.backward(a) - deformation.backward(b) for a, b in sides]
-    return np.stack(columns, axis=2) / (2 * step)

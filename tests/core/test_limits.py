@@ -4,7 +4,7 @@ import functools
 
 import numpy as np
 import pytest
-from control_point_sets import DEVICES, KINDS_AND_DEGREES, slopes
+from control_point_sets import DEVICES, KINDS_AND_DEGREES
 from pairwise import paired
 
 from vtk_mls import (
@@ -88,7 +88,12 @@ def test_jacobian_is_the_slope(limit, kind, cuts, rng):
     d = scene(rng, kind, count=25, **LIMITS[limit](), **CUTS[cuts])
     v = rng.uniform(-1, 1, (100, 3))
     v = v[np.abs(d.void_distance(v)) > 1e-3] if d.cuts else v
-    error = np.abs(d.jacobian(v) - slopes(d, v, 1e-6)).max(axis=(1, 2))
+    step = 1e-6
+    slopes = [
+        (d.backward(v + step * axis) - d.backward(v - step * axis)) / (2 * step)
+        for axis in np.eye(3)
+    ]
+    error = np.abs(d.jacobian(v) - np.stack(slopes, axis=2)).max(axis=(1, 2))
     # images have kinks between their cells
     assert np.quantile(error, 0.97) < 1e-5
 
