@@ -25,13 +25,7 @@ MAX_VALUES = 1 << 23  # of a block, unless a chunk has more: 8 bytes each, and 1
 class Blocks:
     """The arrays of an output image, in blocks that processes share.
 
-    Parameters
-    ----------
-    source : Path
-        Folder of the input image.
-    target : Path
-        Folder of the output image, whose arrays exist.
-    transform : Transform
+    `source` and `target` are folders of the input and of the output image, whose arrays exist.
     """
 
     source: Path
@@ -84,12 +78,8 @@ class Blocks:
 def channel_backgrounds(image, background):
     """The background of an Image, or a tuple with one for each channel.
 
-    Parameters
-    ----------
-    image : Image
-        Labels get 0 for "auto".
-    background : number, "auto", or tuple with one of these for each channel
-        "auto" is the `corner_median` of the channel on the finest level at the first time.
+    "auto" is the `corner_median` of the channel on the finest level at the first time, and 0 for
+    labels.
     """
     array, lead = image.finest.array, len(image.axes.rstrip("zyx"))
     has_channels = "c" in image.axes
@@ -110,11 +100,8 @@ def channel_backgrounds(image, background):
 class DeformedBlocks(Blocks):
     """Blocks of a deformed image: first the finest level, then each level from the one before.
 
-    Parameters
-    ----------
-    interpolation, void_values
-        As of `Sampling`. An interpolation for each channel is one for each of the image's.
-    background : number, or tuple with one for each channel
+    Options are as of `Sampling`; an interpolation or background for each channel is one for each of
+    the image's.
     """
 
     interpolation: str | tuple[str, ...] = "linear"
@@ -206,17 +193,11 @@ def block_shape(array, axes):
 
 
 def coarsened(values, centers, widths, is_label=False):
-    """Means of windows along the last axes, or for labels their middle values.
+    """Means of windows along the last axes of `values`, or for labels their middle values.
 
-    Parameters
-    ----------
-    values : (..., n) array
-        The border's value continues, as in `Sampling`.
-    centers : sequence of (count,) arrays
-        Of windows along each of the last axes, in indices of `values`.
-    widths : sequence of floats
-        Points of a window along them; 1 for values between points.
-    is_label : bool
+    `centers` (count,) of windows along each of the last axes are indices of `values`, and `widths`
+    the points of a window along them, 1 for values between points. The border's value continues, as
+    in `Sampling`.
     """
     space = range(values.ndim - len(centers), values.ndim)
     if is_label:

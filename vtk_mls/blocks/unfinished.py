@@ -34,27 +34,10 @@ _PATIENCE = 3.0  # seconds until another job is refused: the child of a killed c
 class Unfinished:
     """An unfinished output; as a context manager, it is locked until the end of the block.
 
-    Parameters
-    ----------
-    path : path
-        Of the complete output.
-    inputs : str
-        A hash of all that determines the output.
-
-    Attributes
-    ----------
-    data : Path
-        Folder of the new output.
-    done : set of str
-        Names of blocks that are written.
-    is_resumed : bool
-    replaced_other : bool
-        Whether there was an unfinished output of other inputs, which is removed.
-
-    Raises
-    ------
-    OSError
-        Naming the path, if it cannot be written to, or another job writes it.
+    `path` is that of the complete output, `inputs` a hash of all that determines it. `data` is the
+    folder of the new output, `done` the names of blocks that are written; `replaced_other` says
+    that an unfinished output of other inputs was removed. OSError names the path, if it cannot be
+    written to, or another job writes it.
     """
 
     def __init__(self, path, inputs):
@@ -160,13 +143,7 @@ def _try(lock):
 
 
 def check_output(path, inputs=()):
-    """`path` as a Path, if an OME-Zarr can be written there.
-
-    Raises
-    ------
-    OSError, ValueError
-        Naming it.
-    """
+    """`path` as a Path, if an OME-Zarr can be written there; OSError or ValueError naming it."""
     path = Path(os.path.abspath(path))
     if not path.name.lower().endswith(SUFFIX):
         raise ValueError(f"`{path}` must end in {SUFFIX}, as the name of an OME-Zarr")
@@ -181,13 +158,8 @@ def check_output(path, inputs=()):
 def copy_metadata(source, target, paths):
     """Copy the metadata of a group, and of groups and arrays in it; and other groups, as they are.
 
-    A warning names other arrays and images, which are not copied.
-
-    Parameters
-    ----------
-    source, target : Path
-    paths : iterable of str
-        Of arrays and groups; groups that they are in are copied, too.
+    `paths` are those of arrays and groups; groups that they are in are copied, too. A warning names
+    other arrays and images, which are not copied.
     """
     folders, left_out = {Path()}, []
     for path in map(Path, paths):

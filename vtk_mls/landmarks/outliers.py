@@ -31,13 +31,7 @@ def find(pairs: PointPairs, settings: Settings) -> tuple[NDArray[np.bool_], NDAr
     """The outliers (n,), and p of each pair (n, 3) as predicted from the other pairs.
 
     Outliers predict nothing, since they would spoil the predictions of their neighbors: the worst
-    pair of each neighborhood is removed until all others are within the limit.
-
-    Parameters
-    ----------
-    pairs : PointPairs
-        With distinct q.
-    settings : Settings
+    pair of each neighborhood is removed until all others are within the limit. All q are distinct.
     """
     inliers = np.arange(len(pairs))
     min_count = len(pairs) - int(_MAX_SHARE * len(pairs))
@@ -60,11 +54,7 @@ def swapped(
 ) -> NDArray[np.int64]:
     """The outlier with which each outlier has exchanged its place: (n,) rows, -1 for none.
 
-    Parameters
-    ----------
-    pairs : PointPairs
-    is_outlier, predicted
-        Of `find`.
+    `is_outlier` and `predicted` are those of `find`.
     """
     result = np.full(len(pairs), -1)
     rows = np.flatnonzero(is_outlier)

@@ -262,19 +262,10 @@ def _weighted_deviation(values, weights):
 
 
 def _scores(window, weights, region, is_inside, min_contrast):
-    """Normalized cross-correlation of a window at all its places in a region.
+    """Normalized cross-correlation of a window (a, b, c) at all places in a region (d, e, f).
 
-    Parameters
-    ----------
-    window, weights : (a, b, c) float64
-    region, is_inside : (d, e, f) float64, bool
-    min_contrast : float
-        Of the region in the window.
-
-    Returns
-    -------
-    (d - a + 1, e - b + 1, f - c + 1) float64
-        NaN where the window is not inside, or the region has no contrast.
+    (d - a + 1, e - b + 1, f - c + 1) float64; NaN where the window is not inside, or the region has
+    less than `min_contrast` in it.
     """
     count = weights.sum()
     values = window - (weights * window).sum() / count

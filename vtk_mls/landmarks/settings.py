@@ -82,12 +82,8 @@ def without_smoothing(count: int) -> list[Settings]:
 def with_smoothing(medians: dict[Settings, float], spacing: float) -> list[Settings]:
     """The best kinds of those tried, with smoothing.
 
-    Parameters
-    ----------
-    medians : dict
-        Of the settings tried without smoothing.
-    spacing : float, world units
-        Typical distance of a pair to the nearest.
+    `medians` are those of the settings tried without smoothing, `spacing` is the typical distance
+    of a pair to the nearest, world units.
     """
     kinds = dict.fromkeys((s.kind, s.degree) for s in sorted(medians, key=medians.__getitem__))
     # three digits are easy to type, and more have no effect

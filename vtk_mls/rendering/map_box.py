@@ -19,17 +19,10 @@ _MIN_FILLED = 0.5  # share of an axis that the volume fills, below which the box
 
 @dataclass(frozen=True, eq=False)
 class MapBox:
-    """A box that is aligned with an image.
+    """A box that is aligned with an image, an ImageGeometry.
 
-    Attributes
-    ----------
-    image : ImageGeometry
-    is_cell_data : bool
-        Whether the values are cell data.
-    within : (2, 3) float64
-        Limits of the box: lowest and highest continuous indices of the values.
-    low, high : (3,) float64
-        Ends of the box, continuous indices of the values.
+    Its ends `low` and `high` (3,), and its limits `within` (2, 3), are continuous indices of the
+    values: of points, or of cells if `is_cell_data`.
     """
 
     image: ImageGeometry
@@ -42,12 +35,8 @@ class MapBox:
     def around(cls, image, is_cell_data, within=None):
         """The box around an undeformed volume, with a margin.
 
-        Parameters
-        ----------
-        image : ImageGeometry
-        is_cell_data : bool
-        within : Grid, optional
-            Limits of the box: aligned with the image, with at least two points along each axis.
+        The Grid `within` limits it; it is aligned with the image, with at least two points along
+        each axis.
         """
         values = _values_of(image, is_cell_data)
         ends = _ends(values, within)
@@ -82,19 +71,10 @@ class MapBox:
         return ImageGeometry(self.image.extent, tuple(origin), tuple(spacing), self.image.direction)
 
     def fitted(self, layers, grid, control_points):
-        """The box that fits the deformed volume.
+        """The box that fits the deformed volume: this one if it fits.
 
-        Parameters
-        ----------
-        layers : (layers, nz, ny, nx, 4) float32
-            The map on the `grid` of `nodes`.
-        control_points : (n, 3) float64, world coordinates
-            Parts of the volume that nodes may miss.
-
-        Returns
-        -------
-        MapBox
-            This one if it fits.
+        `layers` (layers, nz, ny, nx, 4) float32 are the map on the `grid` of `nodes`,
+        `control_points` (n, 3), world coordinates, parts of the volume that nodes may miss.
         """
         size = self.high - self.low
         first, last = self._filled(layers, grid)

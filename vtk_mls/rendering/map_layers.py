@@ -26,17 +26,9 @@ _MAX_CROSSINGS = 8  # to reach a corner between cuts at sharp angles
 
 
 def layers(deformation, grid):
-    """The map on the nodes of a grid.
+    """The map on the nodes of a grid: (layers, nz, ny, nx, 4) float32.
 
-    Parameters
-    ----------
-    deformation : Deformation
-    grid : Grid
-
-    Returns
-    -------
-    (layers, nz, ny, nx, 4) float32
-        G(v) - v and the void distance, in one, two, four or eight layers.
+    G(v) - v and the void distance, in one, two, four or eight layers.
     """
     with message_handlers(None, lambda sentence: None):  # it may be a frame of a drag
         field = deformation.displacement_field(grid)
@@ -91,16 +83,8 @@ def _of_each_side(own, deformation, grid):
 class _Group:
     """Cuts that are nowhere close to each other, and points x (m, 3) near them.
 
-    Attributes
-    ----------
-    cuts : list
-        Of `Cut`.
-    nearest : (m,) ints
-        Index of the cut near x, away from its edge; -1 without one.
-    distance : (m,) float64
-        From the nearest cut.
-    below : (m,) bool
-        Side of the nearest cut.
+    `nearest` (m,) is the index of the cut near x, away from its edge, -1 without one; `distance`
+    (m,) that from the nearest cut, and `below` (m,) its side.
     """
 
     cuts: list

@@ -32,12 +32,7 @@ _TEXTS = {
 def show(actor, mapper, lines):
     """Draw a `RestLines` on an actor, or none for None.
 
-    Parameters
-    ----------
-    actor : vtkActor
-    mapper : vtkPolyDataMapper
-        Of the actor; its input has the array "RestPosition".
-    lines : RestLines or None
+    The input of its `mapper`, a vtkPolyDataMapper, has the array "RestPosition".
     """
     shader = actor.GetShaderProperty()
     for kind, tag in _TEXTS:

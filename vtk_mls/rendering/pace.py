@@ -17,17 +17,8 @@ _MIN_MOVING_RATE = 1.0  # pictures per second that a window requests while it mo
 class MapPace:
     """Chooses the number of nodes of maps from the time that the last map took.
 
-    Parameters
-    ----------
-    max_nodes : int
-        Nodes along the longest side of a map at rest.
-
-    Attributes
-    ----------
-    map_seconds : float
-        Time that the last map took.
-    nodes : int
-        Its nodes.
+    At rest there are `max_nodes` along the longest side. `map_seconds` and `nodes` are those of the
+    last map.
     """
 
     def __init__(self, max_nodes):
@@ -67,12 +58,8 @@ class MapPace:
 class RaySpacing:
     """Chooses the distance between rays from the time that the last picture took.
 
-    Steps along rays stay the same, so that colors and opacities do.
-
-    Parameters
-    ----------
-    mapper : vtkGPUVolumeRayCastMapper
-        Without automatic adjustment of its steps along rays.
+    Steps along rays stay the same, so that colors and opacities do: the vtkGPUVolumeRayCastMapper
+    must not adjust them.
     """
 
     def __init__(self, mapper):
@@ -90,21 +77,10 @@ class RaySpacing:
 
 
 def pixels_per_ray(seconds, limit, max_pixels):
-    """Pixels per ray along each axis, for a picture within a time limit.
+    """Pixels per ray along each axis, for a picture within `limit` seconds: at most `max_pixels`.
 
-    Parameters
-    ----------
-    seconds : float
-        Time of a picture with a ray for each pixel; inf if unknown.
-    limit : float
-        Seconds.
-    max_pixels : float
-        Largest result.
-
-    Returns
-    -------
-    float
-        An integer, as VTK rebuilds its shader at each change.
+    `seconds` is the time of a picture with a ray for each pixel, inf if unknown. The result is an
+    integer, as VTK rebuilds its shader at each change.
     """
     return float(np.clip(np.ceil(np.sqrt(seconds / limit)), 1, max_pixels))
 

@@ -50,23 +50,11 @@ class RestLines:
         return inside.all(axis=1)
 
     def in_slice(self, axis, grid, origins, has_material):
-        """Where the lines are in a slice of the deformed space.
+        """Where the lines are in a slice of the deformed space: ends (m, 2, 3) of short segments.
 
-        Parameters
-        ----------
-        axis : int
-            Across the slice. Lines along the axis are not drawn.
-        grid : Grid
-            Of samples in the slice, along the axes of the world, one along `axis`.
-        origins : (n, 3)
-            G(v) of the samples v.
-        has_material : (n,) bool
-            Of the samples.
-
-        Returns
-        -------
-        (m, 2, 3) float64
-            Ends of short segments.
+        Lines along the `axis` across the slice are not drawn. `grid` has samples v in the slice,
+        along the axes of the world, one along `axis`; `origins` (n, 3) are G(v), and `has_material`
+        (n,) bool.
         """
         across = [other for other in range(3) if other != axis]
         shape = [grid.dimensions[other] for other in across]

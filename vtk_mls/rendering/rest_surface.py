@@ -21,17 +21,7 @@ _POINT = "_Point"  # name of an array of point ids
 class RestSurface:
     """The surface of a dataset at rest, split along cuts so that their sides move separately.
 
-    Parameters
-    ----------
-    mesh : vtkDataSet
-        It is copied.
-    cuts : sequence of Plane, HalfPlane and Surface
-
-    Attributes
-    ----------
-    surface : vtkPolyData
-    positions : (n, 3) array
-        Of the points of the surface.
+    The mesh is copied. `positions` (n, 3) are those of the points of the vtkPolyData `surface`.
     """
 
     def __init__(self, mesh, cuts):

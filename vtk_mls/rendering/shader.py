@@ -159,10 +159,7 @@ def set_values(shader, values):
 class MapTexture:
     """The displacement map on the graphics card: a 3-D texture of four floats per point.
 
-    Attributes
-    ----------
-    uploads : int
-        Number of uploads to the graphics card.
+    `uploads` is the number of uploads to the card.
     """
 
     def __init__(self):

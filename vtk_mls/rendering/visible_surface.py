@@ -13,12 +13,8 @@ from vtk_mls.vtk.transforms import matrix_of
 class VisibleSurface:
     """The visible surface of a view at the time of construction.
 
-    Parameters
-    ----------
-    renderer : vtkRenderer
-        Its window is rendered once without showing the picture.
-    without : sequence of vtkProp, optional
-        Not part of the surface, such as a marker that the mouse drags along it.
+    The window of the renderer is rendered once without showing the picture. The vtkProps `without`
+    are not part of the surface, such as a marker that the mouse drags along it.
     """
 
     def __init__(self, renderer, without=()):
@@ -48,17 +44,9 @@ class VisibleSurface:
         self._to_world = np.linalg.inv(matrix_of(matrix))
 
     def at(self, x, y):
-        """The position of the surface at a pixel.
+        """The position (3,) of the surface at a pixel of the window, world coordinates.
 
-        Parameters
-        ----------
-        x, y : int, pixels of the window from its lower left corner
-
-        Returns
-        -------
-        (3,) float64, world coordinates, or None
-            On the first mesh or where a volume becomes opaque, whichever is nearer; None without
-            both.
+        On the first mesh or where a volume becomes opaque, whichever is nearer; None without both.
         """
         column, row = np.array([x, y]) - self._origin
         if not (0 <= column < self._size[0] and 0 <= row < self._size[1]):

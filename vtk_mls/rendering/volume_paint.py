@@ -108,14 +108,7 @@ def remove(shader):
 def values_of(box, nodes, lines, has_colors):
     """Uniforms by their names.
 
-    Parameters
-    ----------
-    box : MapBox
-    nodes : Grid
-        Of the map.
-    lines : RestLines or None
-    has_colors : bool
-        Whether the change of volume is painted.
+    `nodes` is the Grid of the map, and `has_colors` says whether the change of volume is painted.
     """
     values, points = box.values, np.array(box.image.grid.dimensions, float)
     margin = 0 if box.is_cell_data else 1 / points

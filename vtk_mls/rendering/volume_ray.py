@@ -21,16 +21,8 @@ _MAX_STEPS = 2000
 def opaque_at(volume, start, end):
     """Where a ray becomes half opaque, in VTK's composite blending.
 
-    Parameters
-    ----------
-    volume : vtkVolume
-        Of images. Other blend modes than composite are never opaque.
-    start, end : (3,) float64, world coordinates
-
-    Returns
-    -------
-    float or None
-        Fraction of the ray from start to end; None if it does not become opaque.
+    A fraction of the ray from `start` to `end` (3,), world coordinates; None if it does not become
+    opaque, as never in other blend modes.
     """
     mapper, image, deformation = _drawn(volume)
     if image is None or mapper.GetBlendMode() != vtkVolumeMapper.COMPOSITE_BLEND:
@@ -58,26 +50,12 @@ def opaque_at(volume, start, end):
 def light_along(opacity_at, ends, corners, step, unit):
     """Transmitted light along a ray.
 
-    Parameters
-    ----------
-    opacity_at : callable
-        Opacity of points (m, 3), per `unit` of distance: (m,).
-    ends : (2, 3) float64
-        Of the ray.
-    corners : (2, 3) float64
-        Lowest and highest corner of the box that contains the volume.
-    step : float
-        Distance of samples; larger if there would be too many.
-    unit : float
+    `opacity_at` gives the opacity (m,) of points (m, 3), per `unit` of distance. The ray has the
+    `ends` (2, 3), and the volume is in the box with the lowest and highest `corners` (2, 3).
+    Samples have the distance `step`, or more if there would be too many.
 
-    Returns
-    -------
-    t : (n,) float64
-        Fractions of the ray, increasing from where it enters the box.
-    light : (n,) float64
-        Transmitted fraction of light, decreasing from 1.
-    None
-        If the ray misses the box.
+    Returns fractions of the ray (n,), increasing from where it enters the box, and transmitted
+    fractions of light (n,), decreasing from 1; None if the ray misses the box.
     """
     near, far = _passage(ends, corners)
     length = np.linalg.norm(ends[1] - ends[0])
