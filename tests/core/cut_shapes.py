@@ -21,10 +21,7 @@ SHAPES = {
         ),
     ),
     "crossing half-planes": (HALF_PLANE, HalfPlane((128, 100, 128), (1, 0, 0.3), (0, 1, 0))),
-    "crossing planes": (
-        Plane((128, 128, 128), (0.1, 0.2, 1)),
-        Plane((100, 128, 100), (1, 0, 0.1)),
-    ),
+    "crossing planes": (Plane((128, 128, 128), (0.1, 0.2, 1)), Plane((100, 128, 100), (1, 0, 0.1))),
     "plane and half-plane": (Plane((128, 128, 100), (0.1, 0, 1)), HALF_PLANE),
     "outside": (HalfPlane((900, 128, 128), (0, 0, 1), (1, 0, 0)),),
 }

@@ -14,14 +14,7 @@ from control_point_sets import (
 from cut_shapes import EVERY_SHAPE, SHAPES, lengths
 from pairwise import paired
 
-from vtk_mls import (
-    CUT_FRAMES,
-    Deformation,
-    Grid,
-    HalfPlane,
-    Plane,
-    Surface,
-)
+from vtk_mls import CUT_FRAMES, Deformation, Grid, HalfPlane, Plane, Surface
 
 
 @pytest.fixture(params=CUT_FRAMES)
@@ -49,11 +42,7 @@ def shortest(cut, v, q):
             ValueError,
             "`inward` must not be parallel to `normal`",
         ),
-        (
-            lambda: Surface([(0, 0, 0)], [(0, 0, 1)]),
-            ValueError,
-            "`triangles` must be rows of",
-        ),
+        (lambda: Surface([(0, 0, 0)], [(0, 0, 1)]), ValueError, "`triangles` must be rows of"),
         (
             lambda: Surface(np.eye(3), np.empty((0, 3))),
             ValueError,

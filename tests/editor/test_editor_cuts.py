@@ -8,7 +8,7 @@ from hands import MIDDLE, SIZE, Hands, ball_image, ball_mesh
 
 from vtk_mls import HalfPlane, Plane, Surface
 from vtk_mls.editor import State
-from vtk_mls.filters.control_points import lattice
+from vtk_mls.filters.control_point_source import lattice
 
 LATTICE = lattice((3, 3, 3), MIDDLE + SIZE / 3 * np.array([-1, 1] * 3))
 

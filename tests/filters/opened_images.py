@@ -2,13 +2,7 @@
 
 import numpy as np
 import pytest
-from vtk_fixtures import (
-    FAST,
-    add_array,
-    connect,
-    control_points,
-    make_image,
-)
+from vtk_fixtures import FAST, add_array, connect, control_points, make_image
 
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
 from vtk_mls.vtk import arrays

@@ -2,13 +2,7 @@
 
 import numpy as np
 import pytest
-from vtk_fixtures import (
-    TURNED,
-    TYPES,
-    add_array,
-    make_image,
-    values_of,
-)
+from vtk_fixtures import TURNED, TYPES, add_array, make_image, values_of
 
 from vtk_mls import Sampling
 from vtk_mls.filters import MLSDeform

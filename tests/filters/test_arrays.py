@@ -8,11 +8,7 @@ import pytest
 from vtk_fixtures import TURNED, TYPES, add_array, make_image
 from vtkmodules import vtkCommonCore
 from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_FLOAT, vtkInformation, vtkStringArray
-from vtkmodules.vtkCommonDataModel import (
-    vtkDataSetAttributes,
-    vtkPointData,
-    vtkPolyData,
-)
+from vtkmodules.vtkCommonDataModel import vtkDataSetAttributes, vtkPointData, vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkCellCenters
 
 from vtk_mls.vtk import arrays

@@ -6,7 +6,7 @@ from vtk_fixtures import FAST, add_array, connect, control_points, make_image, u
 
 from vtk_mls import CUT_FRAMES, Deformation, HalfPlane, Plane, Sampling
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
-from vtk_mls.filters.control_points import lattice
+from vtk_mls.filters.control_point_source import lattice
 from vtk_mls.vtk.arrays import ImageGeometry
 
 # Material on both sides of x = 3.9 is moved across it.

@@ -16,12 +16,7 @@ from vtk_fixtures import (
     values_of,
 )
 from vtkmodules.vtkCommonCore import vtkPoints
-from vtkmodules.vtkCommonDataModel import (
-    vtkCellArray,
-    vtkMultiBlockDataSet,
-    vtkPlane,
-    vtkPolyData,
-)
+from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkMultiBlockDataSet, vtkPlane, vtkPolyData
 from vtkmodules.vtkCommonExecutionModel import vtkTrivialProducer
 from vtkmodules.vtkFiltersCore import vtkAppendPolyData, vtkContourFilter, vtkCutter, vtkThreshold
 from vtkmodules.vtkFiltersGeometry import vtkDataSetSurfaceFilter
@@ -264,10 +259,7 @@ WRONG_DEFORM = {
 }
 CASES = [
     pytest.param(kind, *case, id=f"{kind.__name__}-{name}")
-    for kind, cases in (
-        (MLSDeform, {**WRONG, **WRONG_DEFORM}),
-        (MLSDisplacementField, WRONG),
-    )
+    for kind, cases in ((MLSDeform, {**WRONG, **WRONG_DEFORM}), (MLSDisplacementField, WRONG))
     for name, case in cases.items()
 ]
 

@@ -54,11 +54,7 @@ from vtkmodules.vtkCommonDataModel import (
     vtkPolyData,
     vtkUnstructuredGrid,
 )
-from vtkmodules.vtkFiltersCore import (
-    vtkAppendFilter,
-    vtkCellCenters,
-    vtkConnectivityFilter,
-)
+from vtkmodules.vtkFiltersCore import vtkAppendFilter, vtkCellCenters, vtkConnectivityFilter
 
 from vtk_mls import Deformation, Plane, Surface
 from vtk_mls.vtk import arrays, splitting

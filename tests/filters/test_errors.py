@@ -3,15 +3,7 @@
 import numpy as np
 import pytest
 from mesh_fixtures import deforming, explicit_structured
-from vtk_fixtures import (
-    DEFORMED,
-    REST,
-    Executions,
-    add_array,
-    connect,
-    control_points,
-    update,
-)
+from vtk_fixtures import DEFORMED, REST, Executions, add_array, connect, control_points, update
 from vtkmodules.util.misc import calldata_type
 from vtkmodules.vtkCommonCore import VTK_STRING, vtkObject, vtkPoints
 from vtkmodules.vtkCommonDataModel import (
@@ -148,10 +140,7 @@ FIELD = {
 }
 CASES = [
     pytest.param(kind, *case, id=f"{kind.__name__}-{name}")
-    for kind, cases in (
-        (MLSDeform, {**BOTH, **DEFORM}),
-        (MLSDisplacementField, {**BOTH, **FIELD}),
-    )
+    for kind, cases in ((MLSDeform, {**BOTH, **DEFORM}), (MLSDisplacementField, {**BOTH, **FIELD}))
     for name, case in cases.items()
 ]
 

@@ -5,12 +5,7 @@ import pytest
 from handle_surfaces import ball, displaced, joined, moved, polyline, positions, transform, volume
 from vtk_fixtures import FAST, add_array, update
 from vtkmodules.vtkCommonCore import vtkPoints
-from vtkmodules.vtkCommonDataModel import (
-    VTK_TETRA,
-    vtkCellArray,
-    vtkMultiBlockDataSet,
-    vtkPolyData,
-)
+from vtkmodules.vtkCommonDataModel import VTK_TETRA, vtkCellArray, vtkMultiBlockDataSet, vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkAppendFilter, vtkDelaunay3D
 from vtkmodules.vtkFiltersGeneral import vtkTransformFilter
 

@@ -34,11 +34,7 @@ from vtkmodules.vtkCommonDataModel import (
     vtkPolyData,
     vtkUnstructuredGrid,
 )
-from vtkmodules.vtkFiltersCore import (
-    vtkCellCenters,
-    vtkPolyDataNormals,
-    vtkProbeFilter,
-)
+from vtkmodules.vtkFiltersCore import vtkCellCenters, vtkPolyDataNormals, vtkProbeFilter
 
 from vtk_mls import Plane
 from vtk_mls.filters import MLSDeform, MLSDisplacementField

@@ -17,7 +17,7 @@ from vtk_fixtures import (
 
 from vtk_mls import KINDS
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
-from vtk_mls.filters.control_points import lattice
+from vtk_mls.filters.control_point_source import lattice
 from vtk_mls.vtk import arrays
 
 FILTERS = pytest.mark.parametrize("filter_type", [MLSDeform, MLSDisplacementField])

@@ -121,8 +121,7 @@ def test_directions_that_come_with_the_data_count():
     deform = deforming(smooth_image())
     deform.SetInputConnection(5, producer.GetOutputPort())
     deform.AddObserver(
-        "StartEvent",
-        lambda *_: deform.GetInputInformation(5, 0).Remove(vtkDataObject.DIRECTION()),
+        "StartEvent", lambda *_: deform.GetInputInformation(5, 0).Remove(vtkDataObject.DIRECTION())
     )
     output = update(deform)
     np.testing.assert_array_equal(

@@ -124,11 +124,7 @@ def test_an_image_opens_where_the_value_says(cut, device):
     properties = {"CutFrame": "rest", "VoidValues": "continued", "HideVoid": False}
     output = update(deforming(image, handles, device, CUTS[cut], **properties))
     value = Deformation(
-        REST,
-        MOTIONS["one side pulled"],
-        cuts=[CUTS[cut]],
-        cut_frame="rest",
-        device="reference",
+        REST, MOTIONS["one side pulled"], cuts=[CUTS[cut]], cut_frame="rest", device="reference"
     )
     distance = value.void_distance(x)
     got = values_of(output, "VoidDistance").ravel()

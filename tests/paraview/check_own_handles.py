@@ -51,17 +51,9 @@ np.testing.assert_array_equal(array(data(deform), "RTData"), volume)
 deform.DeformedPoints = list(np.ravel(DEFORMED))
 np.testing.assert_array_equal(array(data(deform), "RTData"), bent)
 
-# Blend.
-deform.Blend = 0.0
-np.testing.assert_array_equal(array(data(deform), "RTData"), volume)
-deform.Blend = 0.5
-half = control_points(REST, (REST + DEFORMED) / 2)
-expected = array(data(simple.MLSDeform(Input=source, ControlPoints=half)), "RTData")
-np.testing.assert_allclose(array(data(deform), "RTData"), expected, atol=1e-2)
-middle = array(data(deform), "RTData").copy()
-deform.Blend = 1.0
-
 # An animation of the blend, and of a handle's place.
+half = control_points(REST, (REST + DEFORMED) / 2)
+middle = array(data(simple.MLSDeform(Input=source, ControlPoints=half)), "RTData")
 scene = simple.GetAnimationScene()
 scene.PlayMode, scene.NumberOfFrames = "Sequence", 3
 scene.StartTime, scene.EndTime = 0.0, 1.0
@@ -77,7 +69,7 @@ def animate(name, index, first, last):
 track = animate("Blend", 0, 0.0, 1.0)
 for time, expected in ((0.0, volume), (0.5, middle), (1.0, bent)):
     scene.AnimationTime = time
-    np.testing.assert_array_equal(array(data(deform), "RTData"), expected)
+    np.testing.assert_allclose(array(data(deform), "RTData"), expected, atol=1e-2)
 track.Enabled = 0
 deform.Blend = 1.0
 track = animate("DeformedPoints", 14, float(DEFORMED[4, 2]), float(DEFORMED[4, 2]) + 4)

@@ -1,4 +1,4 @@
-"""Control points and cuts of time series deform a static input, also in a view."""
+"""Control points of time series deform a static input, also in a view."""
 
 import tempfile
 from pathlib import Path
@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 from paraview import servermanager, simple
 from scene import array
-from vtkmodules.vtkFiltersSources import vtkPlaneSource
 from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
 
 from vtk_mls.filters import MLSControlPoints
@@ -40,14 +39,6 @@ def handles(time):
     return source
 
 
-def plane(time):
-    source = vtkPlaneSource()
-    source.SetOrigin(time / 10, -9, -9)
-    source.SetPoint1(time / 10, 9, -9)
-    source.SetPoint2(time / 10, -9, 9)
-    return source
-
-
 def shift(dataset):
     """How far a dataset, or its first block, is moved along x."""
     if dataset.IsA("vtkMultiBlockDataSet"):
@@ -60,32 +51,16 @@ sphere, wavelet = simple.Sphere(), simple.Wavelet(WholeExtent=[0, 4, 0, 4, 0, 4]
 deform = simple.MLSDeform(Input=sphere, ControlPoints=moving)
 blocks = simple.MLSDeform(Input=simple.GroupDatasets(Input=[sphere]), ControlPoints=moving)
 image = simple.MLSDeform(Input=wavelet, ControlPoints=moving)
-field = simple.MLSDisplacementField(Input=wavelet, ControlPoints=moving)
-image.MapTolerance = field.MapTolerance = 0
+image.MapTolerance = 0
 before = array(servermanager.Fetch(wavelet), "RTData")
 for time in (0.0, 3.0, 1.0):
-    for proxy in (deform, blocks, image, field):
+    for proxy in (deform, blocks, image):
         proxy.UpdatePipeline(time)
     for proxy in (deform, blocks):
         np.testing.assert_allclose(shift(servermanager.Fetch(proxy)), time, atol=1e-5)
-    found = array(servermanager.Fetch(field), "BackwardDisplacement")
-    np.testing.assert_allclose(found[..., 0], -time, atol=1e-5)
     n = int(time)
     found = array(servermanager.Fetch(image), "RTData")
     np.testing.assert_allclose(found[..., n:], before[..., : 5 - n], rtol=1e-5)
-
-# Cuts.
-cut = simple.MLSDeform(
-    Input=sphere,
-    RestPoints=[-0.5, 0, 0, 0.5, 0, 0],
-    DeformedPoints=[-0.6, 0, 0, 0.6, 0, 0],
-    Cuts=write_series("planes", map(plane, TIMES)),
-)
-counts = []
-for time in TIMES:
-    cut.UpdatePipeline(time)
-    counts.append(servermanager.Fetch(cut).GetNumberOfPoints())
-assert len(set(counts)) > 1, counts
 
 # An animation.
 view = simple.GetActiveViewOrCreate("RenderView")

@@ -46,16 +46,6 @@ def test_handles_are_watched_when_loaded_by_path(start, paraview):
         assert noise(gui) == []
 
 
-def test_handles_are_watched_when_loaded_by_mouse(start):
-    with start() as gui:
-        require_qt(gui)
-        load_new(gui)
-        gui.click("button('Close')")
-        gui.run("simple.LoadPlugin('paraview_plugin/vtk_mls_plugin.py', ns=vars(simple))")
-        assert gui.run(WATCHED) == COUNTS
-        assert noise(gui) == []
-
-
 def test_handles_are_watched_when_loaded_by_themselves(start, paraview, request):
     """Auto Load is ticked by mouse, and ParaView started again."""
     folder = PICTURES / request.node.callspec.id / "auto_load/home"

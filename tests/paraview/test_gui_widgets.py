@@ -36,24 +36,6 @@ def test_handles_and_plane_come_back(gui):
 
 
 @pytest.mark.matrix
-def test_handles_of_a_filter_whose_slice_is_shown(gui):
-    gui.add_deform()
-    gui.run("""
-cut = simple.Slice(Input=deform)
-simple.Show(cut, view)
-simple.Hide(deform, view)
-simple.SetActiveSource(cut)""")
-    gui.until("shown()[0] == 0")
-    gui.run("simple.SetActiveSource(deform)")
-    gui.until("shown()[0] == 1")
-    with gui.dragging(HANDLE, PULL):
-        gui.until("dragged()")
-        gui.screenshot("1_dragging")
-    gui.press("alt+a")
-    gui.until("applied_drags() and is_bent()")
-
-
-@pytest.mark.matrix
 def test_the_plane_is_drawn_when_it_is_chosen(gui):
     """As thin lines, which do not hide the gap."""
     gui.add_deform()

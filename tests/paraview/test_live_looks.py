@@ -84,30 +84,6 @@ def test_cells_edges_and_boxes_of_images_follow(gui):
     check(gui, "Outline", "Surface", "Slice", name="fitted_")
 
 
-INPUT_CHANGES = {
-    "Surface": "Center = [4, 0, 0]",
-    "Slice": "Center = [8, 0, 0]",
-    "Outline": "WholeExtent = [-10, 6, -10, 10, -10, 10]",
-}
-
-
-@pytest.mark.matrix
-def test_changes_of_the_input_are_followed(gui):
-    begin(gui, "wavelet", ("POINTS", "RTData"))
-    gui.run("simple.HideInteractiveWidgets(proxy=deform)")
-    gui.run("moved = rest.copy(); moved[-1] += [-4, 3, 2]")
-    for representation, change in INPUT_CHANGES.items():
-        gui.run(f"display.SetRepresentationType({representation!r}); simple.Render(view)")
-        gui.run("edit('DeformedPoints', moved.ravel().tolist())")
-        gui.run(f"before = rendered_picture(); wavelet.{change}; edited = rendered_picture()")
-        gui.screenshot(representation)
-        gui.run("deform.DeformedPoints = moved.ravel().tolist()")
-        gui.run("simple.UpdatePipeline(proxy=deform); applied = rendered_picture()")
-        gui.run("deform.DeformedPoints = rest.ravel().tolist()")
-        assert gui.value("changed_share(before, edited)") > 5, representation
-        assert gui.value("changed_share(edited, applied)") < 0.1, representation
-
-
 VOLUME_CHANGES = (
     "wavelet.Center = [6, 0, 0]",
     "wavelet.WholeExtent = [-10, 10, -10, 10, -10, 2]",
@@ -188,12 +164,3 @@ def test_blocks_and_outlines_of_meshes_follow(gui):
     check(gui, "Surface", "Wireframe", "Outline", "Feature Edges")
     gui.run("simple.ColorBy(display, ('FIELD', 'vtkBlockColors'))")
     check(gui, "Surface", name="by_block_")
-
-
-@pytest.mark.matrix
-def test_a_structured_mesh_follows(gui):
-    gui.run("wavelet.WholeExtent = [-5, 5, -6, 6, -7, 7]")
-    gui.run("grid = simple.Transform(Input=wavelet); simple.Hide(wavelet, view)")
-    gui.run("grid.UpdatePipeline(); simple.Show(grid, view)")
-    begin(gui, "grid", ("POINTS", "RTData"))
-    check(gui, "Surface", "Outline", "Feature Edges")

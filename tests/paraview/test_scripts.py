@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from gui_scenes import write_brain
 from paraviews import PICTURES, PROJECT
 
 SCRIPTS = sorted(
@@ -18,13 +17,6 @@ SCRIPTS = sorted(
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.stem)
 def test_script(paraview, display, script, request):
     paraview.check(script, _pictures(request), display=display)
-
-
-@pytest.mark.matrix  # tests/core and tests/rendering check that it is kept
-def test_the_tolerance_is_invisible(paraview, display, request):
-    pictures = _pictures(request)
-    head = write_brain(pictures / "head.vti", step=2)
-    paraview.check("tests/paraview/tolerance.py", pictures, head, display=display)
 
 
 def _pictures(request):

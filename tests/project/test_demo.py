@@ -14,11 +14,7 @@ import pytest
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkImagingCore import vtkExtractVOI
 from vtkmodules.vtkIOImage import vtkPNGReader
-from vtkmodules.vtkIOXML import (
-    vtkXMLImageDataReader,
-    vtkXMLImageDataWriter,
-    vtkXMLPolyDataReader,
-)
+from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLImageDataWriter, vtkXMLPolyDataReader
 
 from vtk_mls import KINDS
 

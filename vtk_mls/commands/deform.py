@@ -169,7 +169,7 @@ def _deform_all(steps, handle_times, deform, options):
     """
     from vtk_mls.base.time_steps import step_at
     from vtk_mls.commands import series
-    from vtk_mls.filters.image_filters import backgrounds_of
+    from vtk_mls.filters.image_resampling import backgrounds_of
 
     failures, are_empty, notes = 0, [], {}
     inverted_cells = remarks.InvertedCells(deform)

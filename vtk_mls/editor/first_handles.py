@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vtk_mls.filters.control_points import lattice
+from vtk_mls.filters.control_point_source import lattice
 
 _MIN_DISTANCE = 0.2  # between handles, relative to the steps of the lattice
 _MIN_STEP = 0.05  # of a lattice along an axis of flat data, relative to the longest step

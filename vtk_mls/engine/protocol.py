@@ -75,54 +75,32 @@ class Engine(Protocol):
         starts: np.ndarray,
         progress: Progress,
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Origins of the material on one side of the cuts; only with cuts in the rest frame.
+        """Origins (m, 3) float64, world coordinates, of the material on one side of the cuts.
 
-        Behind the face of that side the map is continued smoothly.
-
-        Parameters
-        ----------
-        points : (m, 3) float64, world coordinates
-            v.
-        starts : (m, 3) float64, world coordinates
-            Start of each search, on the side of each cut whose material is requested.
-
-        Returns
-        -------
-        origins : (m, 3) float64, world coordinates
-        void_distance : (m,) float64, world units
-            Below 0 where that side has no material.
+        Only with cuts in the rest frame; behind the face of that side the map is continued
+        smoothly. Each search for the origin of `points` v (m, 3) begins at one of `starts` (m, 3),
+        on the side of each cut whose material is requested. Also void distances (m,) float64, world
+        units, below 0 where that side has no material.
         """
 
     def forward(
         self, deformation: Deformation, points: np.ndarray, progress: Progress
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Displacements of the material at points of the undeformed space.
+        """Displacements v - x (m, 3) of the material at `points` x (m, 3), for the v with G(v) = x.
 
-        Parameters
-        ----------
-        points : (m, 3) float32 or float64, world coordinates
-            x, which need not be finite.
-
-        Returns
-        -------
-        displacement : (m, 3) float32 or float64, world units
-            v - x for the v with G(v) = x.
-        found : (m,) bool
-            Whether such a v exists on the material's side of the cuts. Otherwise v is the point
-            with the smallest residual that was found, or `displacement` is not finite.
+        `points` are float32 or float64, of the undeformed space, and need not be finite;
+        displacements are in world units. Also whether such a v exists on the material's side of the
+        cuts, (m,) bool. Otherwise v is the point with the smallest residual that was found, or the
+        displacement is not finite.
         """
 
     def displacement_field(
         self, deformation: Deformation, grid: Grid, progress: Progress
     ) -> tuple[np.ndarray, np.ndarray | None]:
-        """Displacement map on a grid of points v.
+        """G(v) - v (nz, ny, nx, 3) float32, world units, on a grid of points v.
 
-        Returns
-        -------
-        displacement : (nz, ny, nx, 3) float32, world units
-            G(v) - v.
-        void_distance : (nz, ny, nx) float32, world units, or None without cuts
-            Below 0 in the void.
+        Also void distances (nz, ny, nx) float32, world units, below 0 in the void; None without
+        cuts.
         """
 
     def jacobian_field(
@@ -141,16 +119,11 @@ class Engine(Protocol):
     ) -> list[np.ndarray]:
         """Deformed arrays on `sampling.target`, of the same dtypes.
 
-        Parameters
-        ----------
-        arrays : list of (nz, ny, nx) or (nz, ny, nx, components) arrays, contiguous
-            On `sampling.source`, of integers or floats.
-        void_distance : (target.size,) float32, world units, optional
-            Output, filled if there are cuts.
-        covariant : dict, optional
-            Indices of arrays of covariant vectors n, float32 in the world frame, which become
-            J_G^T n(G(v)), Eq. 29; and whether they are normalized. They are 0 outside the source
-            and in the void.
+        `arrays` (nz, ny, nx) or (nz, ny, nx, components) of integers or floats are contiguous, and
+        lie on `sampling.source`. `void_distance` (target.size,) float32, world units, is filled if
+        there are cuts. `covariant` has the indices of arrays of covariant vectors n, float32 in the
+        world frame, which become J_G^T n(G(v)), Eq. 29, and whether they are normalized. They are 0
+        outside the source and in the void.
         """
 
     def gradient(self, array: np.ndarray, grid: Grid, progress: Progress) -> np.ndarray:
@@ -180,17 +153,8 @@ class Engine(Protocol):
     ) -> np.ndarray:
         """The bits VOID, UNKNOWN and TOUCHED of cells, as `void_cells.by_corners` computes them.
 
-        Parameters
-        ----------
-        void_distance : (nz, ny, nx) float32, world units, contiguous
-            At the points of a grid.
-        min_distance : float, world units
-            The smallest distance from a face of the corners of cells that are not near it.
-
-        Returns
-        -------
-        array of uint8
-            With the shape of `Grid.cells`.
+        `void_distance` (nz, ny, nx) float32, world units, is contiguous. Cells that are not near a
+        face have corners at least `min_distance` from it. uint8 with the shape of `Grid.cells`.
         """
 
     def void_distance_listed(

@@ -8,7 +8,7 @@ __all__ = ["MLSControlPoints", "MLSDeform", "MLSDisplacementField", "MLSLandmark
 # Modules are imported when a name is first used: the command reads the tables of properties, and
 # must be able to say that there is no VTK.
 _MODULES = {
-    "MLSControlPoints": "control_points",
+    "MLSControlPoints": "control_point_source",
     "MLSDeform": "deform",
     "MLSDisplacementField": "displacement_field",
     "MLSLandmarkReport": "landmark_report",

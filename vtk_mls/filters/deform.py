@@ -17,16 +17,10 @@ from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandD
 
 from vtk_mls import Grid, Sampling
 from vtk_mls.base.sampling import AUTOMATIC
-from vtk_mls.filters import (
-    gradients,
-    initial_transforms,
-    pipeline,
-    property_tables,
-    warping,
-)
+from vtk_mls.filters import gradients, initial_transforms, pipeline, property_tables, warping
 from vtk_mls.filters.algorithm import CachedValue
-from vtk_mls.filters.deforming import DeformingFilter, input_dataset
-from vtk_mls.filters.image_filters import ImageOptions, Resampling, automatic_backgrounds
+from vtk_mls.filters.deforming_filter import DeformingFilter, input_dataset
+from vtk_mls.filters.image_resampling import ImageOptions, Resampling, automatic_backgrounds
 from vtk_mls.filters.lattices import Lattices
 from vtk_mls.filters.properties import with_properties
 from vtk_mls.filters.reference_input import PORT, ReferenceInput

@@ -12,7 +12,7 @@ from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandD
 from vtk_mls import Grid
 from vtk_mls.files import metadata, nifti
 from vtk_mls.filters import gradients, parallel, pipeline, property_tables, void_arrays
-from vtk_mls.filters.deforming import DeformingFilter, input_dataset
+from vtk_mls.filters.deforming_filter import DeformingFilter, input_dataset
 from vtk_mls.filters.properties import with_properties
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry

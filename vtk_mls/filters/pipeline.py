@@ -6,10 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkDataObject
-from vtkmodules.vtkCommonExecutionModel import (
-    vtkExtentTranslator,
-    vtkStreamingDemandDrivenPipeline,
-)
+from vtkmodules.vtkCommonExecutionModel import vtkExtentTranslator, vtkStreamingDemandDrivenPipeline
 
 from vtk_mls.base import interpolation
 from vtk_mls.base.time_steps import step_at

@@ -243,11 +243,7 @@ class Items(Property):
             """A tuple: see `Add{0.singular}`."""
             return getattr(self, attribute)
 
-        return {
-            f"Add{self.singular}": add,
-            f"Clear{self.name}": clear,
-            f"Get{self.name}": get_all,
-        }
+        return {f"Add{self.singular}": add, f"Clear{self.name}": clear, f"Get{self.name}": get_all}
 
     def extended(self, items, item):
         """The tuple `items` with another item."""

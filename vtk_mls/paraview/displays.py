@@ -9,12 +9,7 @@ from vtkmodules.vtkCommonDataModel import (
     vtkDataAssemblyUtilities,
 )
 
-from vtk_mls.paraview.server_manager import (
-    indexed_blocks,
-    input_of,
-    pending_value,
-    pending_values,
-)
+from vtk_mls.paraview.server_manager import indexed_blocks, input_of, pending_value, pending_values
 
 # All but the representation itself.
 _COPIED = (

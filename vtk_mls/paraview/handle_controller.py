@@ -12,7 +12,7 @@ import time
 
 import numpy as np
 
-from vtk_mls.paraview import first_handles, handle_lists, undo
+from vtk_mls.paraview import first_placement, handle_lists, undo
 from vtk_mls.paraview.deferred_drags import DeferredDrags
 from vtk_mls.paraview.handle_lists import LISTS, OTHER_LIST
 from vtk_mls.paraview.handle_markers import HandleMarkers, hide_line
@@ -49,7 +49,7 @@ class HandleController:
         self._widget_ids, self._surface_mice = set(), []
         self._markers, self._observers = HandleMarkers(), Observers()
         self._live = Live(proxy) if proxy.GetProperty(SWITCH) else None
-        first_handles.place(proxy, selected)
+        first_placement.place(proxy, selected)
         if proxy.GetXMLName() == _SOURCE:
             _add_deformed_points(proxy)
         self._store_rows(proxy)

@@ -7,7 +7,7 @@ from contextlib import suppress
 import numpy as np
 
 from vtk_mls.files import control_point_files
-from vtk_mls.filters.control_points import lattice
+from vtk_mls.filters.control_point_source import lattice
 from vtk_mls.paraview.server_manager import input_of, pending_value, pending_values
 
 LISTS = ("RestPoints", "DeformedPoints", "Weights")

@@ -199,10 +199,7 @@ def _group(props, label, *hints, **attributes):
 
 
 _LIMITS = [prop for prop in tables.LIMITS if not isinstance(prop, (Value, Values))]
-_WHERE_IT_ACTS = [
-    *elements(_LIMITS),
-    _group(_LIMITS, "Where It Acts", panel_visibility="advanced"),
-]
+_WHERE_IT_ACTS = [*elements(_LIMITS), _group(_LIMITS, "Where It Acts", panel_visibility="advanced")]
 
 # ParaView shows the widget of the plane where the first property of its group stands: Input, which
 # comes between CutType and these properties.

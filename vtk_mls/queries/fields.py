@@ -92,22 +92,8 @@ def void_distance(engine, deformation, points, progress) -> NDArray[np.float64]:
     )
 
 
-def void_distance_slabs(engine, deformation, grid, progress):
-    """Slices along z of a grid, and the void distances there, equal to those of the whole grid."""
-    if not deformation.cuts:
-        return
-    for layers, slab, part in slabs(grid, progress):
-        yield layers, engine.displacement_field(deformation, slab, part)[1]
-
-
 def slabs(grid, progress):
     """Slices along z of a grid, the parts of the grid there, and a Progress for each."""
     nx, ny, nz = grid.dimensions
     for layers, part in progress.chunks(nz, max(1, MAX_SLAB_POINTS // (nx * ny))):
         yield layers, grid.part((0, 0, layers.start), (nx, ny, layers.stop - layers.start)), part
-
-
-def overlap_slabs(deformation, grid, progress):
-    """Slices of the points of a grid, x fastest, and `Deformation.overlap` there."""
-    for rows, part in progress.chunks(grid.size, MAX_SLAB_POINTS):
-        yield rows, deformation.overlap(grid.points(rows.start, rows.stop), part)

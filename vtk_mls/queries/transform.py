@@ -15,14 +15,7 @@ from vtk_mls.base.grid import Grid, checked_grid
 from vtk_mls.base.messages import warn
 from vtk_mls.base.progress import Progress, ProgressLike, whole
 from vtk_mls.base.sampling import Sampling
-from vtk_mls.queries import (
-    face_gradients,
-    fields,
-    overlap,
-    resampling,
-    vector_fields,
-    void_cells,
-)
+from vtk_mls.queries import face_gradients, fields, overlap, resampling, vector_fields, void_cells
 from vtk_mls.queries.fields import DisplacementField, ForwardField
 from vtk_mls.queries.fitted_grid import fitted_grid
 from vtk_mls.queries.void_cells import VoidCells
@@ -113,10 +106,7 @@ class Transform:
             return fields.forward_field(self._engine, self, points, part)
 
     def jacobian(
-        self,
-        points: ArrayLike,
-        progress: ProgressLike = None,
-        origins: ArrayLike | None = None,
+        self, points: ArrayLike, progress: ProgressLike = None, origins: ArrayLike | None = None
     ) -> NDArray[np.float64]:
         """dG_i/dv_j at `points`, J_G of Eq. 29, in closed form.
 
@@ -193,7 +183,8 @@ class Transform:
         """`overlap` on a grid, (nz, ny, nx) bool."""
         result = np.zeros(checked_grid("grid", grid).shape, bool)
         with question(progress) as part:
-            for rows, values in fields.overlap_slabs(self, grid, part):
+            for rows, share in part.chunks(grid.size, fields.MAX_SLAB_POINTS):
+                values = self.overlap(grid.points(rows.start, rows.stop), share)
                 result.reshape(-1)[rows] = values
             return result
 
@@ -229,17 +220,13 @@ class Transform:
         """`void_distance` on a grid, (nz, ny, nx) float32, without the memory of a whole map."""
         result = np.full(checked_grid("grid", grid).shape, np.inf, np.float32)
         with question(progress) as part:
-            for slab, values in fields.void_distance_slabs(self._engine, self, grid, part):
-                result[slab] = values
+            for layers, slab, share in fields.slabs(grid, part) if self.cuts else ():
+                result[layers] = self._engine.displacement_field(self, slab, share)[1]
             return result
 
     def void_field(self, grid: Grid, progress: ProgressLike = None) -> NDArray[np.bool_]:
         """`void` on a grid, (nz, ny, nx) bool, without the memory of a whole map."""
-        result = np.zeros(checked_grid("grid", grid).shape, bool)
-        with question(progress) as part:
-            for slab, values in fields.void_distance_slabs(self._engine, self, grid, part):
-                np.less(values, 0, out=result[slab])
-            return result
+        return self.void_distance_field(grid, progress) < 0
 
     def void_of_cells(
         self,

@@ -4,7 +4,7 @@ A cell is void if its center is: if the void distance there is negative. `classi
 in two passes. `by_corners` decides cells that are far from every face of a void, from the void
 distances at their corners; a device runs it as opencl/grid/void_by_corners.cl. The map is evaluated
 at the centers of the others (`Engine.void_distance_listed`). The public method is
-`Transform.void_of_cells`; filters/resampling.py stores the result as the cell array "Void".
+`Transform.void_of_cells`; filters/image_resampling.py stores the result as the cell array "Void".
 
 The cell array "Void" of meshes has another meaning: a cell that a cut tears (filters/warping.py).
 """

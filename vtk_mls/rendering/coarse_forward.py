@@ -22,15 +22,10 @@ _CORNERS = np.array([(i, j, k) for k in (0, 1) for j in (0, 1) for i in (0, 1)])
 
 
 class CoarseForward:
-    """Deforms a surface by a forward map that is linear in each cell of a grid.
+    """Deforms a RestSurface by a forward map that is linear in each cell of a grid.
 
-    The exact map is used in cells with too large an error, with a cut, or with a corner without an
-    inverse; and for outliers beyond the grid.
-
-    Parameters
-    ----------
-    surface : RestSurface
-    cuts : sequence of Plane, HalfPlane and Surface, in the rest frame
+    The exact map is used in cells with too large an error, with a cut in the rest frame, or with a
+    corner without an inverse; and for outliers beyond the grid.
     """
 
     def __init__(self, surface, cuts):

@@ -19,17 +19,10 @@ _MIN_FILLED = 0.5  # share of an axis that the volume fills, below which the box
 
 @dataclass(frozen=True, eq=False)
 class MapBox:
-    """A box that is aligned with an image.
+    """A box that is aligned with an image, an ImageGeometry.
 
-    Attributes
-    ----------
-    image : ImageGeometry
-    is_cell_data : bool
-        Whether the values are cell data.
-    within : (2, 3) float64
-        Limits of the box: lowest and highest continuous indices of the values.
-    low, high : (3,) float64
-        Ends of the box, continuous indices of the values.
+    Its ends `low` and `high` (3,), and its limits `within` (2, 3), are continuous indices of the
+    values: of points, or of cells if `is_cell_data`.
     """
 
     image: ImageGeometry

@@ -6,19 +6,9 @@ import numpy as np
 
 
 def material_at(deformation, points):
-    """Origins of points of the deformed space, and which points have material.
+    """Origins of `points` (m, 3), world coordinates, and which of them have material: (m,) bool.
 
-    Parameters
-    ----------
-    deformation : Deformation or None
-        None for the identity.
-    points : (m, 3) float64, world coordinates
-
-    Returns
-    -------
-    origins : (m, 3) float64, world coordinates
-    has_material : (m,) bool
-        False in voids between the faces of cuts.
+    They have none in voids between the faces of cuts. The Deformation None is the identity.
     """
     if deformation is None:
         return points, np.ones(len(points), bool)

@@ -159,13 +159,7 @@ def _on_grid(member, grid, points, progress, with_jacobian):
 
 
 def members_of(transform: Transform) -> list[Transform]:
-    """The transforms that a transform consists of, without chains.
-
-    Raises
-    ------
-    TypeError
-        If it is no transform.
-    """
+    """The transforms that a transform consists of, without chains; TypeError if it is none."""
     if isinstance(transform, Chain):
         return [member for part in transform.transforms for member in members_of(part)]
     if not isinstance(transform, Transform):

@@ -18,22 +18,9 @@ def resampled_part(read, dtypes, transform, sampling):
     """Arrays on a part of the target, equal to the bit to that part of the whole.
 
     The map is evaluated once: its origins say what to read, and are sampled then. Threads that read
-    do not keep others from the device.
-
-    Parameters
-    ----------
-    read : callable
-        Of a Grid, a part of the source: the list of arrays there, (nz, ny, nx) or
-        (nz, ny, nx, components).
-    dtypes : list of dtype
-        Of the arrays, with the shape of the components.
-    transform : Transform
-    sampling : Sampling
-        From the whole source to a part of the target, with numbers as backgrounds.
-
-    Returns
-    -------
-    list of arrays
+    do not keep others from the device. `read` gives the list of arrays (nz, ny, nx[, components])
+    on a part of the source, a Grid, and `dtypes` are theirs, with the shape of the components.
+    `sampling` goes from the whole source to a part of the target, with numbers as backgrounds.
     """
     target = sampling.target
     index = transform._engine.source_index(transform, sampling)

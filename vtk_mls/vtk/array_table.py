@@ -5,6 +5,7 @@ This module does not need VTK.
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
 POINTS, CELLS, FIELD = "point", "cell", "field"  # attribute data of an array
@@ -12,6 +13,8 @@ POINTS, CELLS, FIELD = "point", "cell", "field"  # attribute data of an array
 IMAGE, MESH = "MLSDeform of an image", "MLSDeform of a mesh"
 MAP = "MLSDisplacementField"
 CONTROL_POINTS, ARROWS = "MLSControlPoints", "its output Arrows"
+_WRITERS = {"image": IMAGE, "mesh": MESH, "map": MAP, "points": CONTROL_POINTS, "arrows": ARROWS}
+WITH_CELL_QUALITY = "With GenerateCellQuality"
 
 
 @dataclass(frozen=True)
@@ -22,202 +25,103 @@ class Array:
     of: str  # POINTS, CELLS or FIELD
     writers: tuple[str, ...]  # some of the constants above
     values: str  # type and number of the values, with unit or frame
+    when: str  # condition; "" for always
     help: str  # meaning of the values
-    when: str = ""  # condition; "" for always
 
 
-_CUTS = "With cuts"
-_WORLD = "3 float32, world coordinates"
-_COUNT = "1 int64"
-WITH_CELL_QUALITY = "With GenerateCellQuality"
-TABLE = (
-    Array(
-        "BackwardDisplacement",
-        POINTS,
-        (MAP,),
-        _WORLD,
-        "G(v) - v: from a point to the original position of its material.",
-        "Unless Inverse",
-    ),
-    Array(
-        "ForwardDisplacement",
-        POINTS,
-        (MESH, MAP),
-        _WORLD,
-        "F(x) - x: the displacement of the material that was at a point.",
-        "In MLSDisplacementField with Inverse",
-    ),
-    Array(
-        "NoInverse",
-        POINTS,
-        (MESH, MAP),
-        "0 or 1",
-        "1 if no position maps back to the point, which then lies at the nearest one found.",
-        "In MLSDisplacementField with Inverse",
-    ),
-    Array(
-        "FailedInverses",
-        FIELD,
-        (MESH, MAP),
-        _COUNT,
-        "Number of points without an inverse.",
-        "In MLSDisplacementField with Inverse",
-    ),
-    Array(
-        "Void",
-        POINTS,
-        (IMAGE, MAP),
-        "0 or 1",
-        "1 if there is no material: VoidDistance is negative.",
-        f"{_CUTS}; in MLSDisplacementField unless Inverse",
-    ),
-    Array(
-        "VoidDistance",
-        POINTS,
-        (IMAGE, MAP),
-        "1 float32, world units",
-        "Distance from the void, negative inside it. Its zero level is the face of the cut.",
-        f"{_CUTS}; in MLSDisplacementField unless Inverse",
-    ),
-    Array("Void", CELLS, (IMAGE,), "0 or 1", "1 if the center of the cell is void.", _CUTS),
-    Array(
-        "Void",
-        CELLS,
-        (MESH,),
-        "0 or 1",
-        "1 if a cut has torn the cell.",
-        f"{_CUTS}, unless SplitCells",
-    ),
-    Array(
-        "vtkGhostType",
-        POINTS,
-        (IMAGE,),
-        "flags of VTK",
-        "Hides points that are void.",
-        f"{_CUTS} and HideVoid",
-    ),
-    Array(
-        "vtkGhostType",
-        CELLS,
-        (IMAGE, MESH),
-        "flags of VTK",
-        "Hides cells that are void or torn; for images, from VTK 9.3 on.",
-        f"{_CUTS}; in an image with HideVoid, in a mesh unless SplitCells",
-    ),
-    Array(
-        "Overlap",
-        POINTS,
-        (IMAGE, MAP),
-        "0 or 1",
-        "1 if material from both sides of a cut has reached the point.",
-        "With GenerateOverlap",
-    ),
-    Array(
-        "OverlappingPoints",
-        FIELD,
-        (IMAGE, MAP),
-        _COUNT,
-        "Number of points that overlap.",
-        "With GenerateOverlap",
-    ),
-    Array(
-        "Gradient",
-        POINTS,
-        (IMAGE,),
-        "3 float32, per world unit",
-        "Gradient of the deformed volume.",
-        "With GradientArray",
-    ),
-    Array(
-        "Jacobian",
-        POINTS,
-        (IMAGE, MESH, MAP),
-        "9 float32",
-        "Component 3 i + j is the derivative of G_j in the direction i.",
-        "With GenerateJacobian",
-    ),
-    Array(
-        "JacobianDeterminant",
-        POINTS,
-        (IMAGE, MESH, MAP),
-        "1 float32",
-        "det dG/dv: zero or negative where space is folded.",
-        "With GenerateJacobianDeterminant",
-    ),
-    Array(
-        "FoldedVoxels",
-        FIELD,
-        (IMAGE, MAP),
-        _COUNT,
-        "Number of folded points that are not void.",
-        "With GenerateJacobianDeterminant",
-    ),
-    Array(
-        "StepsUsed",
-        FIELD,
-        (IMAGE, MESH, MAP),
-        _COUNT,
-        "Number of steps with which no fold was found at sampled points.",
-        "With Steps 0",
-    ),
-    Array(
-        "SmallestDeterminant",
-        FIELD,
-        (IMAGE, MESH, MAP),
-        "1 float64",
-        "The smallest determinant of the Jacobian of a step, of sampled points near the handles.",
-        "With Steps 0",
-    ),
-    Array(
-        "InvertedCells",
-        FIELD,
-        (MESH,),
-        _COUNT,
-        "Number of cells that the deformation has inverted.",
-        "With GenerateJacobianDeterminant",
-    ),
-    Array(
-        "UncheckedCells",
-        FIELD,
-        (MESH,),
-        _COUNT,
-        "Number of cells without a result: lines, vertices, curved cells, cells without a size.",
-        "With GenerateJacobianDeterminant",
-    ),
-    Array(
-        "LargestBlend",
-        FIELD,
-        (MESH,),
-        "1 float64",
-        "The largest Blend, in steps of 0.01, at which no cell is inverted.",
-        "With GenerateLargestBlend",
-    ),
-    Array(
-        "CellQuality",
-        CELLS,
-        (MESH,),
-        "1 float64",
-        "VTK's scaled Jacobian of the deformed cell: 0 or less if it is inverted.",
-        WITH_CELL_QUALITY,
-    ),
-    Array(
-        "CellQualityBefore",
-        CELLS,
-        (MESH,),
-        "1 float64",
-        "VTK's scaled Jacobian of the cell at rest.",
-        WITH_CELL_QUALITY,
-    ),
-    Array("Displacement", POINTS, (CONTROL_POINTS,), "3 float64, world coordinates", "q - p."),
-    Array("Displacement", POINTS, (ARROWS,), _WORLD, "q - p of the arrow's control point."),
-    Array("Weight", POINTS, (CONTROL_POINTS,), "1 float64", "The weight factor.", "With Weights"),
-    Array("Label", POINTS, (CONTROL_POINTS,), "text", "The label.", "With a file that has them"),
-    Array(
-        "Space",
-        FIELD,
-        (CONTROL_POINTS, ARROWS),
-        "text",
-        "Frame of the positions: LPS.",
-        "With a file",
-    ),
-)
+# Name, attribute data, writers and values of each; its meaning; and its condition, if it has one.
+_TEXT = """
+BackwardDisplacement | point | map | 3 float32, world coordinates
+  G(v) - v: from a point to the original position of its material.
+  Unless Inverse
+ForwardDisplacement | point | mesh map | 3 float32, world coordinates
+  F(x) - x: the displacement of the material that was at a point.
+  In MLSDisplacementField with Inverse
+NoInverse | point | mesh map | 0 or 1
+  1 if no position maps back to the point, which then lies at the nearest one found.
+  In MLSDisplacementField with Inverse
+FailedInverses | field | mesh map | 1 int64
+  Number of points without an inverse.
+  In MLSDisplacementField with Inverse
+Void | point | image map | 0 or 1
+  1 if there is no material: VoidDistance is negative.
+  With cuts; in MLSDisplacementField unless Inverse
+VoidDistance | point | image map | 1 float32, world units
+  Distance from the void, negative inside it. Its zero level is the face of the cut.
+  With cuts; in MLSDisplacementField unless Inverse
+Void | cell | image | 0 or 1
+  1 if the center of the cell is void.
+  With cuts
+Void | cell | mesh | 0 or 1
+  1 if a cut has torn the cell.
+  With cuts, unless SplitCells
+vtkGhostType | point | image | flags of VTK
+  Hides points that are void.
+  With cuts and HideVoid
+vtkGhostType | cell | image mesh | flags of VTK
+  Hides cells that are void or torn; for images, from VTK 9.3 on.
+  With cuts; in an image with HideVoid, in a mesh unless SplitCells
+Overlap | point | image map | 0 or 1
+  1 if material from both sides of a cut has reached the point.
+  With GenerateOverlap
+OverlappingPoints | field | image map | 1 int64
+  Number of points that overlap.
+  With GenerateOverlap
+Gradient | point | image | 3 float32, per world unit
+  Gradient of the deformed volume.
+  With GradientArray
+Jacobian | point | image mesh map | 9 float32
+  Component 3 i + j is the derivative of G_j in the direction i.
+  With GenerateJacobian
+JacobianDeterminant | point | image mesh map | 1 float32
+  det dG/dv: zero or negative where space is folded.
+  With GenerateJacobianDeterminant
+FoldedVoxels | field | image map | 1 int64
+  Number of folded points that are not void.
+  With GenerateJacobianDeterminant
+StepsUsed | field | image mesh map | 1 int64
+  Number of steps with which no fold was found at sampled points.
+  With Steps 0
+SmallestDeterminant | field | image mesh map | 1 float64
+  The smallest determinant of the Jacobian of a step, of sampled points near the handles.
+  With Steps 0
+InvertedCells | field | mesh | 1 int64
+  Number of cells that the deformation has inverted.
+  With GenerateJacobianDeterminant
+UncheckedCells | field | mesh | 1 int64
+  Number of cells without a result: lines, vertices, curved cells, cells without a size.
+  With GenerateJacobianDeterminant
+LargestBlend | field | mesh | 1 float64
+  The largest Blend, in steps of 0.01, at which no cell is inverted.
+  With GenerateLargestBlend
+CellQuality | cell | mesh | 1 float64
+  VTK's scaled Jacobian of the deformed cell: 0 or less if it is inverted.
+  With GenerateCellQuality
+CellQualityBefore | cell | mesh | 1 float64
+  VTK's scaled Jacobian of the cell at rest.
+  With GenerateCellQuality
+Displacement | point | points | 3 float64, world coordinates
+  q - p.
+Displacement | point | arrows | 3 float32, world coordinates
+  q - p of the arrow's control point.
+Weight | point | points | 1 float64
+  The weight factor.
+  With Weights
+Label | point | points | text
+  The label.
+  With a file that has them
+Space | field | points arrows | text
+  Frame of the positions: LPS.
+  With a file
+"""
+
+
+def _table(text):
+    for block in re.split(r"\n(?=\S)", text.strip()):
+        head, meaning, when = [*map(str.strip, block.splitlines()), ""][:3]
+        name, of, writers, values = head.split(" | ")
+        found = tuple(_WRITERS[writer] for writer in writers.split())
+        yield Array(name, of, found, values, when, meaning)
+
+
+TABLE = tuple(_table(_TEXT))

@@ -35,10 +35,7 @@ FACES = (  # getters for polyhedra; since VTK 9.4 the older ones return copies
     else (vtkUnstructuredGrid.GetFaces, vtkUnstructuredGrid.GetFaceLocations)
 )
 # For each type of box along the axes, the type of any box, and the order of its points.
-BOXES = {
-    VTK_PIXEL: (VTK_QUAD, (0, 1, 3, 2)),
-    VTK_VOXEL: (VTK_HEXAHEDRON, (0, 1, 3, 2, 4, 5, 7, 6)),
-}
+BOXES = {VTK_PIXEL: (VTK_QUAD, (0, 1, 3, 2)), VTK_VOXEL: (VTK_HEXAHEDRON, (0, 1, 3, 2, 4, 5, 7, 6))}
 # Cell arrays of vtkPolyData in the order of its cell data, and the cell types of any size.
 _KINDS = {
     "Verts": VTK_POLY_VERTEX,

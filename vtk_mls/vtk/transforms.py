@@ -6,10 +6,7 @@ import numpy as np
 from vtkmodules.vtkCommonCore import VTK_FLOAT
 from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkCommonMath import vtkMatrix4x4
-from vtkmodules.vtkCommonTransforms import (
-    vtkGeneralTransform,
-    vtkMatrixToLinearTransform,
-)
+from vtkmodules.vtkCommonTransforms import vtkGeneralTransform, vtkMatrixToLinearTransform
 from vtkmodules.vtkFiltersHybrid import vtkGridTransform
 
 from vtk_mls import Affine, Chain, Field, Grid

@@ -48,9 +48,7 @@ def mean_weight(points):
 def world(control_points):
     """The world_t of `ControlPoints`."""
     return filled(
-        "world_t",
-        scale=control_points.scale,
-        mean_displacement=control_points.mean_displacement,
+        "world_t", scale=control_points.scale, mean_displacement=control_points.mean_displacement
     )
 
 

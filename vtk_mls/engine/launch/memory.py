@@ -150,12 +150,7 @@ class _Buffer:
             cl.enqueue_copy(queue, self.array, self.argument)
         elif self.copy_out:
             mapped, _ = cl.enqueue_map_buffer(
-                queue,
-                self.argument,
-                cl.map_flags.READ,
-                0,
-                self.array.shape,
-                self.array.dtype,
+                queue, self.argument, cl.map_flags.READ, 0, self.array.shape, self.array.dtype
             )
             mapped.base.release(queue)
         queue.finish()

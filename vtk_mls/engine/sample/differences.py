@@ -26,12 +26,7 @@ def gradient(launcher, array, grid, progress):
         if memory.in_place:
             low, high = 0, nz
         slices = filled(
-            "slices_t",
-            size=(nx, ny, nz),
-            first=low,
-            start=start,
-            stop=stop,
-            to_world=to_world,
+            "slices_t", size=(nx, ny, nz), first=low, start=start, stop=stop, to_world=to_world
         )
         count = row * ny * (stop - start)
         with (
