@@ -128,9 +128,9 @@ def write_landmarks(path, points, source=None, space="LPS"):
         if line.frame != formats.CALLER:
             return line.write(file, points)
         points = replace(points, positions=points.positions * signs(space))
-        if old and path.suffix == source.suffix and _is_table(source):
-            if point_tables.has_positions_alone(source):
-                return point_tables.write_positions(file, points)
+        is_table = old and path.suffix == source.suffix and _is_table(source)
+        if is_table and point_tables.has_positions_alone(source):
+            return point_tables.write_positions(file, points)
         return line.write(file, points)
 
 
