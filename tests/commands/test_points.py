@@ -99,7 +99,7 @@ def test_frames_of_landmarks_and_handles(landmarks):
     assert _points("in.fcsv", "ras.csv", "again.fcsv", "--handles-space", "ras") == 0
     expected = control_point_files.read_landmarks("out.fcsv").positions
     np.testing.assert_allclose(
-        np.loadtxt("out.txt", skiprows=2), expected * [-1, -1, 1], rtol=1e-12
+        np.loadtxt("out.txt", skiprows=1, delimiter=","), expected * [-1, -1, 1], rtol=1e-12
     )
     landmarks = control_point_files.read_landmarks("again.fcsv").positions
     np.testing.assert_allclose(landmarks, expected, rtol=1e-12)

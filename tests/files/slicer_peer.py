@@ -6,10 +6,12 @@ runs in a process of its own; `make test` makes it.
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 _PYTHON = Path(__file__).resolve().parents[2] / ".venv-slicer/bin/python"
@@ -18,6 +20,30 @@ needs_slicer = pytest.mark.skipif(
     not _PYTHON.exists(),
     reason="no .venv-slicer with the package slicer-core, which `make test` makes where it can",
 )
+
+
+_MOVE = """
+import json, sys
+import slicer
+scene = slicer.vtkMRMLScene()
+for path in sys.argv[2:]:
+    storage, node = slicer.vtkMRMLTransformStorageNode(), slicer.vtkMRMLTransformNode()
+    scene.AddNode(storage)
+    scene.AddNode(node)
+    storage.SetFileName(path)
+    assert storage.ReadData(node), path
+    for transform in (node.GetTransformFromParent(), node.GetTransformToParent()):
+        print(json.dumps([transform.TransformPoint(p) for p in json.loads(sys.argv[1])]))
+"""
+
+
+def moved(points, paths):
+    """Points (n, 3) in LPS moved by transforms, from and to the parent: (files, 2, n, 3)."""
+    to_ras = [-1, -1, 1]  # Slicer's own world
+    paths = [Path(path).resolve() for path in paths]
+    lines = run(_MOVE, json.dumps((points * to_ras).tolist()), *paths).splitlines()
+    found = [json.loads(line) for line in lines[-2 * len(paths) :]]
+    return np.reshape(found, (len(paths), 2, -1, 3)) * to_ras
 
 
 def run(code, *arguments):

@@ -277,6 +277,13 @@ def test_landmarks_from_one_format_to_another(tmp_path, suffix, space):
         assert found.descriptions == np.array(points.descriptions)[rows].tolist()
 
 
+@pytest.mark.parametrize("name", ["x.csv", "x.txt"])
+def test_a_table_of_positions_alone_stays_one(tmp_path, name):
+    points = _read(tmp_path, "1 2 3\n4 5 6\n", name, space="ras")
+    assert control_point_files.write_landmarks(tmp_path / name, points, tmp_path / name) == 0
+    assert (tmp_path / name).read_text() == "x,y,z\n-1.0,-2.0,3.0\n-4.0,-5.0,6.0\n"
+
+
 def _markups(point, **more):
     return json.dumps({"markups": [{"controlPoints": [point], **more}]})
 

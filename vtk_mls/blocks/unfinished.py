@@ -8,8 +8,10 @@ process at a time has the lock of the folder, which the system frees when that p
 
 from __future__ import annotations
 
+import dataclasses
 import errno
 import hashlib
+import io
 import json
 import os
 import pickle
@@ -195,8 +197,23 @@ def hash_of(folder, paths, *values):
             if file.is_file():
                 name = file.relative_to(folder)
                 digest.update(f"{name} {state.st_size} {state.st_mtime_ns}\n".encode())
-    digest.update(pickle.dumps(values))
+    content = io.BytesIO()
+    pickler = _Pickler(content)
+    pickler.fast = True  # values that are equal, and not just the same, have one hash
+    pickler.dump(values)
+    digest.update(content.getvalue())
     return digest.hexdigest()
+
+
+class _Pickler(pickle.Pickler):
+    """Pickles dataclasses by the arguments that make them, without cached properties."""
+
+    def reducer_override(self, value):
+        """What pickle makes of a value."""
+        if not dataclasses.is_dataclass(value) or isinstance(value, type):
+            return NotImplemented
+        names = [field.name for field in dataclasses.fields(value) if field.init]
+        return type(value), tuple(getattr(value, name) for name in names)
 
 
 def _without_copies(file):

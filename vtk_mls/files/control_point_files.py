@@ -113,19 +113,24 @@ def write_landmarks(path, points, source=None, space="LPS"):
 
     `path` is of a format of `formats.POINTS`. Points that are not placed are marked, or left out if
     the format has no mark. From .mrk.json, the file `source` of the points, to .mrk.json all other
-    contents are copied. Otherwise the new file is a table of ITK and ANTs (.csv), an input of
-    transformix (.txt, .pts), tag points of one volume (.tag) or markups, with labels and
-    descriptions if the format has them. `space` is the frame of files that do not say theirs.
-    Errors (OSError, ValueError) name the file.
+    contents are copied. A table of positions alone stays one. Otherwise the new file is a table of
+    ITK and ANTs (.csv), an input of transformix (.txt, .pts), tag points of one volume (.tag) or
+    markups, with labels and descriptions if the format has them. `space` is the frame of files that
+    do not say theirs. Errors (OSError, ValueError) name the file.
     """
     path = check_writable(path)
     line = formats.choose(path, "write points to", **_WRITE)
-    old = source and formats.find(Path(source), **_READ)
+    source = source and Path(source)
+    old = source and formats.find(source, **_READ)
     with _new_text_file(path) as file:
         if old and line.read is old.read is markups.read_json:
-            return markups.rewrite_json(Path(source), file, points.positions)
-        if line.frame == formats.CALLER:
-            points = replace(points, positions=points.positions * signs(space))
+            return markups.rewrite_json(source, file, points.positions)
+        if line.frame != formats.CALLER:
+            return line.write(file, points)
+        points = replace(points, positions=points.positions * signs(space))
+        is_table = old and path.suffix == source.suffix and _is_table(source)
+        if is_table and point_tables.has_positions_alone(source):
+            return point_tables.write_positions(file, points)
         return line.write(file, points)
 
 

@@ -27,8 +27,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from vtk_mls.files import frames, nrrd_times, nrrd_values, volumes
-from vtk_mls.files.units import NANOMETERS, from_seconds, symbol
+from vtk_mls.files import frames, nrrd_axes, nrrd_values, volumes
+from vtk_mls.files.units import NANOMETERS, from_seconds, in_seconds, symbol
 from vtk_mls.files.volumes import Series, Volume
 
 _TWO_WORDS = (
@@ -39,8 +39,6 @@ _TWO_WORDS = (
 _ALIASES = {**{name.replace(" ", ""): name for name in _TWO_WORDS}, "centerings": "centers"}
 _UNCHANGED_SPACES = ("", "scanner-xyz", "3d-right-handed", "3d-left-handed")
 _VECTORS = ("vector", "covariant-vector", "3-vector", "3-gradient", "3-normal")
-_SPATIAL, _UNKNOWN = ("domain", "space"), ("???", "none")
-_NOT_COMPONENTS = (*_SPATIAL, *_UNKNOWN, "time")  # for ITK
 _COPIED = ("content", "space units", "measurement frame")
 _LABEL_INTENT = "intent_code:=1002"
 _MAX_LINE = 1 << 20  # bytes
@@ -56,18 +54,24 @@ def open_file(path):
         fields, pairs = _header(file)
         sizes = _sizes(fields)
         values = nrrd_values.read(fields, file, path, sizes)
-        time_axis, fields, volume_sizes = nrrd_times.without_time(fields, sizes)
-    if time_axis is not None:
-        values = np.moveaxis(values, len(sizes) - 1 - time_axis.index, 0)
+        axes = nrrd_axes.read(fields, len(sizes))
+        time = nrrd_axes.time_of(axes, fields)
+        if time is None:
+            times, time_unit, in_time = (), "", [values]
+        else:
+            index, *numbers = time
+            unit = _time_unit(fields, index, len(sizes))
+            (start, step), time_unit = in_seconds(unit, *numbers)
+            times = tuple(float(start + step * n) for n in range(sizes[index]))
+            in_time = np.moveaxis(values, len(sizes) - 1 - index, 0)
+            del axes[index]
 
     def read_volume(index):
         with _failures_named(path):
-            if time_axis is None:
-                return _volume(path, fields, pairs, sizes, values)
-            volume = _volume(path, fields, pairs, volume_sizes, values[index])
-            return replace(volume, time_unit=time_axis.unit)
+            volume = _volume(path, fields, pairs, axes, in_time[index])
+            return replace(volume, time_unit=time_unit)
 
-    return Series(time_axis.times if time_axis else (), read_volume)
+    return Series(times, read_volume)
 
 
 @contextlib.contextmanager
@@ -80,11 +84,25 @@ def _failures_named(path):
         raise ValueError(f"`{path}` is not a readable NRRD volume: {error!s:.160}") from None
 
 
-def _volume(path, fields, pairs, sizes, values):
-    """The `Volume` of the values (slowest axis first) of a file, by its header without times."""
+def _time_unit(fields, index, count):
+    """The unit of time, which becomes the last of four `space units`."""
+    units = re.findall(r'"[^"]*"', fields.get("units", ""))
+    spatial = re.findall(r'"[^"]*"', fields.get("space units", ""))
+    if len(spatial) != 4 and len(units) == count:
+        if len(spatial) != 3:
+            lengths = [unit for unit in np.delete(units, index) if unit != '""']
+            spatial = lengths if len(lengths) == 3 else ['""'] * 3
+        spatial = [*spatial, units[index]]
+        fields["space units"] = " ".join(spatial)
+    return spatial[3].strip('"') if len(spatial) == 4 else ""
+
+
+def _volume(path, fields, pairs, axes, values):
+    """The `Volume` of the values (slowest axis first) of a file; `axes` are those but time."""
     signs = _signs(fields.get("space", ""))
-    origin, steps, axis = _geometry(fields, sizes)
-    kind, frame = _component_kind(fields, axis, len(sizes)), _measurement_frame(fields)
+    origin, steps, axis = nrrd_axes.geometry(axes, fields)
+    kind = "" if axis is None else axes[axis].component_kind
+    frame = _measurement_frame(fields)
     copied = {name: fields[name] for name in _COPIED if name in fields}
     if axis is not None:
         values = np.moveaxis(values, values.ndim - 1 - axis, -1)
@@ -247,40 +265,15 @@ def _sizes(fields):
     return sizes
 
 
-def _geometry(fields, sizes):
-    """Origin (3,), steps (3, 3) as columns, and the axis of components or None."""
-    axes = _axes(fields, len(sizes))
-    component_axes = [i for i, step in enumerate(axes) if step is None]
-    steps = [step for step in axes if step is not None]
-    origin = _origin(fields, axes)
-    shapes = {step.shape for step in [origin, *steps]}
-    is_flat = len(steps) == 2 and shapes == {(2,)}
-    is_solid = len(steps) == 3 and shapes == {(3,)}
-    if len(axes) != len(sizes) or not (is_flat or is_solid) or len(component_axes) > 1:
-        raise ValueError(
-            "it must have three axes in space, or two in a plane, and at most one of components"
-        )
-    if is_flat:
-        steps = [np.append(step, 0) for step in steps] + [np.zeros(3)]
-        origin = np.append(origin, 0)
-    return origin, np.transpose(steps), component_axes[0] if component_axes else None
-
-
 def _measurement_frame(fields):
     """(3, 3); row i is the direction of component i in space. None without the field."""
     if "measurement frame" not in fields:
         return None
-    rows = [_vector(text) for text in re.findall(r"\([^)]*\)", fields["measurement frame"])]
+    texts = re.findall(r"\([^)]*\)", fields["measurement frame"])
+    rows = [nrrd_axes.vector(text) for text in texts]
     if [row.shape for row in rows] != [(3,)] * 3:
         raise ValueError("its measurement frame must be three vectors of three numbers")
     return np.array(rows)
-
-
-def _component_kind(fields, axis, count):
-    """The kind of the axis of components, "" if the file says none."""
-    kinds = fields.get("kinds", "").split()
-    kind = kinds[axis] if axis is not None and len(kinds) == count else ""
-    return "" if kind.lower() in _NOT_COMPONENTS else kind
 
 
 def _space_for(volume):
@@ -290,59 +283,6 @@ def _space_for(volume):
         if volume.space and not (volume.is_vector and (signs < 0).any()):
             return volume.space, signs
     return _LPS, np.ones(3)
-
-
-def _origin(fields, axes):
-    """Position of the first value: the middle of its cell, unless `centers` says node."""
-    is_spatial = [step is not None for step in axes]
-    size = next((len(step) for step in axes if step is not None), 3)
-    if "space origin" in fields:
-        origin = _vector(fields["space origin"])
-        return np.zeros(size) if np.isnan(origin).all() else origin
-    if "axis mins" not in fields or "space directions" in fields:
-        return np.zeros(size)
-    count = len(axes)
-    mins = [float(text) for text in fields["axis mins"].split()]
-    centers = fields.get("centers", "cell " * count).lower().split()
-    if len(mins) != count or len(centers) != count:
-        raise ValueError(f"its axis mins and centers must be {count}, one for each axis")
-    lengths = [0.0 if step is None else step.sum() for step in axes]
-    halves = [0.0 if center == "node" else 0.5 for center in centers]
-    firsts = [low + half * length for low, half, length in zip(mins, halves, lengths)]
-    origin = np.array(firsts)[is_spatial]
-    return np.where(np.isnan(origin), 0.0, origin)
-
-
-def _axes(fields, count):
-    """The step in space along each axis; None for components."""
-    if "space directions" in fields:
-        texts = re.findall(r"none|\([^)]*\)", fields["space directions"])
-        steps = [None if text == "none" else _vector(text) for text in texts]
-        return [None if step is None or np.isnan(step).all() else step for step in steps]
-    spacings = [float(text) for text in fields.get("spacings", "nan " * count).split()]
-    kinds = fields.get("kinds", "??? " * count).lower().split()
-    if len(spacings) != count or len(kinds) != count:
-        raise ValueError(f"its spacings and kinds must be {count}, one for each axis")
-    spatial = _spatial_axes(kinds, spacings)
-    units = np.eye(max(len(spatial), 2))
-    axes = [None] * count
-    for i, unit in zip(spatial, units):
-        axes[i] = unit * (spacings[i] if np.isfinite(spacings[i]) else 1)
-    return axes
-
-
-def _spatial_axes(kinds, spacings):
-    """Indices of the axes in space, at most three.
-
-    If kinds do not say it, axes with a spacing are in space if they are three in all; otherwise the
-    first three are, as in ITK.
-    """
-    spatial = [i for i, kind in enumerate(kinds) if kind in _SPATIAL]
-    unknown = [i for i, kind in enumerate(kinds) if kind in _UNKNOWN]
-    with_spacing = [i for i in unknown if np.isfinite(spacings[i])]
-    if len(spatial) + len(with_spacing) == 3:
-        unknown = with_spacing
-    return sorted([*spatial, *unknown[: max(3 - len(spatial), 0)]])
 
 
 def _has_labels(path, pairs):
@@ -376,10 +316,6 @@ def _kind(volume, source_kind):
     is_color = volume.values.dtype == np.uint8 and not volume.is_label
     names = {3: "RGB-color", 4: "RGBA-color"} if is_color else {}
     return names.get(volume.values.shape[3], "list")
-
-
-def _vector(text):
-    return np.array([float(number) for number in text.strip("() ").split(",")])
 
 
 def _format(vector):

@@ -148,6 +148,21 @@ def write_pairs(file, pairs):
         write_row([label] * has_labels + numbers)
 
 
+def has_positions_alone(path):
+    """Whether a table has three columns."""
+    layout, _ = _open(path)
+    return layout is not None and layout.width == 3
+
+
+def write_positions(file, landmarks):
+    """Write the positions alone, without those not placed."""
+    write_row = _row_writer(file)
+    write_row(["x", "y", "z"])
+    for position in landmarks.positions[landmarks.is_placed].tolist():
+        write_row(position)
+    return int((~landmarks.is_placed).sum())
+
+
 def write(file, landmarks):
     """Write points as antsApplyTransformsToPoints reads them, without those not placed."""
     write_row = _row_writer(file)
