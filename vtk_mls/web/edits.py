@@ -5,16 +5,14 @@ from __future__ import annotations
 import math
 from contextlib import suppress
 
+from vtk_mls.editor.commands import COMMANDS, WINDOW_METHODS
 from vtk_mls.model.options import OPTIONS
 from vtk_mls.web import panel_values
 
-# Methods of the editor without an argument.
-METHODS = (
-    *("undo", "redo", "reset", "lay_lattice", "delete", "fix", "select_all", "deselect"),
-    *("make_clicked_rigid", "turn_handle", "draw_curve", "straighten", "change_mask"),
-    *("change_half", "incise", "compare", "reset_camera", "hide_handles", "time"),
-    *("accept", "decline", "toggle_slices", "cancel_landmark", "take_kind"),
-)
+# Methods of the editor without an argument; the page begins long tasks otherwise.
+_OTHERS = "", "save", "refine", *WINDOW_METHODS
+METHODS = [row.method for row in COMMANDS if row.value is None and row.method not in _OTHERS]
+METHODS += ["make_clicked_rigid", "cancel_landmark"]
 _OPTIONS = {option.name: option for option in OPTIONS if option.section != "computing"}
 _MAX_MESSAGE, _MAX_NAME = 300, 100  # characters
 _PAIR_EDITS = "enable", "jump", "delete_pair"

@@ -27,15 +27,13 @@ CONFIG = {
 }
 # Buttons of the bar: icon, title, edit, and the class of those that narrow pages hide.
 _TOOLS = (
-    ("mdi-undo", "Undo (Z)", "undo", ""),
-    ("mdi-redo", "Redo (Y)", "redo", ""),
-    ("mdi-restore", "Put all handles back (0)", "reset", "d-none d-md-inline-flex"),
-    ("mdi-fit-to-page-outline", "Show everything (R)", "reset_camera", "d-none d-md-inline-flex"),
-    ("mdi-compare", "Before and after (B)", "compare", "d-none d-md-inline-flex"),
-    ("mdi-eye-outline", "Hide or show handles (Space)", "hide_handles", "d-none d-md-inline-flex"),
+    ("mdi-undo", "Undo", "undo", ""),
+    ("mdi-redo", "Redo", "redo", ""),
+    ("mdi-restore", "Put all handles back", "reset", "d-none d-md-inline-flex"),
+    ("mdi-fit-to-page-outline", "Show everything", "reset_camera", "d-none d-md-inline-flex"),
+    ("mdi-compare", "Before and after", "compare", "d-none d-md-inline-flex"),
+    ("mdi-eye-outline", "Hide or show handles", "hide_handles", "d-none d-md-inline-flex"),
 )
-# Keys of the window that the page lacks.
-_WINDOW_KEYS = "Q", "H   ?", "E", "6"
 _STATUS = ['role="status"']  # trame has no keyword for it
 _NARROW = 900  # pixels; on narrower pages the panel covers the picture
 _IS_NARROW = f"$vuetify.display.width < {_NARROW}"
@@ -79,7 +77,7 @@ def _bar(edit, begin):
     )
     v.VSpacer()
     for icon, title, name, classes in _TOOLS:
-        _icon_button(icon, title, (edit, f"['{name}']"), classes)
+        _icon_button(icon, commands.with_key(title, name), (edit, f"['{name}']"), classes)
     v.VDivider(vertical=True, inset=True, classes="mx-2 d-none d-md-block")
     _icon_button(
         ("theme === 'dark' ? 'mdi-weather-sunny' : 'mdi-weather-night'",),
@@ -95,7 +93,9 @@ def _bar(edit, begin):
         color="primary",
         classes="mx-2",
         loading=("is_saving",),
-        title="Handles, deformed data, displacement field, picture, script (S)",
+        title=commands.with_key(
+            "Handles, deformed data, displacement field, picture, script", "save"
+        ),
         click=(begin, "['save']"),
     )
     _icon_button(
@@ -165,11 +165,10 @@ def _offer(edit):
 
 
 def _legend():
-    lines = [(key, text) for key, text in commands.legend() if key not in _WINDOW_KEYS]
     dialog = v.VDialog(v_model=("has_legend", False), max_width=560, scrollable=True)
     with dialog, v.VCard(title="Mouse and keys"):
         with v.VCardText(), html.Div(classes="mls-keys"):
-            for key, text in lines:
+            for key, text in commands.legend(without=commands.WINDOW_METHODS):
                 html.B(key)
                 html.Span(text)
             html.B("wheel, pinch")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from trame.widgets import html
 from trame.widgets import vuetify3 as v
 
+from vtk_mls.editor.commands import with_key
 from vtk_mls.editor.matching.target import MODES
 from vtk_mls.web.controls import slider, small_button, toggle
 
@@ -53,7 +54,7 @@ def _comparison(edit):
         "mdi-view-grid-outline",
         (edit, "['toggle_slices']"),
         variant=("has_slices ? 'flat' : 'tonal'",),
-        title="Show or hide slices (M)",
+        title=with_key("Show or hide slices", "toggle_slices"),
     )
 
 
@@ -70,7 +71,7 @@ def _errors(edit):
         "mdi-lightbulb-on-outline",
         (edit, "['take_kind']"),
         v_if="better_kind",
-        title="Take the kind that predicts the pairs better (8)",
+        title=with_key("Take the kind that predicts the pairs better", "take_kind"),
     )
 
 

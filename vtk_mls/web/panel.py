@@ -6,6 +6,7 @@ from trame.widgets import html
 from trame.widgets import vuetify3 as v
 from trame_client.widgets.core import HtmlElement
 
+from vtk_mls.editor.commands import with_key
 from vtk_mls.editor.distortion import MODES
 from vtk_mls.model import options
 from vtk_mls.web.controls import FIELD, slider, small_button, toggle, wide_button
@@ -36,7 +37,7 @@ def build(edit, begin):
             items=("distortions", _items(text.capitalize() for text in MODES)),
             model_value=("distortion",),
             update_modelValue=(edit, "['distortion', $event]"),
-            label="Show of the deformation (J)",
+            label=with_key("Show of the deformation", "change_distortion"),
             **FIELD,
         )
         _section("Files")
@@ -108,7 +109,7 @@ def _cut(edit):
         "Draw a line and cut along it",
         "mdi-content-cut",
         (edit, "['incise']"),
-        title="Click on the surface, then here again (P)",
+        title=with_key("Click on the surface, then here again", "incise"),
     )
     with html.Div(
         v_if="cut !== 'none' || has_lines",
@@ -139,7 +140,7 @@ def _handles(edit):
             "mdi-grid",
             (edit, "['lay_lattice']"),
             classes="flex-grow-1",
-            title="Lay a lattice of handles, again a finer one (L)",
+            title=with_key("Lay a lattice of handles, again a finer one", "lay_lattice"),
         )
 
 
@@ -183,26 +184,28 @@ def _shapes(edit):
         "Make rigid: click on a mesh or label",
         "mdi-bone",
         (edit, "['make_clicked_rigid']"),
-        title="Then move and turn it by its box (G)",
+        title=with_key("Then move and turn it by its box", "make_rigid"),
     )
     wide_button(
         "{{ is_drawing ? 'End the curve' : 'Draw a curve' }}",
         "mdi-vector-polyline",
         (edit, "['draw_curve']"),
-        title="Click its nodes on the surface or in slices (D)",
+        title=with_key("Click its nodes on the surface or in slices", "draw_curve"),
     )
     wide_button(
         "Straighten the curve",
         "mdi-ray-start-end",
         (edit, "['straighten']"),
         v_if="has_curve",
-        title="To a line of the same length: the selected curve, or the only one (9)",
+        title=with_key(
+            "To a line of the same length: the selected curve, or the only one", "straighten"
+        ),
     )
     wide_button(
         "{{ has_mask ? 'Act everywhere' : 'Act in a ball only' }}",
         "mdi-circle-expand",
         (edit, "['change_mask']"),
-        title="A ball around the selected handle; drag its violet points (W)",
+        title=with_key("A ball around the selected handle; drag its violet points", "change_mask"),
     )
 
 

@@ -26,7 +26,7 @@ _TICK = 0.015  # seconds between two timer events
 _IDLE = 1.0  # seconds without work before garbage is collected
 _SIZE = 900, 700  # pixels, before the page says its size
 # Keys that the page handles itself, or has fields for.
-_PAGE_METHODS = "save", "quit", "toggle_legend", "change_look", "enter_values"
+_PAGE_METHODS = "save", "change_look", *commands.WINDOW_METHODS
 _PAGE_KEYS = {key for key, (method, _) in commands.actions().items() if method in _PAGE_METHODS}
 
 
