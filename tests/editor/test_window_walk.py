@@ -1,4 +1,4 @@
-"""A user cuts a brain open, and matches one to another, in the window; with pictures of each step."""
+"""A user opens a brain, and matches one to another, in the window; with pictures of each step."""
 
 from __future__ import annotations
 

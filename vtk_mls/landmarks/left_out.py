@@ -40,19 +40,9 @@ class PointPairs:
 def predictions(
     pairs: PointPairs, rows: NDArray[np.int64], settings: Settings, progress: Progress = SILENT
 ) -> NDArray[np.float64]:
-    """p of some pairs, each predicted from all others: G(q_i) of the map without pair i.
+    """p (m, 3) of the pairs in `rows`, each from all others: G(q_i) of the map without pair i.
 
-    Parameters
-    ----------
-    pairs : PointPairs
-        With distinct q.
-    rows : (m,) int
-    settings : Settings
-    progress : Progress
-
-    Returns
-    -------
-    (m, 3) float64, world coordinates of the rest space
+    World coordinates of the rest space. The q are distinct.
     """
     kind = kinds.named(settings.kind, settings.degree)
     points = _FittedPoints(pairs, kind)
@@ -157,12 +147,8 @@ class _FittedPoints:
 class _WeightedPairs:
     """Pairs weighted for points v (m, 3): the attributes of `reference.weights.WeightedPoints`.
 
-    Parameters
-    ----------
-    rows : (m,) int, optional
-        The pair that is left out for each point.
-    others : (m, k) int, optional
-        The pairs to sum for each point; all of them by default.
+    For each point, the pair in `rows` (m,) is left out, or only the pairs in `others` (m, k) are
+    summed.
     """
 
     def __init__(self, points, v, settings, rows=None, others=None):
