@@ -10,8 +10,8 @@ from pairwise import one_of
 from vtk_mls import Deformation, Plane
 from vtk_mls.editor import State, commands
 from vtk_mls.editor.handle_glyphs import DRAGGED
-from vtk_mls.editor.view import Pace
 from vtk_mls.model.options import ALPHA
+from vtk_mls.rendering.pace import MapPace
 
 FRONT = 4  # the handle in the middle of the front of a 3 x 3 x 3 lattice
 
@@ -240,8 +240,8 @@ def test_undo_and_redo_are_unlimited(mesh_hands):
 )
 def test_kind_and_alpha_change_and_undeformed_data_are_shown(hands, monkeypatch):
     # on a busy machine, too
-    monkeypatch.setattr(Pace, "nodes_at_rest", lambda pace: 64)
-    monkeypatch.setattr(Pace, "pixels", lambda pace, limits: 1.0)
+    monkeypatch.setattr(MapPace, "nodes_at_rest", lambda pace: 64)
+    monkeypatch.setattr(MapPace, "pixels", lambda pace, limits: 1.0)
     hands.drag(hands.pixel_of(front_row(hands)), (30, 18))
     after = hands.picture()
     state = hands.state

@@ -183,15 +183,6 @@ def test_a_kind_that_flattens_the_volume_is_not_better(rng):
     assert table_of(state).better is None or table_of(state).better[0] != "affine"
 
 
-def test_the_autosave_holds_pairs_that_are_off_and_pending(tmp_path, rng):
-    state = with_landmark(state_of(rng).with_enabled([1], False), TARGET, (7, 8, 9))
-    Autosave("brain.nii", tmp_path).store(state)
-    restored = Autosave("brain.nii", tmp_path).offered
-    assert restored.enabled.tolist() == state.enabled.tolist()
-    assert (restored.pending.side, restored.pending.label) == (TARGET, "9")
-    assert restored.pending.position.tolist() == [7, 8, 9]
-
-
 def test_wrong_values_are_reported():
     with pytest.raises(ValueError, match="`side` must be 'moving' or 'target', got 'left'"):
         Pending("left", (0, 0, 0))

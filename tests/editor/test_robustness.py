@@ -14,6 +14,15 @@ from vtk_mls.editor.autosave import Autosave
 from vtk_mls.vtk import arrays
 
 
+def failing(error):
+    """A function that raises an error."""
+
+    def fail(*arguments):
+        raise error
+
+    return fail
+
+
 def close(hands):
     """Close the window as a window manager, and detach as `vtk-mls view` does."""
     hands.send("ExitEvent")
@@ -51,10 +60,8 @@ def test_a_driver_failure_is_reported_and_editing_continues(monkeypatch):
     hands = Hands(ball_mesh())
     show = hands.editor.scene.show
 
-    def fail(*arguments):
-        raise RuntimeError("the device is lost: CL_DEVICE_NOT_AVAILABLE")
-
-    monkeypatch.setattr(hands.editor.scene, "show", fail)
+    error = RuntimeError("the device is lost: CL_DEVICE_NOT_AVAILABLE")
+    monkeypatch.setattr(hands.editor.scene, "show", failing(error))
     hands.drag(hands.pixel_of(13), (20, 10))
     assert "The device is lost" in hands.message
     assert hands.state.is_resting.all()
@@ -133,15 +140,14 @@ def test_a_device_failure_between_edits_is_reported_and_loses_nothing(monkeypatc
     hands.click((200, 190))
     state, backward = hands.state, Deformation.backward
 
-    def fail(*arguments):
-        raise RuntimeError("the device is lost; set `VTK_MLS_DEVICE`")
+    error = RuntimeError("the device is lost; set `VTK_MLS_DEVICE`")
 
     def assert_reported():
         assert hands.message == "The device is lost; set `VTK_MLS_DEVICE`."
         assert hands.state is state
         hands.editor.say("")
 
-    monkeypatch.setattr(Deformation, "backward", fail)
+    monkeypatch.setattr(Deformation, "backward", failing(error))
     hands.press("p")
     assert_reported()
     hands.click((180, 200))
@@ -171,10 +177,7 @@ def test_a_device_failure_during_a_drag_is_reported(modifier, monkeypatch):
     camera, backward = hands.camera, Deformation.backward
     hands.send("LeftButtonPressEvent", hands.pixel_of(13))
 
-    def fail(*arguments):
-        raise MemoryError
-
-    monkeypatch.setattr(Deformation, "backward", fail)
+    monkeypatch.setattr(Deformation, "backward", failing(MemoryError()))
     hands.move(hands.pixel_of(13) + (10, 0), modifier)
     assert hands.message == "There is not enough memory."
     monkeypatch.setattr(Deformation, "backward", backward)

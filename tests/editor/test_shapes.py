@@ -390,22 +390,6 @@ def shapes():
     )
 
 
-def test_unsaved_shapes_are_restored(tmp_path):
-    state = shapes()
-    Autosave("ball.vtp", tmp_path).store(state)
-    restored = Autosave("ball.vtp", tmp_path).offered
-    assert restored.labels == state.labels
-    for name in ("center", "radius", "falloff"):
-        np.testing.assert_array_equal(getattr(restored.mask, name), getattr(state.mask, name))
-    np.testing.assert_array_equal(restored.grips.deformed, state.grips.deformed)
-    for handle, other in zip(state.handles[:-1], restored.handles):
-        assert type(handle.shape) is type(other.shape)
-        np.testing.assert_array_equal(handle.motion, other.motion)
-    points = np.random.default_rng(2).uniform(0, 15, (50, 3))
-    expected, found = (s.deformation().backward(points) for s in (state, restored))
-    np.testing.assert_array_equal(found, expected)
-
-
 def test_a_broken_autosave_file_offers_nothing(tmp_path):
     Autosave("ball.vtp", tmp_path).store(shapes())
     (path,) = tmp_path.iterdir()

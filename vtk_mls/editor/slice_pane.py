@@ -100,7 +100,6 @@ class SlicePane:
         self._balls.SetPoints(polydata.points(places))
         self._balls.SetVerts(polydata.cells(np.arange(len(places))[:, None]))
         self._balls.GetPointData().SetScalars(polydata.colors(colors))
-        self._balls.Modified()
         self._handles.SetVisibility(are_visible)
         self.renderer.ResetCameraClippingRange()
 
@@ -117,7 +116,6 @@ class SlicePane:
         """Draw segments (n, 2, 3)."""
         self._lines.SetPoints(polydata.points(self._in_front(ends, 0.5)))
         self._lines.SetLines(polydata.cells(np.arange(2 * len(ends)).reshape(-1, 2)))
-        self._lines.Modified()
 
     def _draw_outlines(self, meshes):
         """Draw the outlines of meshes: pairs of a dataset, or None, and a color."""
@@ -146,7 +144,6 @@ class SlicePane:
         self._cross.SetPoints(polydata.points(self._in_front(ends, 1)))
         self._cross.SetLines(polydata.cells(np.array([(0, 1), (2, 3)])))
         self._cross.GetCellData().SetScalars(polydata.colors(colors))
-        self._cross.Modified()
 
     def _in_front(self, points, layer):
         """Points (n, 3) moved into a layer just in front of the slice."""

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import time
 
-import numpy as np
-
 from vtk_mls.editor import commands
 from vtk_mls.editor.cut_widget import CutWidget
 from vtk_mls.editor.distortion import MODES, Distortion
@@ -18,28 +16,13 @@ from vtk_mls.editor.shape_actors import ShapeActors
 from vtk_mls.editor.slices import Slices
 from vtk_mls.editor.volume_legend import VolumeLegend
 from vtk_mls.model.options import DEGREE
-from vtk_mls.rendering.pace import MapPace, pixels_per_ray
+from vtk_mls.rendering.pace import MapPace
 
 _REFINEMENT_DELAY = 0.25  # seconds without movement before a fine picture
 _MAX_NODES = 96  # along the longest side
-# Limits of a picture: its seconds, and the pixels between rays along both axes.
+# Limits of a picture: its seconds, and the pixels between rays along both axes. At rest, fewer rays
+# are for slow graphics only.
 _MOVING, _RESTING, _FILE = (0.06, 8.0), (2.0, 3.0), (20.0, 3.0)
-
-
-class Pace(MapPace):
-    """Chooses the resolution of maps and pictures; the last took `picture_seconds`."""
-
-    def __init__(self):
-        super().__init__(_MAX_NODES)
-        self.picture_seconds, self._full_seconds = 0.0, np.inf
-
-    def note_picture(self, pixels, seconds):
-        """Record the time of a picture with one ray for `pixels` pixels along both axes."""
-        self.picture_seconds, self._full_seconds = seconds, seconds * pixels**2
-
-    def pixels(self, limits):
-        """Pixels between rays along both axes; at rest, above 1 for slow graphics only."""
-        return pixels_per_ray(self._full_seconds, *limits)
 
 
 class View:
@@ -81,7 +64,7 @@ class View:
         self.drawn_message = ""
         self._legend = VolumeLegend(self.scene.overlay)
         self.overlay = Overlay(self.scene.overlay, commands.legend(), commands.HINT)
-        self._pace, self._preset, self._moved_at = Pace(), 0, None
+        self._pace, self._preset, self._moved_at = MapPace(_MAX_NODES), 0, None
         self._tags = [
             (observed, observed.AddObserver(event, handler))
             for observed, event, handler in (

@@ -40,8 +40,9 @@ class PointPairs:
 def predictions(
     pairs: PointPairs, rows: NDArray[np.int64], settings: Settings, progress: Progress = SILENT
 ) -> NDArray[np.float64]:
-    """p (m, 3) of the pairs in `rows`, each predicted from all others: G(q_i) of the map without
-    pair i. All q are distinct.
+    """p (m, 3) of the pairs in `rows`, each from all others: G(q_i) of the map without pair i.
+
+    World coordinates of the rest space. The q are distinct.
     """
     kind = kinds.named(settings.kind, settings.degree)
     points = _FittedPoints(pairs, kind)
@@ -146,8 +147,8 @@ class _FittedPoints:
 class _WeightedPairs:
     """Pairs weighted for points v (m, 3): the attributes of `reference.weights.WeightedPoints`.
 
-    `rows` (m,) are the pair that is left out for each point; `others` (m, k) the pairs to sum for
-    each, all of them by default.
+    For each point, the pair in `rows` (m,) is left out, or only the pairs in `others` (m, k) are
+    summed.
     """
 
     def __init__(self, points, v, settings, rows=None, others=None):

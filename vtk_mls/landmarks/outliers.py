@@ -28,11 +28,10 @@ _MAX_SWAP_RATIO = 0.5
 
 
 def find(pairs: PointPairs, settings: Settings) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
-    """The outliers (n,), and p of each pair (n, 3) as predicted from the other pairs; q are
-    distinct.
+    """The outliers (n,), and p of each pair (n, 3) as predicted from the other pairs.
 
-    Outliers predict nothing, since they would spoil the predictions of their neighbors: the worst
-    pair of each neighborhood is removed until all others are within the limit.
+    The q are distinct. Outliers predict nothing, since they would spoil the predictions of their
+    neighbors: the worst pair of each neighborhood is removed until all others are within the limit.
     """
     inliers = np.arange(len(pairs))
     min_count = len(pairs) - int(_MAX_SHARE * len(pairs))
@@ -53,9 +52,7 @@ def find(pairs: PointPairs, settings: Settings) -> tuple[NDArray[np.bool_], NDAr
 def swapped(
     pairs: PointPairs, is_outlier: NDArray[np.bool_], predicted: NDArray[np.float64]
 ) -> NDArray[np.int64]:
-    """The outlier with which each outlier of `find` has exchanged its place: (n,) rows, -1 for
-    none.
-    """
+    """The outlier with which each outlier of `find` has exchanged its place: (n,) rows, or -1."""
     result = np.full(len(pairs), -1)
     rows = np.flatnonzero(is_outlier)
     if len(rows) < 2:

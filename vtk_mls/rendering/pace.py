@@ -15,14 +15,23 @@ _MIN_MOVING_RATE = 1.0  # pictures per second that a window requests while it mo
 
 
 class MapPace:
-    """Chooses the number of nodes of maps from the time that the last map took.
+    """Chooses the resolution of maps, and of pictures, from the time that the last ones took.
 
     Maps at rest have at most `max_nodes` along the longest side. The last map has taken
-    `map_seconds` with `nodes`.
+    `map_seconds` with `nodes`, the last picture `picture_seconds`.
     """
 
     def __init__(self, max_nodes):
         self.map_seconds, self.nodes, self._max_nodes = 0.0, _USUAL_NODES, max_nodes
+        self.picture_seconds, self._full_seconds = 0.0, np.inf
+
+    def note_picture(self, pixels, seconds):
+        """Record the time of a picture with one ray for `pixels` pixels along both axes."""
+        self.picture_seconds, self._full_seconds = seconds, seconds * pixels**2
+
+    def pixels(self, limits):
+        """`pixels_per_ray` within the limits: seconds, and pixels at most."""
+        return pixels_per_ray(self._full_seconds, *limits)
 
     def make(self, make_map, is_moving):
         """Call `make_map(nodes)` with the number of nodes that time allows.

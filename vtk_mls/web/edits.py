@@ -10,9 +10,9 @@ from vtk_mls.model.options import OPTIONS
 from vtk_mls.web import panel_values
 
 # Methods of the editor without an argument; the page begins long tasks otherwise.
-METHODS = {row.method for row in COMMANDS if row.value is None}
-METHODS -= {"", "save", "refine", *WINDOW_METHODS}
-METHODS |= {"make_clicked_rigid", "cancel_landmark"}
+_OTHERS = "", "save", "refine", *WINDOW_METHODS
+METHODS = [row.method for row in COMMANDS if row.value is None and row.method not in _OTHERS]
+METHODS += ["make_clicked_rigid", "cancel_landmark"]
 _OPTIONS = {option.name: option for option in OPTIONS if option.section != "computing"}
 _MAX_MESSAGE, _MAX_NAME = 300, 100  # characters
 _PAIR_EDITS = "enable", "jump", "delete_pair"
