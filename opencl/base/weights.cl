@@ -24,8 +24,15 @@ typedef struct {
   __global const segment_t *rest_segments;
 } map_t;
 
-// The map of a launch, from the first four arguments of each kernel of the map; `cut_tables` is null
-// without cuts. Of several steps it is the first, from which `step_of` finds the others.
+// The first arguments of each kernel of the map; then those of kernels at points, float in three planes.
+#define MAP_ARGUMENTS                                                       \
+  const map_params_t map_params, __global const float *restrict map_tables, \
+      const cut_params_t cut_params, __global const float *restrict cut_tables
+#define THE_MAP map_of(map_params, map_tables, cut_params, cut_tables)
+#define POINT_ARGUMENTS const long points_count, __global const float *restrict points
+
+// The map of a launch; `cut_tables` is null without cuts. Of several steps it is the first, from which
+// `step_of` finds the others.
 inline map_t map_of(const map_params_t params, __global const float *map_tables,
                     const cut_params_t cut_params, __global const float *cut_tables) {
   map_t map;

@@ -34,12 +34,10 @@ inline integer is_separated(const map_t *map, const grid_t *grid, const coarse_t
 
 // Compares the map in the `middles` of cells with its interpolation: bits of structs.h.
 __kernel EXPLICIT_VECTORS void coarse_check(
-    const map_params_t map_params, __global const float *restrict map_tables,
-    const cut_params_t cut_params, __global const float *restrict cut_tables,
-    const grid_t grid, const coarse_t coarse, const check_t check,
+    MAP_ARGUMENTS, const grid_t grid, const coarse_t coarse, const check_t check,
     __global const float *restrict node_planes, __global const float *restrict middles,
     __global uchar *restrict flags) {
-  const map_t map = map_of(map_params, map_tables, cut_params, cut_tables);
+  const map_t map = THE_MAP;
   band_t band;
   if (!find_band(&coarse, &band)) return;
   const int middle = COARSE_STEP / 2, x = band.x - coarse.first_cell[0];

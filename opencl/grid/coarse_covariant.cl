@@ -16,13 +16,10 @@ inline vec covariant_in_row(const coarse_t *coarse, const slopes_t *slopes, int 
 
 // As grid_covariant, interpolated between the nodes of `node_planes`.
 __kernel EXPLICIT_VECTORS void coarse_covariant(
-    const map_params_t map_params, __global const float *restrict map_tables,
-    const cut_params_t cut_params, __global const float *restrict cut_tables,
-    const grid_t grid, const coarse_t coarse, __global const float *restrict node_planes,
-    const source_t source, __global float *restrict index, __global float *restrict void_distance,
-    const float scale, const array_t array, const int normalize,
-    __global const float *restrict vectors, __global float *restrict result) {
-  const map_t map = map_of(map_params, map_tables, cut_params, cut_tables);
+    MAP_ARGUMENTS, COARSE_ARGUMENTS, const source_t source, __global float *restrict index,
+    __global float *restrict void_distance, const float scale, const array_t array,
+    const int normalize, __global const float *restrict vectors, __global float *restrict result) {
+  const map_t map = THE_MAP;
   band_t band;
   if (!find_band(&coarse, &band)) return;
   if (!has_region(&map.cuts, &band)) return;

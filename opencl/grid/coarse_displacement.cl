@@ -91,12 +91,9 @@ inline void store_displacements_in_row(__global float *displacement, const layer
 
 // As grid_displacement, interpolated between the nodes of `node_planes`.
 __kernel EXPLICIT_VECTORS void coarse_displacement(
-    const map_params_t map_params, __global const float *restrict map_tables,
-    const cut_params_t cut_params, __global const float *restrict cut_tables,
-    const grid_t grid, const coarse_t coarse, __global const float *restrict node_planes,
-    const world_t world, __global float *restrict displacement,
+    MAP_ARGUMENTS, COARSE_ARGUMENTS, const world_t world, __global float *restrict displacement,
     __global float *restrict void_distance, const float scale) {
-  const map_t map = map_of(map_params, map_tables, cut_params, cut_tables);
+  const map_t map = THE_MAP;
   const to_world_t to_world = to_world_of(&world);
   band_t band;
   if (!find_band(&coarse, &band)) return;

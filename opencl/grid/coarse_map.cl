@@ -3,6 +3,10 @@
 // on the index of a point only: parts are computed like the whole. The host decides which cells are
 // accurate (vtk_mls/engine/map/coarse_map.py).
 
+// Arguments of kernels that interpolate between the nodes `node_planes`.
+#define COARSE_ARGUMENTS \
+  const grid_t grid, const coarse_t coarse, __global const float *restrict node_planes
+
 #define TAPS 6
 #define BEFORE 2  // nodes before the first node of a cell
 

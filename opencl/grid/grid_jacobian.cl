@@ -2,12 +2,9 @@
 
 // (dG/dv)^T, row by row. Where regions compete, `void_distance` decides between them.
 __kernel EXPLICIT_VECTORS void grid_jacobian(
-    const map_params_t map_params, __global const float *restrict map_tables,
-    const cut_params_t cut_params, __global const float *restrict cut_tables,
-    const grid_t grid, const nodes_t nodes, __global const node_t *restrict node_table,
-    const coarse_t coarse, __global const int *restrict cells, __global const long *restrict listed,
-    __global float *restrict jacobian, __global float *restrict void_distance, const float scale) {
-  const map_t map = map_of(map_params, map_tables, cut_params, cut_tables);
+    MAP_ARGUMENTS, GRID_ARGUMENTS, __global float *restrict jacobian,
+    __global float *restrict void_distance, const float scale) {
+  const map_t map = THE_MAP;
   item_t item = item_of(&map, &grid, &coarse, cells, listed, void_distance);
   if (item.lanes == 0) return;
   const fit_t fit = fit_on_grid(&map, &grid, &item, &nodes, node_table);

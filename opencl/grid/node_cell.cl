@@ -21,10 +21,8 @@ inline vec load_nodes(__global const node_t *nodes, integer n, int at, real *w) 
 // cell gives no guess: a cut separates its corners, one is behind a cut, or its first node does not
 // predict the others.
 __kernel EXPLICIT_VECTORS void node_cell(
-    const map_params_t map_params, __global const float *restrict map_tables,
-    const cut_params_t cut_params, __global const float *restrict cut_tables,
-    const grid_t grid, const int count, __global node_t *restrict nodes) {
-  const map_t map = map_of(map_params, map_tables, cut_params, cut_tables);
+    MAP_ARGUMENTS, const grid_t grid, const int count, __global node_t *restrict nodes) {
+  const map_t map = THE_MAP;
   long first = grid.first + (long)get_global_id(0) * LANES;
   if (first >= grid.stop) return;
   integer n, usable = (real)(0) == 0;

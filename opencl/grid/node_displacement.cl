@@ -5,10 +5,8 @@
 // Nodes: G(v) - v less its mean, before limits, local units, in three planes of `count` points; with cuts
 // the void distance in a fourth.
 __kernel EXPLICIT_VECTORS void node_displacement(
-    const map_params_t map_params, __global const float *restrict map_tables,
-    const cut_params_t cut_params, __global const float *restrict cut_tables,
-    const grid_t grid, const long count, __global float *restrict nodes) {
-  const map_t map = map_of(map_params, map_tables, cut_params, cut_tables);
+    MAP_ARGUMENTS, const grid_t grid, const long count, __global float *restrict nodes) {
+  const map_t map = THE_MAP;
   const long first = grid.first + (long)get_global_id(0) * LANES;
   if (first >= grid.stop) return;
   const fit_t fit = fit_at(&map, transformed(grid.frame, grid_index(&grid, first)));

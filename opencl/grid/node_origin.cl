@@ -4,10 +4,8 @@
 
 // The nodes of first guesses at the points of a grid; node_cell sets by_i.w.
 __kernel EXPLICIT_VECTORS void node_origin(
-    const map_params_t map_params, __global const float *restrict map_tables,
-    const cut_params_t cut_params, __global const float *restrict cut_tables,
-    const grid_t grid, __global node_t *restrict nodes) {
-  const map_t map = map_of(map_params, map_tables, cut_params, cut_tables);
+    MAP_ARGUMENTS, const grid_t grid, __global node_t *restrict nodes) {
+  const map_t map = THE_MAP;
   // before all branches: Mesa's compiler crashes where arguments are read below
   const long stop = grid.stop;
   vec by_index[3];

@@ -7,6 +7,12 @@
 
 #include "map.cl"
 #include "grid.cl"
+
+// Arguments of kernels on a grid: its points, nodes of first guesses, and listed cells or points.
+#define GRID_ARGUMENTS                                                                \
+  const grid_t grid, const nodes_t nodes, __global const node_t *restrict node_table, \
+      const coarse_t coarse, __global const int *restrict cells,                      \
+      __global const long *restrict listed
 #if AT_REST
 #include "origin_nodes.cl"
 #endif

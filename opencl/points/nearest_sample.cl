@@ -3,12 +3,10 @@
 // For points x less the mean displacement the displacement to the sample of the map whose image is
 // nearest, in three planes. Samples with images no farther than `min_distances2` are skipped.
 __kernel EXPLICIT_VECTORS void nearest_sample(
-    const map_params_t map_params, __global const float *restrict map_tables,
-    const cut_params_t cut_params, __global const float *restrict cut_tables,
-    const long points_count, __global const float *restrict points,
-    const int sample_count, __global const sample_t *restrict samples,
-    __global float *restrict min_distances2, __global float *restrict displacements) {
-  const map_t map = map_of(map_params, map_tables, cut_params, cut_tables);
+    MAP_ARGUMENTS, POINT_ARGUMENTS, const int sample_count,
+    __global const sample_t *restrict samples, __global float *restrict min_distances2,
+    __global float *restrict displacements) {
+  const map_t map = THE_MAP;
   long first = (long)get_global_id(0) * LANES;
   if (first >= points_count) return;
   vec x = load_points(points, points_count, first);

@@ -3,12 +3,9 @@
 // d(G - v)/dv in nine planes, for material with given `origins`, from which cuts see; only with cuts in
 // the rest frame.
 __kernel EXPLICIT_VECTORS void origin_jacobian(
-    const map_params_t map_params, __global const float *restrict map_tables,
-    const cut_params_t cut_params, __global const float *restrict cut_tables,
-    const long points_count, __global const float *restrict points,
-    __global const float *restrict origins,
+    MAP_ARGUMENTS, POINT_ARGUMENTS, __global const float *restrict origins,
     __global float *restrict jacobian) {
-  const map_t map = map_of(map_params, map_tables, cut_params, cut_tables);
+  const map_t map = THE_MAP;
   long first = (long)get_global_id(0) * LANES;
   if (first >= points_count) return;
   fit_t fit;

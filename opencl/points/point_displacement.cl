@@ -6,11 +6,8 @@
 // G(v) - v - mean displacement in three planes, local frame; the void distance in a fourth if cuts
 // belong to the material.
 __kernel EXPLICIT_VECTORS void point_displacement(
-    const map_params_t map_params, __global const float *restrict map_tables,
-    const cut_params_t cut_params, __global const float *restrict cut_tables,
-    const long points_count, __global const float *restrict points,
-    __global float *restrict displacement) {
-  const map_t map = map_of(map_params, map_tables, cut_params, cut_tables);
+    MAP_ARGUMENTS, POINT_ARGUMENTS, __global float *restrict displacement) {
+  const map_t map = THE_MAP;
 #if AT_REST
   search_points(&map, points_count, points, 0, displacement);
 #else

@@ -3,12 +3,9 @@
 // v - x for points x less the mean displacement: world units, interleaved, from first guesses at the
 // lattice nodes. `residuals` are those of G(v) = x relative to the size of x, FLT_MAX off the lattice.
 __kernel EXPLICIT_VECTORS void point_forward(
-    const map_params_t map_params, __global const float *restrict map_tables,
-    const cut_params_t cut_params, __global const float *restrict cut_tables,
-    const long points_count, __global const float *restrict points,
-    const lattice_t lattice, __global const float4 *restrict nodes, const world_t world,
-    __global float *restrict result, __global float *restrict residuals) {
-  const map_t map = map_of(map_params, map_tables, cut_params, cut_tables);
+    MAP_ARGUMENTS, POINT_ARGUMENTS, const lattice_t lattice, __global const float4 *restrict nodes,
+    const world_t world, __global float *restrict result, __global float *restrict residuals) {
+  const map_t map = THE_MAP;
   long first = (long)get_global_id(0) * LANES;
   if (first >= points_count) return;
   vec x = load_points(points, points_count, first), displacement;

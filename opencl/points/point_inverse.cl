@@ -3,11 +3,9 @@
 // v - x for points x less the mean displacement, in three planes that hold first guesses before.
 // `residuals` are those of G(v) = x relative to the size of x.
 __kernel EXPLICIT_VECTORS void point_inverse(
-    const map_params_t map_params, __global const float *restrict map_tables,
-    const cut_params_t cut_params, __global const float *restrict cut_tables,
-    const long points_count, __global const float *restrict points,
-    __global float *restrict displacements, __global float *restrict residuals) {
-  const map_t map = map_of(map_params, map_tables, cut_params, cut_tables);
+    MAP_ARGUMENTS, POINT_ARGUMENTS, __global float *restrict displacements,
+    __global float *restrict residuals) {
+  const map_t map = THE_MAP;
   long first = (long)get_global_id(0) * LANES;
   if (first >= points_count) return;
   vec x = load_points(points, points_count, first);

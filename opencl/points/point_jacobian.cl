@@ -2,11 +2,8 @@
 
 // d(G - v)/dv in nine planes.
 __kernel EXPLICIT_VECTORS void point_jacobian(
-    const map_params_t map_params, __global const float *restrict map_tables,
-    const cut_params_t cut_params, __global const float *restrict cut_tables,
-    const long points_count, __global const float *restrict points,
-    __global float *restrict jacobian) {
-  const map_t map = map_of(map_params, map_tables, cut_params, cut_tables);
+    MAP_ARGUMENTS, POINT_ARGUMENTS, __global float *restrict jacobian) {
+  const map_t map = THE_MAP;
   long first = (long)get_global_id(0) * LANES;
   if (first >= points_count) return;
   vec v = load_points(points, points_count, first);

@@ -4,11 +4,8 @@
 // As point_displacement, for the material on the side of the cuts where `starts` are: the map continues
 // behind the faces. Only with cuts in the rest frame.
 __kernel EXPLICIT_VECTORS void point_search(
-    const map_params_t map_params, __global const float *restrict map_tables,
-    const cut_params_t cut_params, __global const float *restrict cut_tables,
-    const long points_count, __global const float *restrict points,
-    __global const float *restrict starts,
+    MAP_ARGUMENTS, POINT_ARGUMENTS, __global const float *restrict starts,
     __global float *restrict displacement) {
-  const map_t map = map_of(map_params, map_tables, cut_params, cut_tables);
+  const map_t map = THE_MAP;
   search_points(&map, points_count, points, starts, displacement);
 }

@@ -3,11 +3,8 @@
 // The smallest determinant of dG/dv of the steps at points of the deformed space; or, unless
 // `step_index` is -1, that of this step at points of the stage that it leads from.
 __kernel EXPLICIT_VECTORS void step_determinant(
-    const map_params_t map_params, __global const float *restrict map_tables,
-    const cut_params_t cut_params, __global const float *restrict cut_tables,
-    const long points_count, __global const float *restrict points, const int step_index,
-    __global float *restrict determinants) {
-  const map_t map = map_of(map_params, map_tables, cut_params, cut_tables);
+    MAP_ARGUMENTS, POINT_ARGUMENTS, const int step_index, __global float *restrict determinants) {
+  const map_t map = THE_MAP;
   long first = (long)get_global_id(0) * LANES;
   if (first >= points_count) return;
   const map_t evaluated = step_index < 0 ? map : step_of(&map, step_index);
