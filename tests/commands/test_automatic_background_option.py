@@ -57,7 +57,7 @@ def test_the_background_is_the_median_of_the_corners(kind, rng, capsys):
     assert "median" not in capsys.readouterr().out
 
 
-def test_labels_have_the_background_0_which_is_not_said(capsys):
+def test_labels_have_the_background_0_without_a_warning(capsys):
     SimpleITK.WriteImage(SimpleITK.Image([5, 6, 7], SimpleITK.sitkUInt8) + 4, "in.mha")
     assert deform("in.mha", "out.mha", "--label", "MetaImage") == 0
     assert not SimpleITK.GetArrayFromImage(SimpleITK.ReadImage("out.mha")).any()

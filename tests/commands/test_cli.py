@@ -282,7 +282,7 @@ def test_usage(capsys):
     assert capsys.readouterr().out == f"vtk-mls {__version__}\n"
 
 
-def test_what_is_odd_in_a_file_is_told_by_the_supervised_command(files):
+def test_the_supervised_command_reports_doubtful_files(files):
     """Though nothing is shown that libraries print while they read."""
     rows = np.hstack([REST, DEFORMED, REST])
     header = "px,py,pz,qx,qy,qz,x_std,y_std,z_std"

@@ -73,7 +73,7 @@ def test_a_surface_at_rest_and_moved_are_a_pair_of_files(bones):
     np.testing.assert_allclose(pair, one, atol=1e-6)
 
 
-def test_overlapping_bones_are_told(bones, caplog, capsys):
+def test_overlapping_bones_are_reported(bones, caplog, capsys):
     pushed = [moved(ball((x, 0, 0), 1), transform(0, move=(0, 0, 0.1))) for x in (-3, 0, 3)]
     pushed[1] = displaced(pushed[1], (2, 0, 0))
     io.write_dataset(joined(*pushed), "pushed.vtp")

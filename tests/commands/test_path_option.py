@@ -133,7 +133,7 @@ def test_points_are_paired_by_labels(column):
         (["--path", "turn_0.csv"], "the 36 positions of `turn_0.csv` are those of `rest.csv`"),
     ],
 )
-def test_bad_series_are_told(column, options, match, capsys):
+def test_bad_series_are_errors(column, options, match, capsys):
     write_points("less_0.csv", REST)
     write_points("less_1.csv", REST[:-1])
     write_points("less_2.csv", REST)
@@ -147,7 +147,7 @@ def test_bad_series_are_told(column, options, match, capsys):
     assert not Path("field.vti").exists()
 
 
-def test_a_bad_array_is_told(files, capsys):
+def test_a_bad_array_is_an_error(files, capsys):
     polydata = vtkPolyData()
     fill_polydata(polydata, REST, PLACES[-1], None)
     add_array(polydata.GetPointData(), "Path", np.zeros((len(REST), 2)), 11)

@@ -85,7 +85,7 @@ def test_the_editor_begins_with_what_rests(inputs, monkeypatch):
 
 
 @pytest.mark.parametrize("output", ["out.vti", "out.pvd", "out.vtm"])
-def test_an_output_without_anything_of_the_input_is_told(inputs, output, capsys):
+def test_an_output_without_any_of_the_input_is_reported(inputs, output, capsys):
     """Whatever the values are: the background is that of the image."""
     image = make_image()
     add_array(image.GetPointData(), "ones", np.ones(504))
@@ -162,7 +162,7 @@ def test_far_control_points_are_reported_on_the_side_that_counts(
 
 
 @pytest.mark.parametrize("command", ["deform", "field"])
-def test_folds_are_told(inputs, command, capsys):
+def test_folds_are_reported(inputs, command, capsys):
     grid = ImageGeometry.of_image(io.read_dataset("in.vti")).grid
     low, high = grid.corners().min(axis=0), grid.corners().max(axis=0)
     rng = np.random.default_rng(3)

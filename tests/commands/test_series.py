@@ -154,7 +154,7 @@ def test_a_series_of_images_and_of_blocks(capsys):
     np.testing.assert_allclose(points_of(read_mesh()), moved(TIMES[2]), atol=1e-5)
 
 
-def test_what_holds_for_all_time_steps_is_said_once(caplog):
+def test_what_holds_for_all_time_steps_is_reported_once(caplog):
     def image(time):
         volume = make_image()
         add_array(volume.GetPointData(), "values", np.full(504, time), 3)  # unsigned char
@@ -243,7 +243,7 @@ def test_a_file_in_the_place_of_the_folder(capsys):
     assert Path("out").read_text() == "mine"
 
 
-def test_a_full_disk_is_said_of_the_series():
+def test_a_full_disk_is_reported_for_the_series():
     write_steps(["1.vtu"])
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (100, limits[1]))

@@ -158,7 +158,7 @@ image_files.read_xml = lambda path: os._exit({status})
     assert err.count("\n") == 1
 
 
-def test_what_python_says_itself_is_not_said_twice(files):
+def test_errors_of_python_are_not_repeated(files):
     status, _, err = _run("vtk_mls.filters", "raise AttributeError('by a mistake')")
     assert status == 1
     assert err.endswith("AttributeError: by a mistake\n")

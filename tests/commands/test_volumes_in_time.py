@@ -190,7 +190,7 @@ def test_a_volume_takes_the_handles_of_its_time_however_it_is_rounded(step, endi
         np.testing.assert_array_equal(arrays.to_numpy(found), arrays.to_numpy(expected))
 
 
-def test_one_volume_is_asked_for_where_one_is_needed(rng, capsys):
+def test_one_volume_is_requested_where_one_is_needed(rng, capsys):
     SimpleITK.WriteImage(itk_image(rng), "in.nii.gz")
     sentence = "`in.nii.gz` has 3 time steps, expected one; write one of them to a file, for only"
     with pytest.raises(ValueError, match=sentence):

@@ -59,7 +59,7 @@ def test_bad_arguments_are_named(bad, error, message):
     assert "\n" not in str(raised.value)
 
 
-def test_no_cuts_can_be_said_in_several_ways():
+def test_no_cuts_can_be_given_in_several_ways():
     for cuts in (None, (), []):
         assert Deformation(**GOOD, cuts=cuts).cuts == ()
 

@@ -287,7 +287,7 @@ def test_material_pushed_through_a_cut_has_no_image(device):
     np.testing.assert_array_equal(is_nan, [False, True, True, False])
 
 
-def test_a_fold_is_said_to_have_no_place(device):
+def test_a_fold_has_no_place(device):
     """Two control points exchanged along a line fold the space between them over itself."""
     deformed = np.array([(0, 0, 0), (10, 0, 0), (40, 0, 0), (50, 0, 0), (20, 30, 0), (20, 0, 30)])
     rest = deformed.astype(float)

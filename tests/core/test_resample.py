@@ -111,7 +111,7 @@ def test_background_begins_half_a_voxel_outside(device):
         ("float32", 1e300, np.inf),
     ],
 )
-def test_a_background_that_a_type_does_not_have_is_said(
+def test_a_background_outside_the_range_of_a_type_is_reported(
     device, dtype, background, expected, caplog
 ):
     d = Deformation([[100, 0, 0]], [[0, 0, 0]], device=device)
@@ -131,7 +131,7 @@ def test_a_background_that_a_type_does_not_have_is_said(
     ("dtype", "background"),
     [("uint8", 0), ("uint8", 255), ("uint8", 7.4), ("int64", 2**62 + 1), ("float32", np.nan)],
 )
-def test_a_background_that_a_type_has_is_not_said(device, dtype, background, caplog):
+def test_no_warning_for_a_background_in_the_range(device, dtype, background, caplog):
     d = Deformation([[100, 0, 0]], [[0, 0, 0]], device=device)
     grid = Grid((2, 2, 2))
     caplog.clear()

@@ -95,7 +95,7 @@ def test_cells_far_from_faces_are_not_evaluated():
     assert not void[~unknown].any()
 
 
-def test_infinite_void_distances_tell_nothing_of_cells():
+def test_infinite_void_distances_leave_cells_undecided():
     near, far = np.full((3, 3, 3), np.inf, np.float32), np.full((3, 3, 3), 9.0, np.float32)
     assert (void_cells.by_corners(near, 1.8) == void_cells.UNKNOWN).all()
     assert (void_cells.by_corners(far, 1.8) == 0).all()
@@ -138,7 +138,7 @@ ALIKE = {  # corners are as far from a void as those on its other side, or of th
 
 @pytest.mark.parametrize("device", ENGINES)
 @pytest.mark.parametrize("scene", ALIKE)
-def test_corners_that_lie_alike_tell_nothing(device, scene):
+def test_corners_at_equal_places_do_not_orient(device, scene):
     grid, (rest, deformed), cuts = ALIKE[scene]
     d = Deformation(rest, deformed, cuts=cuts, device=device)
     expected = d.void_field(grid.cells)

@@ -248,7 +248,7 @@ def test_landmarks_that_are_left_out_are_saved_in_a_session(tmp_path):
     np.testing.assert_array_equal(saved.rest, hands.state.rest)
 
 
-def test_the_window_says_that_it_saves(tmp_path):
+def test_the_window_shows_that_it_saves(tmp_path):
     hands, counts = Hands(ball_mesh()), []
 
     def amber_pixels():

@@ -126,7 +126,7 @@ def test_cuts_and_shapes():
     assert hands.editor.scene.items[0]._deformed.failure is None
 
 
-def test_the_message_says_what_is_shown():
+def test_the_message_names_what_is_shown():
     hands = Hands(ball_mesh())
     messages = []
     for _ in MODES:

@@ -163,7 +163,7 @@ def test_a_legacy_file_that_is_no_text(tmp_path):
         io.read_dataset(path)
 
 
-def test_what_vtk_says_is_one_short_line(tmp_path):
+def test_errors_of_vtk_are_one_short_line(tmp_path):
     path = tmp_path / "x.vtk"
     path.write_text(_tetrahedron().replace("CELLS", 500 * "x"))
     with pytest.raises(ValueError, match=r"x\.vtk`: VTK says") as caught:

@@ -224,7 +224,7 @@ def test_a_segmentation_holds_integers(tmp_path):
     assert not (tmp_path / "y.seg.nrrd").exists()
 
 
-def test_what_is_no_label_does_not_say_so(tmp_path):
+def test_arrays_that_are_not_labels_are_not_marked_as_labels(tmp_path):
     """A volume beside the labels, in the dataset that came from their file."""
     _segmentation(tmp_path / "x.seg.nrrd")
     image = io.read_dataset(tmp_path / "x.seg.nrrd")

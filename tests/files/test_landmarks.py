@@ -76,7 +76,7 @@ def test_what_makes_no_pairs(pair_by, rest, deformed, sentence):
         paired(_points("p", rest), _points("q", deformed), (), pair_by)
 
 
-def test_the_option_says_how_points_make_pairs(files, capsys, caplog):
+def test_the_option_sets_how_points_make_pairs(files, capsys, caplog):
     files.joinpath("p.csv").write_text("a,0,0,0\nb,9,0,0\nc,0,9,0\n")
     files.joinpath("q.csv").write_text("c,0,9,1\na,1,0,0\n")
     (files / "two.csv").write_text("a,0,0,0\nc,0,9,0\n")
@@ -117,7 +117,7 @@ def test_a_point_that_is_not_placed_goes_with_its_partner():
         paired(_points("p", "a", [NOWHERE]))
 
 
-def test_a_second_file_of_pairs_must_not_say_two_places():
+def test_a_second_file_of_pairs_must_not_have_two_positions():
     rest, places = _points("p", "a"), np.array([(5.0, 0, 0)])
     both = _points("q", "a", [(4, 0, 0)], partners=places)
     with pytest.raises(ValueError, match=r"^`q` has two positions for a point; a file of"):
@@ -176,7 +176,7 @@ def test_the_command_takes_places_from_a_second_file(dragged, rest, capsys):
 
 
 @pytest.mark.parametrize("name", ["rest.csv", "rest.vtp", "q.fcsv", "handles.csv", "pairs.vtp"])
-def test_the_command_says_what_does_not_fit(dragged, name, capsys):
+def test_the_command_names_what_does_not_fit(dragged, name, capsys):
     (dragged / "rest.csv").write_text("a,1,2,3\nb,1,2,3\n")
     control_point_files.write("q.fcsv", REST, REST)
     with open("rest.vtp", "w") as file:
@@ -243,7 +243,7 @@ def test_a_source_pairs_by_label_and_keeps_the_labels(dragged, messages, tmp_pat
     messages.assert_one(r"rest\.mrk\.json` has `X`; only `.*q\.mrk\.json` has `h`")
 
 
-def test_a_source_says_the_frame(tmp_path, messages):
+def test_a_source_has_the_frame(tmp_path, messages):
     source = MLSControlPoints()
     assert source.GetSpace() == "lps"
     source.SetRestPoints([(1, 2, 3)])
@@ -274,7 +274,7 @@ def test_a_source_says_the_frame(tmp_path, messages):
     ("field", "frame", "sign"),
     [("Space", "LPS", 1), ("Space", "RAS", -1), ("FileSpace", "RAS", 1), ("Other", "RAS", -1)],
 )
-def test_polydata_say_their_frame(tmp_path, field, frame, sign):
+def test_polydata_carry_their_frame(tmp_path, field, frame, sign):
     polydata = update(control_points())
     arrays.add_texts(polydata.GetFieldData(), field, [frame])
     writer = vtkXMLPolyDataWriter()

@@ -109,7 +109,7 @@ def write(writer, mesh, path):
         ("o.vtp", ""),
     ],
 )
-def test_what_a_file_cannot_hold_is_said(output, sentence, folder, capsys, rng):
+def test_losses_of_a_file_format_are_reported(output, sentence, folder, capsys, rng):
     mesh = scan()
     rows = colors(rng, mesh.GetNumberOfPoints(), 3)
     add_array(mesh.GetPointData(), "RGB", rows, VTK_UNSIGNED_CHAR)

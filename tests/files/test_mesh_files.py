@@ -300,7 +300,7 @@ def test_a_dataset_alone_is_not_written_as_blocks(capsys):
         ("in.what", "meshio", "(.msh, .inp, .bdf, .nas, .fem, .med, .mesh, .meshb, .vol,"),
     ],
 )
-def test_what_is_not_installed_is_said(folder, name, missing, sentence):
+def test_missing_packages_are_named(folder, name, missing, sentence):
     (folder / name).write_text("something")
     arguments = ["deform", name, "handles.csv", "out.vtu", "--device", "reference"]
     status, _, error = run(*arguments, code=WITHOUT.format(names=[missing]))

@@ -228,7 +228,7 @@ def test_itk_opens_what_it_opened_before(tmp_path, shear, sform_code, is_cut):
 @pytest.mark.parametrize("qform_code", [0, 1, 2, 4])
 @pytest.mark.parametrize("sform_code", [0, 1, 2, 4])
 @pytest.mark.parametrize("angle", [0, 0.3])
-def test_a_warning_says_where_itk_and_nibabel_differ(tmp_path, qform_code, sform_code, angle):
+def test_a_warning_where_itk_and_nibabel_differ(tmp_path, qform_code, sform_code, angle):
     write_nifti(tmp_path / "x.nii", rotated(0), qform_code, rotated(angle), sform_code)
     image, warnings = with_warnings(lambda: io.read_dataset(tmp_path / "x.nii"))
     expected = in_lps(nibabel.load(tmp_path / "x.nii").affine)

@@ -264,7 +264,7 @@ def test_key_value_pairs_and_fields_stay(tmp_path):
     assert (tmp_path / "z.nrrd").read_bytes() == (tmp_path / "y2.nrrd").read_bytes()
 
 
-def test_field_data_cannot_change_what_a_nrrd_header_says(tmp_path):
+def test_field_data_cannot_change_a_nrrd_header(tmp_path):
     image = io.read_dataset(write_by_itk(tmp_path / "x.mha", VALUES))
     lines = ["data file: /etc/passwd", "encoding: raw", "a:=b\n\nc", "content: d\nsizes: 1 1 1"]
     metadata.store(image, metadata.NRRD_HEADER, lines)

@@ -44,7 +44,7 @@ def _read(tmp_path, text, name="x.csv", **options):
 
 
 @pytest.mark.parametrize("axes", ["l,p,s", "r,a,s"])
-def test_tables_of_slicer_say_their_frame(tmp_path, axes):
+def test_tables_of_slicer_have_their_frame(tmp_path, axes):
     found = _read(tmp_path, SLICER.replace('"l","p","s"', axes), space="ras")
     sign = 1 if axes == "l,p,s" else -1
     assert found.positions[0].tolist() == [sign, 2 * sign, 3]
@@ -135,7 +135,7 @@ def test_tables_of_places(tmp_path, text, labels):
     assert (found.labels, found.partners) == (labels, None)
 
 
-def test_the_header_says_the_order_and_the_labels_of_control_points(tmp_path):
+def test_the_header_has_the_order_and_the_labels_of_control_points(tmp_path):
     found = _read(tmp_path, "qx,qy,qz,label,px,py,pz\n4,5,6,a,1,2,3\n")
     assert (found.positions.tolist(), found.partners.tolist()) == ([[1, 2, 3]], [[4, 5, 6]])
     assert found.labels == ["a"]
@@ -212,7 +212,7 @@ def test_markups_are_written_for_older_slicers(tmp_path):
 
 
 @pytest.mark.parametrize("space", ["lps", "ras"])
-def test_the_frame_of_files_that_do_not_say_theirs(tmp_path, space):
+def test_the_frame_of_files_that_do_not_state_one(tmp_path, space):
     sign = {"lps": 1, "ras": -1}[space]
     for text in (ELASTIX, ANTS, "1,2,3\n", BIGWARP, TRANSFORMIX):
         expected = _read(tmp_path, text).positions * [sign, sign, 1]

@@ -125,7 +125,7 @@ def test_sizes_of_ome_are_in_the_unit_of_the_first(stack, unit, caplog):
         ({}, (1, 1, 1), "", ""),
     ],
 )
-def test_an_unknown_size_of_ome_is_told(stack, stated, spacing, unit, axes, caplog):
+def test_an_unknown_size_of_ome_is_reported(stack, stated, spacing, unit, axes, caplog):
     metadata = {}
     for axis, size in stated.items():
         size, name = size if isinstance(size, tuple) else (size, "\u00b5m")

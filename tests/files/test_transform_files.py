@@ -221,7 +221,7 @@ def ras_of(grid):
     ("name", "number", "has_positions"),
     [("NREG_TRANS", 0, True), ("NREG_TRANS", 1, False), ("Mapping", 0, True)],
 )
-def test_fields_of_niftyreg_and_spm_are_told_apart(grid, rng, code, name, number, has_positions):
+def test_fields_of_niftyreg_and_spm_are_distinguished(grid, rng, code, name, number, has_positions):
     """Their vectors are in RAS: displacements, or the positions that voxels come from."""
     field, to_ras = random_field(grid, rng), ras_of(grid)
     vectors = field.transpose(2, 1, 0, 3) * TO_RAS

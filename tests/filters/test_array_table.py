@@ -130,7 +130,7 @@ def of_port(tmp_path):
 @pytest.mark.parametrize(
     "writer", [pytest.param(IMAGE, marks=pytest.mark.matrix), MESH, MAP, CONTROL_POINTS, ARROWS]
 )
-def test_what_is_written_is_what_the_table_says(writer, of_port):
+def test_written_files_match_the_table(writer, of_port):
     find = {IMAGE: of_image, MESH: of_mesh, MAP: of_map}
     find |= {CONTROL_POINTS: partial(of_port, 0), ARROWS: partial(of_port, 1)}
     told = {(row.of, row.name, told_values(row)) for row in TABLE if writer in row.writers}

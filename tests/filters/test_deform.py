@@ -47,7 +47,7 @@ def reference():
 
 
 @pytest.mark.parametrize("background", [-1000.0, np.nan])
-def test_a_background_that_a_type_does_not_have_is_said(reference, messages, background):
+def test_a_background_outside_the_range_of_a_type_is_reported(reference, messages, background):
     """Once, by the name of the array; the others have it."""
     image = smooth_image()
     labels = np.ones(image.GetNumberOfPoints(), np.uint8)

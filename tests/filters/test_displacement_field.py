@@ -81,7 +81,7 @@ def test_a_flat_dataset_gives_a_flat_image(field):
     assert output.GetDimensions() == (4, 5, 1)
 
 
-def test_of_the_image_one_cell_is_asked_for(field):
+def test_one_cell_of_the_image_is_requested(field):
     source = vtkRTAnalyticSource()
     source.SetWholeExtent(0, 9, 0, 9, 0, 9)
     connect(field, source, control_points())
@@ -142,7 +142,7 @@ def test_vtk_grid_transform_deforms_alike(field, device, start, kind):
         assert np.abs(ours - values_of(image, "values")).max() > 0.5
 
 
-def test_after_a_failure_a_smaller_grid_is_asked_for(messages):
+def test_after_a_failure_a_smaller_grid_is_requested(messages):
     """VTK keeps the extent that was asked for last."""
     source, bare = vtkSphereSource(), vtkPolyData()
     source.Update()

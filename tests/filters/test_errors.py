@@ -230,7 +230,7 @@ def test_the_executive_may_still_report_its_own(messages):
     assert "Input port 0" in messages.take()
 
 
-def test_silence_when_vtk_is_told_to_be_silent(messages):
+def test_no_output_when_vtk_is_silent(messages):
     scene = Scene(MLSDeform)
     scene.deforming.SetAlpha(-1)
     vtkObject.SetGlobalWarningDisplay(0)

@@ -45,7 +45,7 @@ def test_a_closed_surface_moves_as_a_whole(device):
     assert np.abs(positions(by_points) - expected).max() > 1e-3
 
 
-def test_overlapping_bones_are_told_once(messages):
+def test_overlapping_bones_are_reported_once(messages):
     pushed = [moved(ball((x, 0, 0), 1), transform(0, move=(0, 0, 0.1))) for x in (-3, 0, 3)]
     deform = deforming(joined(*pushed))
     update(deform)

@@ -88,7 +88,7 @@ def scaled_jacobians(grid):
 
 @pytest.mark.parametrize("push", [0.3, 2.5, 4.0])
 @pytest.mark.parametrize("kind", [VTK_TETRA, VTK_HEXAHEDRON])
-def test_cells_are_bad_where_vtk_says_so(kind, push):
+def test_bad_cells_are_those_of_vtk(kind, push):
     output, inverted, unchecked = judged(cells(kind, 14), pinch(push))
     # cells of vtkCellTypeSource may be inside out at rest
     rest = np.sign(scaled_jacobians(cells(kind, 14)))
@@ -324,7 +324,7 @@ def test_wherever_the_mesh_is_and_whatever_its_unit(shift, size):
     assert abs(inverted - expected[0]) <= (2 if shift else 0)  # coordinates of 1e-9 are rounded
 
 
-def test_only_when_it_is_asked_for():
+def test_only_on_request():
     output = update(deforming(cells(VTK_HEXAHEDRON), GenerateJacobian=True))
     for name in ("InvertedCells", "UncheckedCells"):
         assert not output.GetFieldData().HasArray(name)

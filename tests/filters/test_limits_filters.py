@@ -110,7 +110,7 @@ def test_planes_hold_and_let_slide(device):
 
 
 @pytest.mark.parametrize("kind", [MLSDeform, MLSDisplacementField])
-def test_held_handles_are_told_once(kind, messages):
+def test_held_handles_are_reported_once(kind, messages):
     deform, source = scene(kind)
     update(deform)
     messages.assert_none()

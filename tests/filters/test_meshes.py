@@ -43,7 +43,7 @@ from vtk_mls.vtk import arrays, orientation
 FREE = {VTK_VOXEL: VTK_HEXAHEDRON}  # what is a box along the axes by its type becomes
 
 
-def test_points_go_where_the_value_says(any_mesh, device):
+def test_points_go_where_the_deformation_moves_them(any_mesh, device):
     before = np.array([any_mesh.GetPoint(i) for i in range(any_mesh.GetNumberOfPoints())])
     output = update(deforming(any_mesh, device=device))
     expected = reference().forward(before)

@@ -116,7 +116,7 @@ def test_curves_have_no_path():
         (np.full((len(REST), 6), np.nan), "`ControlPoints`, array `Path`, must be finite"),
     ],
 )
-def test_bad_paths_are_told(values, match, messages):
+def test_bad_paths_are_errors(values, match, messages):
     polydata = handles(())
     add_array(polydata.GetPointData(), "Path", values, 11)
     deform = connect(MLSDeform(), make_image(), polydata)

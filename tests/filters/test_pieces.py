@@ -176,7 +176,7 @@ def shifted(*steps, **place):
     return deform
 
 
-def test_just_what_is_needed_is_asked_for():
+def test_only_the_needed_extent_is_requested():
     part = [5, 7, 0, 2, 7, 8]
     assert asked(shifted(0, 0, 0), part) == tuple(part)
     assert asked(shifted(-2, 1, 0), part) == (7, 9, -1, 1, 7, 8)

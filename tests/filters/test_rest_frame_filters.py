@@ -115,7 +115,7 @@ def test_faces_of_a_mesh_are_those_of_the_void(name, cut, motion, device):
 
 
 @pytest.mark.parametrize("cut", ["plane", "half-plane", "polygon"])
-def test_an_image_opens_where_the_value_says(cut, device):
+def test_an_image_opens_where_the_deformation_is_void(cut, device):
     image = make_image((19, 17, 15), origin=(-1, -1, -1))
     image.SetSpacing(0.5, 0.5, 0.5)
     x = ImageGeometry.of_image(image).grid.points()

@@ -144,7 +144,7 @@ def test_samples_are_of_the_shape(name):
     np.testing.assert_allclose(samples.max(axis=0), high, atol=0.2 * size)
 
 
-def test_a_region_that_is_held_inside_is_told(messages):
+def test_a_region_that_is_held_inside_is_reported(messages):
     """A mask that holds nothing of its surface."""
     values = np.ones((9, 9, 9))
     values[4, 4, 4] = 0

@@ -111,7 +111,7 @@ def test_as_many_steps_as_given(handles):
     assert np.abs(a - b).max() > 0.01
 
 
-def test_bad_steps_are_told(messages):
+def test_bad_steps_are_errors(messages):
     deform = MLSDeform()
     connect(deform, make_image(), control_points())
     deform.SetSteps(1000)

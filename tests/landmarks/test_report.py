@@ -119,7 +119,7 @@ def test_sparse_exact_pairs_are_not_accused():
     assert np.mean(accused) <= 0.02
 
 
-def test_folds_only_beside_the_landmarks_are_told_apart(found):
+def test_folds_only_beside_the_landmarks_are_distinguished(found):
     value = replace(found[0], smallest_determinant=-0.5, determinant_between=0.9)
     assert "folds, but not at samples between neighboring landmarks" in heading(value)[-1]
     value = replace(value, determinant_between=-0.1)

@@ -76,7 +76,7 @@ def test_maps_of_thin_sets_keep_the_volume_beside_them(make, name, turned):
         assert np.mean((determinant > 0.1) & (determinant < 10)) < 0.5 or moved > 3 * largest
 
 
-def test_no_sensible_map_is_said(rng):
+def test_pairs_without_a_sensible_map_are_reported(rng):
     p = np.c_[0 * Z, 0 * Z, Z] + rng.normal(0, 0.7, (18, 3))
     q = np.c_[0 * Z, 5 * np.cos(Z / 100), 1.05 * Z] + rng.normal(0, 0.7, (18, 3))
     value = report(p, q, device=DEVICE)  # their noise turns the map about the line
@@ -95,7 +95,7 @@ def test_extents_are_those_along_principal_axes(scale):
 
 
 @pytest.mark.parametrize("axis", range(3))
-def test_a_mirror_is_said_first(axis):
+def test_a_mirror_is_reported_first(axis):
     rng = np.random.default_rng(axis)
     half = rng.uniform(-45, 45, (12, 3))
     sign = np.where(np.arange(3) == axis, -1, 1)

@@ -268,7 +268,7 @@ def test_workers_of_a_cluster_write_the_same_files(folder, rng, small_blocks):
     assert files(Path("out.ome.zarr")) == files(Path("whole.ome.zarr"))
 
 
-def test_a_cluster_without_workers_is_told_and_goes_on_with_new_ones(
+def test_a_cluster_without_workers_is_reported_and_goes_on_with_new_ones(
     folder, rng, small_blocks, monkeypatch
 ):
     import distributed
@@ -339,7 +339,7 @@ def test_a_flat_image_and_other_commands(folder, rng):
     assert main(["deform", "in.zarr", "handles.csv", "out.nii.gz"]) == 0
 
 
-def test_one_time_is_asked_for_where_one_is_needed(folder, rng, capsys):
+def test_one_time_is_requested_where_one_is_needed(folder, rng, capsys):
     write("in.ome.zarr", [values(rng, (2,))], axes="tzyx")
     for command in ("deform", "field"):
         assert main([command, "in.ome.zarr", "handles.csv", "out.nii.gz"]) == 1

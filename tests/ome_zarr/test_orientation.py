@@ -157,7 +157,7 @@ def test_label_images_take_what_their_image_states(rng, tmp_path):
         {"x": "left-to-right", "y": "ventral-to-dorsal", "z": "caudal-to-rostral"},
     ],
 )
-def test_what_does_not_give_a_frame_is_said(stated, rng, tmp_path, monkeypatch, caplog):
+def test_data_without_a_frame_are_reported(stated, rng, tmp_path, monkeypatch, caplog):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("VTK_MLS_DEVICE", "reference")
     np.savetxt("handles.csv", HANDLES, delimiter=",")

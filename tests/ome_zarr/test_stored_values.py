@@ -73,7 +73,7 @@ def test_no_label_image_is_blended(version, is_listed, is_declared, rng):
 @pytest.mark.parametrize(
     "options", [["--interpolation=nearest", "--background=0"], ["--label=OME-Zarr"]]
 )
-def test_what_is_asked_as_labels_is_not_blended(options, rng):
+def test_arrays_opened_as_labels_are_not_blended(options, rng):
     labels = 100 * rng.integers(0, 4, SHAPE, dtype="uint16")
     file = write("in.ome.zarr", halves(labels, is_label=True))
     change("in.ome.zarr", lambda ome: ome["multiscales"][0].update(type="gaussian"))

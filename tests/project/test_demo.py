@@ -119,21 +119,21 @@ def test_the_brain_of_the_tutorial_is_there(output):
     assert brain.GetPointData().GetScalars().GetName() == "T1"
 
 
-def test_a_crash_of_opengl_says_what_to_install(monkeypatch, capsys, tmp_path):
+def test_a_crash_of_opengl_names_the_missing_package(monkeypatch, capsys, tmp_path):
     crashed = subprocess.CompletedProcess([], -11)
     monkeypatch.setattr(subprocess, "run", lambda *_, **__: crashed)
     run.draw(tmp_path)
     assert "apt-get install libegl1 libgl1-mesa-dri" in capsys.readouterr().out
 
 
-def test_without_the_volume_it_says_what_to_install(monkeypatch, tmp_path):
+def test_without_the_volume_the_error_names_the_package(monkeypatch, tmp_path):
     monkeypatch.setenv("VTK_MLS_DEVICE", "reference")
     monkeypatch.setattr("importlib.util.find_spec", lambda _: None)
     with pytest.raises(FileNotFoundError, match="pip install pyvista"):
         run.main(tmp_path)
 
 
-def test_without_the_brain_it_says_what_to_install(monkeypatch, capsys, tmp_path):
+def test_without_the_brain_the_error_names_the_package(monkeypatch, capsys, tmp_path):
     monkeypatch.setattr("importlib.util.find_spec", lambda _: None)
     run.cut_open(tmp_path)
     assert "pip install nilearn" in capsys.readouterr().out

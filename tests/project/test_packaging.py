@@ -68,7 +68,7 @@ def test_checkout_finds_its_folders():
         assert resource(folder) == PROJECT / folder
 
 
-def test_missing_folder_says_what_to_do():
+def test_a_missing_folder_has_a_remedy():
     with pytest.raises(FileNotFoundError, match=r"no folder `nowhere`.*install vtk-mls again"):
         resource("nowhere")
 

@@ -94,7 +94,7 @@ def test_pairs_are_edited_by_the_table(session):
     assert len(do(session, "cancel_landmark")["pairs"]) == 3
 
 
-def test_the_table_says_which_kind_predicts_the_pairs_better(session, rng):
+def test_the_table_names_the_kind_that_predicts_the_pairs_better(session, rng):
     values = session._on_change.values
     assert (values["better_kind"], values["compares_kinds"]) == ("", False)
     q = rng.uniform(4, SIZE - 4, (9, 3))
@@ -144,7 +144,7 @@ def test_a_mesh_cannot_refine(session):
     assert "landmarks are refined by two images" in editor.message.lower()
 
 
-def test_a_stopped_save_says_so(session):
+def test_a_stopped_save_is_reported(session):
     session.editor.saver.progress = lambda done: done > 0.1
     with pytest.raises(OSError, match="Saving was stopped"):
         session.call(session.save).result()
