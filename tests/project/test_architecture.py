@@ -1,6 +1,7 @@
 """The rooms of the package are layers: a module imports its own room and the rooms below."""
 
 import ast
+import re
 import sys
 from pathlib import Path
 
@@ -13,6 +14,8 @@ from vtk_mls import Deformation, Grid
 from vtk_mls.filters import MLSDeform
 
 PACKAGE = Path(__file__).parents[2] / "vtk_mls"
+KERNELS = PACKAGE.parent / "opencl"
+CONDITIONAL = re.compile(r"^\s*#\s*(?:if|ifdef|ifndef|elif|else)\b", re.M)
 
 # Rooms from the bottom up, with the packages from outside that each may import. A folder is a room;
 # the modules beside the folders are rooms of their own.
@@ -110,6 +113,23 @@ def test_the_house_stays_small():
     assert len([*PACKAGE.glob("*.py")]) <= 6
     assert len(ROOMS) <= 23
     assert floors() <= 14
+    assert lines(PACKAGE, KERNELS) <= 52_000
+    assert lines(PACKAGE.parent / "tests", endings=(".py",)) <= 46_500
+    conditionals = [
+        conditional for file in texts(KERNELS) for conditional in CONDITIONAL.findall(file)
+    ]
+    assert len(conditionals) <= 160
+    assert not CONDITIONAL.findall((KERNELS / "base" / "weights.cl").read_text())
+
+
+def texts(*folders, endings=(".py", ".cl", ".h", ".md", ".css", ".js", ".svg")):
+    """The contents of files that people write."""
+    files = (file for folder in folders for file in folder.rglob("*.*"))
+    return [file.read_text(encoding="utf-8") for file in files if file.suffix in endings]
+
+
+def lines(*folders, **options):
+    return sum(text.count("\n") for text in texts(*folders, **options))
 
 
 def floors():
