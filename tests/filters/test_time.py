@@ -15,7 +15,6 @@ from vtkmodules.vtkCommonDataModel import (
     vtkPolyData,
 )
 from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
-from vtkmodules.vtkFiltersHybrid import vtkTemporalDataSetCache, vtkTemporalInterpolator
 from vtkmodules.vtkFiltersSources import vtkPlaneSource, vtkSphereSource
 
 from vtk_mls.filters import MLSControlPoints, MLSDeform, MLSDisplacementField
@@ -293,18 +292,6 @@ def test_the_field_covers_a_mesh_where_it_is_in_time():
     for time in (0.0, 1.0, 0.0):
         filter_.UpdateTimeStep(time)
         assert filter_.GetOutput().GetCenter()[1] == pytest.approx(10 * time, abs=TOLERANCE)
-
-
-def test_vtk_interpolates_in_time_between_outputs():
-    filter_ = connected(MLSDeform, still_sphere(), Source(translation, [0.0, 1.0, 3.0]))
-    cache, interpolator = vtkTemporalDataSetCache(), vtkTemporalInterpolator()
-    cache.SetInputConnection(filter_.GetOutputPort())
-    interpolator.SetInputConnection(cache.GetOutputPort())
-    still = arrays.to_numpy(still_sphere().GetPoints().GetData())
-    for time in (0.25, 2.0, 1.0, 0.5):
-        interpolator.UpdateTimeStep(time)
-        points = arrays.to_numpy(leaf(interpolator.GetOutputDataObject(0)).GetPoints().GetData())
-        np.testing.assert_allclose(points, still + [time, 0, 0], atol=TOLERANCE)
 
 
 def test_the_output_is_empty_at_a_time_that_an_input_does_not_have(messages):
