@@ -97,7 +97,6 @@ def _encoded_value(value):
 
 
 def _decoded_value(value):
-    """The value of `_encoded_value`."""
     name, arguments = value
     if name == "region":
         return RegionHandle(_decoded_value(arguments[0]), arguments[1])
