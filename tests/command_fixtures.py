@@ -87,3 +87,8 @@ def run(*arguments, code=None, child=None, **environment):
         check=False,
     )
     return done.returncode, done.stdout, done.stderr
+
+
+def run_script(path):
+    """A Python script in a process of its own, as of `run`."""
+    return run(str(path), code="import runpy, sys; runpy.run_path(sys.argv[1])")

@@ -7,7 +7,6 @@ import pytest
 from hands import MIDDLE, SIZE, Hands, ball_image, ball_mesh
 
 from vtk_mls import HalfPlane, Plane, Surface
-from vtk_mls.editor import State
 from vtk_mls.filters.control_point_source import lattice
 
 LATTICE = lattice((3, 3, 3), MIDDLE + SIZE / 3 * np.array([-1, 1] * 3))
@@ -40,20 +39,6 @@ def test_c_makes_a_plane_then_a_half_plane_then_no_cut(hands):
     assert "nothing" not in hands.message
     hands.press("z")
     assert "nothing to undo" in hands.message
-
-
-def test_one_side_of_a_cut_can_be_pulled_away(hands):
-    hands.press("c")
-    (plane,) = hands.state.cuts
-    state = hands.state
-    side = np.flatnonzero(plane.height(state.rest) > 0)
-    hands.editor.select(side)
-    right = np.array((1.0, 0, 0)) * np.sign(plane.normal[0])
-    moved = state.moved(side, state.rest[side] + 6 * right)
-    assert hands.editor.change(moved)
-    seam = hands.state.deformation()
-    assert seam.void([plane.point + 3 * right])[0]
-    assert not seam.void([plane.point - 3 * right])[0]
 
 
 def test_the_mouse_moves_the_plane(hands):
@@ -121,26 +106,6 @@ def test_a_closed_line_cuts_straight_into_the_depth(hands):
     middle = line.mean(axis=0)
     outside = middle + 3 * (line - middle) - 0.5 * (out - line)
     assert cut.blocks(np.tile(middle + 0.3 * into[0], (4, 1)), outside).all()
-
-
-def test_a_piece_inside_a_closed_line_can_be_pulled_out():
-    hands = Hands(ball_mesh(), State(LATTICE, LATTICE))
-    hands.press("p")
-    for corner in [(100, 100), (140, 100), (140, 140), (100, 140), (100, 100)]:
-        hands.click(corner)
-    hands.press("p")
-    hands.move((120, 120))
-    hands.press("a")
-    row = len(hands.state) - 1
-    hands.drag(hands.pixel_of(row), (0, 30), "Shift")
-    state = hands.state
-    step = (state.deformed - state.rest)[row]
-    moved = state.deformation().forward(state.rest[[row]] * 0.9 + MIDDLE * 0.1) - MIDDLE
-    assert np.linalg.norm(step) > 1
-    neighbor = hands.hit((88, 120))
-    stays = state.deformation().backward([neighbor])[0] - neighbor
-    assert np.linalg.norm(stays) < 0.3 * np.linalg.norm(step)
-    assert np.linalg.norm(moved) > SIZE / 3
 
 
 def test_a_line_without_points_is_no_cut(hands):

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import os
 import shlex
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
-from command_fixtures import PROJECT, run
+from command_fixtures import run, run_script
 from hands import MIDDLE, SIZE, Hands, ball_image, ball_mesh
 from vtk_fixtures import picture_of
 
@@ -94,14 +91,8 @@ def test_command_and_script_make_the_same_files(name, tmp_path, monkeypatch):
     # a ball is saved as a surface of some thousand triangles
     np.testing.assert_allclose(saved, displacement, atol=0.05 if name == "shapes" else 1e-5)
 
-    process = subprocess.run(
-        [sys.executable, folder / "deform.py"],
-        env={**os.environ, "PYTHONPATH": str(PROJECT)},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert process.returncode == 0, process.stderr
+    status, _, stderr = run_script(folder / "deform.py")
+    assert status == 0, stderr
     assert all(path.read_bytes() == before[path] for path in deformed)
 
     monkeypatch.chdir(folder)

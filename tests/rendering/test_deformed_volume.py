@@ -20,7 +20,7 @@ from vtkmodules.vtkRenderingVolume import (
 from vtkmodules.vtkRenderingVolumeOpenGL2 import vtkSmartVolumeMapper
 
 from vtk_mls import KINDS, Deformation, Grid, HalfPlane, Plane, Sampling, Surface
-from vtk_mls.rendering import DeformedVolume, RenderingError, shader
+from vtk_mls.rendering import DeformedVolume
 from vtk_mls.vtk.arrays import ImageGeometry
 
 pytestmark = pytest.mark.usefixtures("opengl")
@@ -429,15 +429,3 @@ def test_errors_name_the_reason():
     empty.SetMapper(vtkGPUVolumeRayCastMapper())
     with pytest.raises(ValueError, match="the mapper of `volume` must have one input"):
         DeformedVolume(empty, renderer)
-
-
-def test_a_shader_error_leaves_the_volume_undeformed(monkeypatch, messages):
-    monkeypatch.setitem(shader._REPLACEMENTS, "//VTK::Cropping::Impl", "not GLSL;\n{tag}")
-    _, scene, drawn = drawn_volume(image_of(VALUES))
-    before = scene.picture()
-    drawn.update(deformation())
-    scene.picture()
-    messages.assert_one("DeformedVolume: the graphics driver does not build the shader")
-    np.testing.assert_array_equal(scene.picture(), before)
-    with pytest.raises(RenderingError, match="does not build the shader"):
-        drawn.update(deformation())

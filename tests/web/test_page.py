@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import os
 import re
 import shlex
-import subprocess
-import sys
 import time
 from urllib.error import HTTPError
 from urllib.request import urlopen
 
 import numpy as np
 import pytest
-from command_fixtures import PROJECT, run
+from command_fixtures import run
 from page_mouse import drag
 from page_server import server
 from vtkmodules.vtkCommonDataModel import vtkImageData
@@ -429,17 +426,10 @@ def test_other_machines_need_the_token(folder):
         assert "`--host 0.0.0.0` lets other machines reach the page" in process.communicate()[1]
 
 
-def test_a_port_in_use_is_an_error(folder, address):
+def test_a_port_in_use_is_an_error(folder, address, monkeypatch):
     port = address.split(":")[2].partition("/")[0]
-    command = [sys.executable, "-m", "vtk_mls", "view", "ball.vtp", "--web", "--port", port]
-    done = subprocess.run(
-        command,
-        cwd=folder,
-        env={**os.environ, "PYTHONPATH": str(PROJECT)},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 1
-    assert done.stderr.startswith(f"vtk-mls: `127.0.0.1:{port}` cannot be listened on")
-    assert done.stderr.count("\n") == 1
+    monkeypatch.chdir(folder)
+    status, _, stderr = run("view", "ball.vtp", "--web", "--port", port)
+    assert status == 1
+    assert stderr.startswith(f"vtk-mls: `127.0.0.1:{port}` cannot be listened on")
+    assert stderr.count("\n") == 1

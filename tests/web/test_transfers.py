@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import io as streams
-import os
 import socket
-import subprocess
 import sys
 import zipfile
 from urllib.error import HTTPError
@@ -14,7 +12,7 @@ from urllib.request import urlopen
 
 import numpy as np
 import pytest
-from command_fixtures import PROJECT
+from command_fixtures import run_script
 from page_server import server
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 
@@ -187,12 +185,7 @@ def test_a_script_for_uploaded_data_has_them_beside_it(client, folder):
     content = (saved / "ball-deformed.vtp").read_bytes()
     renamed = folder / "elsewhere"
     saved.rename(renamed)
-    subprocess.run(
-        [sys.executable, renamed / "deform.py"],
-        env={**os.environ, "PYTHONPATH": str(PROJECT)},
-        check=True,
-        capture_output=True,
-    )
+    assert run_script(renamed / "deform.py")[0] == 0
     assert (renamed / "ball-deformed.vtp").read_bytes() == content
 
 

@@ -70,7 +70,6 @@ class CutWidget(DragWidget):
         return is_enabled
 
     def _value(self):
-        """The cut at the position of the widget."""
         point, normal = np.array(self._plane.GetOrigin()), np.array(self._plane.GetNormal())
         if not isinstance(self._cut, HalfPlane):
             return Plane(point, normal)

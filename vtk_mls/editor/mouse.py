@@ -222,7 +222,6 @@ class Mouse(Observer):
         return False
 
     def _drag_to(self, positions):
-        """Show the dragged handles at positions (m, 3)."""
         self._document.drag_to(positions)
 
     def _end_drag(self):

@@ -106,7 +106,6 @@ class RegionTool:
 
 
 def _index_of(shape, handles):
-    """The index of the region with a shape; None without one."""
     for index, handle in enumerate(handles):
         if isinstance(handle, RegionHandle) and _are_same(shape, handle.shape):
             return index

@@ -161,7 +161,6 @@ class Saver:
         return index < len(self.paths) and is_ome_zarr(self.paths[index])
 
     def _source(self, index, folder):
-        """Path of a dataset for the script."""
         if index >= len(self.paths):
             return _write_dataset(self.datasets[index], folder, f"data-{index + 1}", ".vti")
         path = self.paths[index]
@@ -237,7 +236,6 @@ def _needs_polydata(state):
 
 
 def _handles_file(state):
-    """The name of the file with all handles."""
     return SHAPES if _needs_polydata(state) else HANDLES
 
 

@@ -104,7 +104,6 @@ class SceneMesh:
         return hit and (hit[0], lambda: self._solid)
 
     def _color(self):
-        """Color by the preset, or by the change of volume."""
         mapper = self._mapper
         mapper.SetScalarVisibility(self._preset > 0 or self._has_volume_colors)
         mapper.SetInterpolateScalarsBeforeMapping(self._has_volume_colors)
@@ -120,7 +119,6 @@ class SceneMesh:
             mapper.SetScalarRange(self._range)
 
     def _draw_lines(self, lines):
-        """Draw a `RestLines` on the mesh, or none for None."""
         mapper = self._mapper
         if not isinstance(mapper, vtkPolyDataMapper):
             mapper = mapper.GetPolyDataMapper()  # None before the first picture

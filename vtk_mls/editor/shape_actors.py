@@ -108,7 +108,6 @@ def _circles(center, radius):
 
 
 def _set_lines(target, lines):
-    """Make a vtkPolyData of polylines, a list of (n, 3)."""
     offsets = np.cumsum([0, *map(len, lines)])
     cells = vtkCellArray()
     for start, stop in itertools.pairwise(offsets.tolist()):

@@ -113,7 +113,6 @@ class SlicePane:
         return Grid(dimensions, first, spacing)
 
     def _draw_lines(self, ends):
-        """Draw segments (n, 2, 3)."""
         self._lines.SetPoints(polydata.points(self._in_front(ends, 0.5)))
         self._lines.SetLines(polydata.cells(np.arange(2 * len(ends)).reshape(-1, 2)))
 

@@ -313,7 +313,6 @@ class State(_Options):
 
 
 def _is_resting(handle):
-    """Whether a region or a curve moves nothing."""
     if isinstance(handle, RegionHandle):
         return (handle.motion == np.eye(4)).all()
     return (handle.rest == handle.deformed).all()

@@ -36,6 +36,7 @@ _CLASSES = {
     "curve": (CurveHandle, ("rest", "deformed")),
     "ball-mask": (BallMask, ("center", "radius", "falloff")),
 }
+_ARRAYS = "rest", "deformed", "anchored", "enabled", "path"
 _GRID = "dimensions", "origin", "spacing", "direction"  # arguments of a Grid
 
 
@@ -44,13 +45,9 @@ def encoded(state):
     pending = state.pending
     return {
         **options.values_of(state),
-        "rest": state.rest.tolist(),
-        "deformed": state.deformed.tolist(),
+        **{name: getattr(state, name).tolist() for name in _ARRAYS},
         "weights": None if state.weights is None else state.weights.tolist(),
         "labels": list(state.labels),
-        "anchored": state.anchored.tolist(),
-        "enabled": state.enabled.tolist(),
-        "path": state.path.tolist(),
         "pending": pending and [pending.side, pending.position.tolist(), pending.label],
         "cuts": [_encoded_value(cut) for cut in state.cuts],
         "handles": [_encoded_value(handle) for handle in state.handles],
@@ -100,7 +97,6 @@ def _encoded_value(value):
 
 
 def _decoded_value(value):
-    """The value of `_encoded_value`."""
     name, arguments = value
     if name == "region":
         return RegionHandle(_decoded_value(arguments[0]), arguments[1])

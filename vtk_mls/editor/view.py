@@ -274,7 +274,6 @@ class View:
 
 
 def _kind_of(state):
-    """The kind of the map, with the degree of polynomials."""
     has_degree = DEGREE.needs == ("kind", state.kind)
     return f"{state.kind} {state.degree}" if has_degree else state.kind
 

@@ -63,7 +63,6 @@ def show(datasets, state, paths, folder=None, target=None, session=None):
 
 
 def _window():
-    """A window on the display."""
     display.check()  # VTK before 9.4 crashes without a display
     verbosity = vtkLogger.GetCurrentVerbosityCutoff()
     vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)

@@ -212,7 +212,6 @@ def _candidates(pairs, rows, tried, shape):
 
 
 def _medians(pairs, rows, progress):
-    """The medians of all settings tried, and of the baseline."""
     first = settings.without_smoothing(len(pairs))
     exact, smooth, whole_map = progress.divided(3, 2, 1)
 
@@ -241,14 +240,12 @@ def _between(pairs, rows):
 
 
 def _sample(count):
-    """Rows of the pairs by which settings are compared."""
     if count <= MAX_SAMPLE:
         return np.arange(count)
     return np.sort(np.random.default_rng(0).choice(count, MAX_SAMPLE, replace=False))
 
 
 def _checked(rest, deformed, names, weights):
-    """The pairs and their names, from the arguments of `report`."""
     p = arguments.control_points("rest", rest)
     q = arguments.control_points("deformed", deformed)
     same_count(p, q)

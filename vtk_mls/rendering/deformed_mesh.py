@@ -147,7 +147,6 @@ class MeshDeformer(Algorithm):
         return 1
 
     def _polydata(self, mesh, deformation, exact, has_distortion):
-        """The deformed surface of `mesh`."""
         cuts = () if deformation is None else deformation.cuts
         state = stamps(mesh), state_of(cuts)
         surface = self._rest_surface.of(state, lambda: RestSurface(mesh, cuts))
@@ -175,12 +174,10 @@ def _is_mesh_mapper(mapper):
 
 
 def _is_moved(mapper):
-    """Whether the input of a mapper is deformed."""
     return isinstance(_producer(mapper), MeshDeformer)
 
 
 def _producer(mapper):
-    """The algorithm before a mapper, or None."""
     if mapper.GetNumberOfInputConnections(0) == 0:
         return None
     return mapper.GetInputConnection(0, 0).GetProducer()

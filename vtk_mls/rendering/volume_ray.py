@@ -92,7 +92,6 @@ def _values(mapper, image):
 
 
 def _corners(grid, deformation):
-    """Corners (2, 3) of a box around the deformed volume."""
     corners = grid.corners()
     if deformation is None:
         return np.stack([corners.min(axis=0), corners.max(axis=0)])
@@ -110,7 +109,6 @@ def _passage(ends, corners):
 
 
 def _opacity(property_, points, values, grid, deformation):
-    """Opacity of points (m, 3), per unit distance: (m,)."""
     origins, has_material = material_at(deformation, points)
     index = grid.index_of(origins)
     inside = grid.covers(index) & has_material

@@ -99,7 +99,6 @@ def _set_name(editor, row, text):
 
 
 def _edit_pair(editor, name, row, value=None):
-    """Edit the pair in a row of the table."""
     row = int(row)
     if not 0 <= row < len(editor.state):
         return

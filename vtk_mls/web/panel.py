@@ -45,7 +45,6 @@ def build(edit, begin):
 
 
 def _items(titles):
-    """Items of a list whose values are numbers."""
     return [{"title": title, "value": value} for value, title in enumerate(titles)]
 
 
@@ -54,7 +53,6 @@ def _section(title):
 
 
 def _options(edit, section):
-    """Controls of the options in a section of the panel."""
     for option in options.OPTIONS:
         if option.section == section:
             if option.slider:
@@ -179,7 +177,6 @@ def _position(edit, column, name, suffix):
 
 
 def _shapes(edit):
-    """Buttons for regions, curves and the mask."""
     wide_button(
         "Make rigid: click on a mesh or label",
         "mdi-bone",

@@ -68,7 +68,6 @@ def shape_of(cuts):
 
 
 def _rows(state):
-    """Rows of the handle table: points, regions, nodes of curves, the mask."""
     grips = state.grips
     steps = np.linalg.norm(grips.deformed - grips.rest, axis=1)
     decimals = _decimals(grips.deformed)

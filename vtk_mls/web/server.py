@@ -118,7 +118,6 @@ class Page:
         future.add_done_callback(_print_failure)
 
     def _begin(self, name):
-        """Begin one of `_TASKS`, or stop the running one."""
         if name == "stop":
             self._is_stopping = True
         elif name in _TASKS and self._task is None:
@@ -193,7 +192,6 @@ def _print_failure(future):
 
 
 def _warn_if_remote(host):
-    """Warn on stderr if other machines reach the page."""
     if host not in _LOCAL_HOSTS:
         print(
             f"vtk-mls: `--host {host}` lets other machines reach the page: whoever has its address "
@@ -205,14 +203,12 @@ def _warn_if_remote(host):
 
 
 def _address_name(host):
-    """The host in addresses of the page."""
     if host in _ALL_ADDRESSES:
         return socket.gethostname()
     return f"[{host}]" if ":" in host else host
 
 
 def _free_port(host, port):
-    """A port that the server can listen on."""
     for candidate in (PORT, 0) if port is None else (port,):
         try:
             addresses = socket.getaddrinfo(host, candidate, type=socket.SOCK_STREAM)
@@ -225,7 +221,6 @@ def _free_port(host, port):
 
 
 def _files(paths):
-    """Names and sizes for the list of files."""
     return [
         {"name": path.name, "size": _size(path.stat().st_size), "what": _description(path.name)}
         for path in paths

@@ -200,7 +200,6 @@ class Session:
     # The window
 
     def _new_window(self, size):
-        """A window off the screen, and its interactor."""
         window, interactor = _window(), vtkGenericRenderWindowInteractor()
         window.SetOffScreenRendering(True)
         window.SetMultiSamples(0)

@@ -93,7 +93,6 @@ class Transfers:
         return web.Response(text=f"{name} is shown.")
 
     async def _receive(self, request, kind, path, limit):
-        """Receive a file, and show it."""
         digest = await self._write(request, path, limit)
         if kind == "session":
             await asyncio.wrap_future(self._session.call(lambda: self._resume(path)))

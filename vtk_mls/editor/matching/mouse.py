@@ -29,7 +29,6 @@ class MatchingMouse(Mouse):
         self._corrects_rest = view.target is not None and is_on_data and are_points
 
     def _click_beside(self):
-        """Place a landmark."""
         if self._view.target is None:
             return False
         self._document.say("")

@@ -148,7 +148,6 @@ def left_out_errors(state, kind=None):
 
 
 def _enabled_pairs(state):
-    """The `PointPairs` of the map."""
     rows = np.flatnonzero(state.enabled)
     weights = np.ones(len(rows)) if state.weights is None else state.weights[rows]
     return PointPairs(state.rest[rows], state.deformed[rows], weights)
