@@ -157,6 +157,7 @@ def test_displacements_of_nifti_turn_as_in_itk(tmp_path):
         (nifti_header((9, 8, 7), magic=b""), "Analyze 7.5 does not say where left and right are"),
         (nifti_header((9, 8, 7), datatype=32), "the datatype 32 are not supported"),
         (nifti_header((9, 8, 7), datatype=1), "the datatype 1 are not supported"),
+        (nifti_header((9, 8, 7), datatype=258), "the datatype 258 are not supported"),
         (nifti_header((9, 0, 7)), "dimensions must be 1 to 7 positive numbers"),
         (nifti_header((9, 8, 7))[:300], "its header must have 540 bytes, got 300"),
         (bytes(600), "it is not a NIfTI file"),

@@ -227,7 +227,7 @@ def _dtype(header):
     """Type of the values, with the file's byte order; structured for colors."""
     from nibabel.spatialimages import HeaderDataError
 
-    with contextlib.suppress(HeaderDataError):
+    with contextlib.suppress(HeaderDataError, KeyError):
         dtype = header.get_data_dtype()
         if (dtype.kind in "iuf" and dtype.itemsize <= 8) or dtype in _COLORS.values():
             return dtype

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
+from functools import partial, reduce
 from os import PathLike
 from pathlib import Path
 from typing import cast
@@ -117,7 +117,4 @@ def _sampled(transform: Transform, grid: Grid | None) -> tuple[NDArray[np.float3
 
 def _product(members: Sequence[Affine]) -> Affine:
     """One Affine for several that follow each other."""
-    matrix = members[0].matrix
-    for member in members[1:]:
-        matrix = member.matrix @ matrix
-    return Affine(matrix)
+    return Affine(reduce(lambda matrix, member: member.matrix @ matrix, members, np.eye(4)))

@@ -116,8 +116,12 @@ def unpacked(file, encoding, max_size):
     is_zlib = encoding == "gzip" and file.read(2) != b"\x1f\x8b"
     file.seek(start)
     try:
-        if is_zlib:  # one byte more, behind which the checksum comes
-            yield io.BytesIO(zlib.decompressobj().decompress(file.read(), max_size + 1))
+        if is_zlib:
+            inflater = zlib.decompressobj()
+            content = inflater.decompress(file.read(), max_size + _CHUNK)
+            if not inflater.eof and len(content) < max_size + _CHUNK:
+                raise EOFError("it is cut off")
+            yield io.BytesIO(content)
         elif encoding == "gzip":
             yield gzip.GzipFile(fileobj=file)
         else:
@@ -150,7 +154,7 @@ def read_values(file, dtype, shape, encoding="raw", skip=0):
                 raise ValueError(f"expected {count} values, got {start // dtype.itemsize}")
             start += size
         if encoding == "gzip":
-            data.read(1)  # the checksum comes after the values
+            data.read(_CHUNK)  # the checksum comes after the values, and perhaps a few others
     if not dtype.isnative:
         values = values.byteswap(inplace=True).view(dtype.newbyteorder("="))
     return values.reshape(shape)

@@ -99,18 +99,6 @@ def pair_rows(report: Report, rows: Iterable[int]) -> list[list[str]]:
     return lines
 
 
-def refinement_rows(refinement: Refinement, names: Sequence[str]) -> list[list[str]]:
-    """A head and a row for each landmark of a refinement."""
-    lines = [["pair", "score before", "score", "moved", ""]]
-    columns = refinement.score_before, refinement.score, refinement.moved
-    for i, name in enumerate(names):
-        reason = refinement.refused[i]
-        before, score, moved = (float(column[i]) for column in columns)
-        remark = f"not moved: {reason}" if reason else ""
-        lines.append([name, _score(before), _score(score), f"{moved:.4g}", remark])
-    return lines
-
-
 def refinement_heading(refinement: Refinement) -> str:
     """A sentence with the number of landmarks that moved, and how far."""
     is_moved = np.array([not reason for reason in refinement.refused], bool)
@@ -158,10 +146,6 @@ def aligned(rows: list[list[str]]) -> list[str]:
         ).rstrip()
         for row in rows
     ]
-
-
-def _score(value):
-    return "" if np.isnan(value) else f"{value:.3f}"
 
 
 def _listed(names):
