@@ -104,29 +104,15 @@ def add_files(parser):
 
 
 def _add_cuts(parser):
-    add = parser.add_argument
-    add(
-        "--cut-plane",
-        metavar="OX,OY,OZ,NX,NY,NZ",
-        action="append",
-        default=[],
-        help="cut everything apart along the plane through O with normal N (may be repeated)",
-    )
-    add(
-        "--cut-half-plane",
-        metavar="OX,OY,OZ,NX,NY,NZ,IX,IY,IZ",
-        action="append",
-        default=[],
-        help="cut along half of a plane, from its edge through O in the direction I (may be "
-        "repeated)",
-    )
-    add(
-        "--cut-surface",
-        metavar="FILE",
-        action="append",
-        default=[],
-        help="cut along the surfaces of a file: .vtp .vtk .stl (may be repeated)",
-    )
+    from vtk_mls.model.cuts import BY_NUMBERS
+
+    add = partial(parser.add_argument, action="append", default=[])
+    for name, shape in BY_NUMBERS.items():
+        *parts, last = (field.title or field.name for field in shape.fields)
+        text = f"cut along a {name}, by its {', '.join(parts)} and {last}; may be repeated"
+        add(f"--cut-{name}", metavar=",".join(shape.labels()).upper(), help=text)
+    text = "cut along the surfaces of a file: .vtp .vtk .stl; may be repeated"
+    add("--cut-surface", metavar="FILE", help=text)
 
 
 def apply(options, algorithm, control_points=None):
@@ -302,15 +288,13 @@ def check_pairing(options):
 
 
 def _cuts(options):
-    """The cuts, in the order of planes, half-planes and surfaces."""
-    from vtk_mls import HalfPlane, Plane, io
+    """The cuts, first those by numbers, then surfaces."""
+    from vtk_mls import io
+    from vtk_mls.model.cuts import BY_NUMBERS
 
-    cuts = [Plane(*_vectors("--cut-plane", text, 2)) for text in options.cut_plane]
-    cuts += [HalfPlane(*_vectors("--cut-half-plane", text, 3)) for text in options.cut_half_plane]
+    cuts = [
+        shape.of_numbers(property_options.numbers(f"--cut-{name}", text, len(shape.labels())))
+        for name, shape in BY_NUMBERS.items()
+        for text in getattr(options, f"cut_{name.replace('-', '_')}")
+    ]
     return cuts + [cut for path in options.cut_surface for cut in read(io.read_cuts, path)]
-
-
-def _vectors(option, text, count):
-    """`count` vectors of three numbers from the text of an option."""
-    values = property_options.numbers(option, text, 3 * count)
-    return [values[start : start + 3] for start in range(0, 3 * count, 3)]

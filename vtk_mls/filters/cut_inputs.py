@@ -5,24 +5,32 @@ from __future__ import annotations
 import numpy as np
 from vtkmodules.vtkFiltersCore import vtkCleanPolyData, vtkPolyDataConnectivityFilter
 
-from vtk_mls import HalfPlane, Plane, Surface
+from vtk_mls import Surface
+from vtk_mls.filters.property_tables import CUT_FIELDS, CUT_TYPE
+from vtk_mls.model.cuts import BY_NUMBERS
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.cells import connectivity_of, positions_of, triangulated
 
 _ON_CUT = 1e-6  # distance from a cut of points on it, as a share of the points' extent
 
 
-def own_cuts(kind, origin, normal, inward):
-    """The cut that properties describe, as a tuple of none or one."""
+def own_values(algorithm):
+    """The name of the shape of the cut that properties describe, and the values of its fields."""
+    name = CUT_TYPE.checked(algorithm)
+    fields = BY_NUMBERS[name].fields if name in BY_NUMBERS else ()
+    return name, *(getattr(algorithm, CUT_FIELDS[field.name].attribute) for field in fields)
+
+
+def own_cuts(name, *values):
+    """The cut of `own_values`, as a tuple of none or one."""
+    if name not in BY_NUMBERS:
+        return ()
+    shape = BY_NUMBERS[name]
     try:
-        if kind == "plane":
-            return (Plane(origin, normal),)
-        if kind == "half-plane":
-            return (HalfPlane(origin, normal, inward),)
+        return (shape(*values),)
     except (TypeError, ValueError) as error:
-        names = "`CutOrigin` and `CutNormal`" if kind == "plane" else "`CutNormal` and `CutInward`"
-        raise ValueError(f"the {kind} by {names} is not one: {error}") from error
-    return ()
+        names = " and ".join(f"`{CUT_FIELDS[field.name].name}`" for field in shape.fields)
+        raise ValueError(f"the {name} by {names} is not one: {error}") from error
 
 
 def surfaces(polydata):

@@ -18,4 +18,5 @@ _found = [shape for shape in classes_in(__name__, __path__, Cut) if shape not in
 _found.sort(key=lambda shape: (issubclass(shape, Obstacle), shape.__name__))
 _shapes = {shape.__name__: shape for shape in _found}
 SHAPES = tuple(_shapes)
+BY_NUMBERS = {shape.name: shape for shape in _found if shape.labels()}  # the flat shapes
 globals().update(_shapes)

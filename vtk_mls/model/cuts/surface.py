@@ -23,6 +23,7 @@ from vtk_mls.base.linear_algebra import cross, dots, transformed, unit
 from vtk_mls.base.validation import as_float, freeze
 from vtk_mls.model.cuts.cut import Obstacle
 from vtk_mls.model.cuts.plane import Plane
+from vtk_mls.model.shape_fields import ShapeField
 
 if TYPE_CHECKING:
     from vtk_mls.model.handles.control_points import ControlPoints
@@ -47,7 +48,8 @@ class Surface(Obstacle):
     triangles: NDArray[np.int32]
     boundary: NDArray[np.float64] = field(init=False, repr=False)
 
-    kernel = "surface"
+    name = "surface"
+    fields = ShapeField("points", "rows"), ShapeField("triangles", "rows")
 
     def __init__(self, points: ArrayLike, triangles: ArrayLike) -> None:
         x = as_float("points", points)

@@ -1,0 +1,96 @@
+"""Shapes describe themselves: by a name, and a table of their fields.
+
+The command, the filters and ParaView's panel, the editor, its page, scripts and session files read
+these tables, so that a new shape is one class.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import islice
+from typing import Any
+
+import numpy as np
+
+_SIZES = {"point": 3, "vector": 3, "length": 1}  # numbers of a value
+
+
+@dataclass(frozen=True)
+class ShapeField:
+    """An attribute of a shape, and the argument of its class.
+
+    Attributes
+    ----------
+    name : str
+    kind : {"point", "vector", "length", "rows", "shape", "mask", "grid"}
+        "rows" are numbers of any shape. Numbers can describe a shape whose fields are points,
+        vectors and lengths.
+    help : str
+        For all users.
+    default : tuple of float or float
+    title : str
+        Name for users, by default `name`.
+    """
+
+    name: str
+    kind: str
+    help: str = ""
+    default: Any = None
+    title: str = ""
+
+    @property
+    def labels(self) -> list[str]:
+        """Names of the numbers of a value."""
+        if self.kind == "length":
+            return [self.name]
+        return [self.name[0] * (self.kind == "vector") + axis for axis in "xyz"]
+
+
+class Described:
+    """A value that is made of fields.
+
+    Attributes
+    ----------
+    name : str
+        In files, options and panels; of a class without a name there are no values.
+    help : str
+        A sentence for all users.
+    fields : tuple of ShapeField
+        The arguments of the class, in their order.
+    """
+
+    name = ""
+    help = ""
+    fields: tuple[ShapeField, ...] = ()
+
+    def __init_subclass__(cls) -> None:
+        if "name" in vars(cls):
+            CLASSES[cls.name] = cls
+
+    @classmethod
+    def labels(cls) -> list[str]:
+        """Names of the numbers that describe a value; empty if it takes more than numbers."""
+        if not all(field.kind in _SIZES for field in cls.fields):
+            return []
+        return [label for field in cls.fields for label in field.labels]
+
+    @classmethod
+    def of_numbers(cls, numbers: Sequence[float]) -> Any:
+        """The value with the numbers of all fields, one after the other."""
+        rest = iter(numbers)
+        values = [[*islice(rest, _SIZES[field.kind])] for field in cls.fields]
+        return cls(*(value[0] if len(value) == 1 else value for value in values))
+
+    @property
+    def values(self) -> list[Any]:
+        """The values of the fields, with lists instead of arrays."""
+        return [np.asarray(getattr(self, field.name)).tolist() for field in self.fields]
+
+    @property
+    def numbers(self) -> list[float]:
+        """The argument of `of_numbers`."""
+        return np.hstack(self.values).tolist()
+
+
+CLASSES: dict[str, type[Described]] = {}  # by their names
