@@ -132,12 +132,11 @@ def deformation(options):
     """The `Deformation` of the options."""
     from vtk_mls import Deformation
     from vtk_mls.model.handles.handle_paths import blended_path
-    from vtk_mls.model.handles.rigid_motion import blended
 
     rest, deformed, weights, path, handles = _handles_of(options, _moving_control_points(options))
     if options.blend != 1:
         deformed, path = blended_path(rest, deformed, path, options.blend)
-        handles = [blended(handle, options.blend) for handle in handles]
+        handles = [handle.blended(options.blend) for handle in handles]
     mask, faces = limit_options.limits(options)
     limits = {"mask": mask, "constraints": faces}
     return Deformation(

@@ -33,7 +33,6 @@ from vtk_mls.filters.properties import with_properties
 from vtk_mls.model import options
 from vtk_mls.model.handles.handle_cells import handles_of_cells
 from vtk_mls.model.handles.handle_paths import blended_path
-from vtk_mls.model.handles.rigid_motion import blended
 from vtk_mls.queries.handle_warnings import handle_warnings
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
@@ -304,7 +303,7 @@ class DeformingFilter(OwnControlPoints, Algorithm):
             blend, (mask, faces) = options.BLEND.checked(blend, "Blend"), limits
             if blend != 1:
                 deformed, path = blended_path(rest, deformed, path, blend)
-                handles = [blended(handle, blend) for handle in handles]
+                handles = [handle.blended(blend) for handle in handles]
             return Deformation(
                 rest,
                 deformed,

@@ -82,6 +82,11 @@ class Described:
         values = [[*islice(rest, _SIZES[field.kind])] for field in cls.fields]
         return cls(*(value[0] if len(value) == 1 else value for value in values))
 
+    def changed(self, **values: Any) -> Any:
+        """A copy with other values of some fields."""
+        fields = (field.name for field in self.fields)
+        return type(self)(*(values.get(name, getattr(self, name)) for name in fields))
+
     @property
     def values(self) -> list[Any]:
         """The values of the fields, with lists instead of arrays."""

@@ -6,6 +6,7 @@ import math
 from contextlib import suppress
 
 from vtk_mls.editor.commands import COMMANDS, WINDOW_METHODS
+from vtk_mls.model.cuts import BY_NUMBERS
 from vtk_mls.model.options import OPTIONS
 from vtk_mls.web import panel_values
 
@@ -16,7 +17,7 @@ METHODS += ["make_clicked_rigid", "cancel_landmark"]
 _OPTIONS = {option.name: option for option in OPTIONS if option.section != "computing"}
 _MAX_MESSAGE, _MAX_NAME = 300, 100  # characters
 _PAIR_EDITS = "enable", "jump", "delete_pair"
-_CUTS = "none", "plane", "half-plane"
+_CUTS = "none", *BY_NUMBERS
 
 
 def apply(session, name, value=None):
@@ -45,6 +46,8 @@ def _apply(session, editor, name, value):
             editor.change(editor.state.changed(**{name: value}))
     elif name == "cut" and value in _CUTS:
         _set_cut(editor, value)
+    elif name == "cut_length":
+        _set_cut_length(editor, *value)
     elif name == "preset":
         session.set_preset(int(value))
     elif name == "distortion":
@@ -79,9 +82,18 @@ def _set_number(editor, option, value):
 def _set_cut(editor, shape):
     """Step through the editor's shapes until the cut has this one."""
     for _ in _CUTS:
-        if panel_values.shape_of(editor.state.cuts) == shape:
+        if panel_values.shape_of(editor.state) == shape:
             return
         editor.change_cut()
+
+
+def _set_cut_length(editor, name, text):
+    cut, number = editor.state.flat_cut, _number(text)
+    names = [field.name for field in cut.fields if field.kind == "length"] if cut else []
+    if number is None or number <= 0:
+        editor.say(f"`{name}` must be a positive number.")
+    elif name in names:
+        editor.change(editor.state.with_flat_cut(cut.changed(**{name: number})))
 
 
 def _set_position(editor, name, values):

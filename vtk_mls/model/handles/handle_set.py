@@ -9,9 +9,8 @@ import numpy as np
 
 from vtk_mls.base.validation import short_repr
 from vtk_mls.model.handles.curve import INTEGRATED_ALPHAS, CurveHandle, Segments
+from vtk_mls.model.handles.handle import Handle
 from vtk_mls.model.handles.region import RegionHandle
-
-Handle = CurveHandle | RegionHandle
 
 
 @dataclass(frozen=True, eq=False)

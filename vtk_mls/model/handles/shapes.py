@@ -12,9 +12,10 @@ from vtk_mls.base.grid import Grid, checked_grid
 from vtk_mls.base.validation import as_float, freeze, points, positive, short_repr, vector
 from vtk_mls.model.handles import distance_image
 from vtk_mls.model.handles.distance_image import DistanceImage
+from vtk_mls.model.shape_fields import Described, ShapeField
 
 
-class Shape:
+class Shape(Described):
     """A solid of the undeformed space.
 
     Attributes
@@ -76,6 +77,9 @@ class Capsule(Shape):
     b: NDArray[np.float64]
     radius: float
 
+    name = "capsule"
+    fields = ShapeField("a", "point"), ShapeField("b", "point"), ShapeField("radius", "length")
+
     def __init__(self, a: ArrayLike, b: ArrayLike, radius: float) -> None:
         freeze(self, a=vector("a", a), b=vector("b", b), radius=positive("radius", radius))
 
@@ -104,6 +108,9 @@ class Ball(Capsule):
     center : (3,) array_like, world coordinates
     radius : float, > 0, world units
     """
+
+    name = "ball"
+    fields = ShapeField("center", "point"), ShapeField("radius", "length")
 
     def __init__(self, center: ArrayLike, radius: float) -> None:
         at = vector("center", center)
@@ -144,6 +151,9 @@ class Solid(Sampled):
     points: NDArray[np.float64]
     triangles: NDArray[np.int64]
 
+    name = "solid"
+    fields = ShapeField("points", "rows"), ShapeField("triangles", "rows")
+
     def __init__(self, points: ArrayLike, triangles: ArrayLike) -> None:
         corners, rows = _checked_surface(points, triangles)
         freeze(self, points=corners, triangles=rows)
@@ -178,6 +188,9 @@ class Labels(Sampled):
 
     mask: NDArray[np.bool_]
     grid: Grid
+
+    name = "labels"
+    fields = ShapeField("mask", "mask"), ShapeField("grid", "grid")
 
     def __init__(self, mask: ArrayLike, grid: Grid) -> None:
         checked_grid("grid", grid)
