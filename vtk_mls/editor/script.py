@@ -65,10 +65,9 @@ def script(state, handles, surfaces, files):
     flat = [cut for cut in state.cuts if cut.labels()]
     for cut in flat:
         values = ", ".join(map(str, cut.values))
-        settings.append(f"deform.AddCut({type(cut).__name__}({values}))")
+        settings.append(f"deform.AddCut(cuts.{type(cut).__name__}({values}))")
     for name in surfaces:
         settings += [f'for cut in io.read_cuts(here / "{name}"):', "    deform.AddCut(cut)"]
-    names = [*sorted({type(cut).__name__ for cut in flat}), "io"]
     large = [pair for pair in files if is_ome_zarr(pair[0])]
     others = [pair for pair in files if pair not in large]
     work = _LOOP.format(files=others) if others else ""
@@ -78,7 +77,7 @@ def script(state, handles, surfaces, files):
         more=more,
         work=work,
         commands="\n".join(f"    {line}" for line in commands(state, handles, surfaces, files)),
-        imports=", ".join(names),
+        imports="cuts, io" if flat else "io",
         handles=handles,
         settings="\n".join(settings),
     )
