@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 
 from vtk_mls.commands import limit_options, property_options
-from vtk_mls.commands.running import files_named, read
+from vtk_mls.commands.running import read
 from vtk_mls.files.landmarks import PAIR_BY
 from vtk_mls.model.options import DEFORMATION_OPTIONS, values_of
 
@@ -128,27 +128,6 @@ def apply(options, algorithm, control_points=None):
         algorithm.AddCut(cut)
 
 
-def deformation(options):
-    """The `Deformation` of the options."""
-    from vtk_mls import Deformation
-    from vtk_mls.model.handles.handle_paths import blended_path
-
-    rest, deformed, weights, path, handles = _handles_of(options, _moving_control_points(options))
-    if options.blend != 1:
-        deformed, path = blended_path(rest, deformed, path, options.blend)
-        handles = [handle.blended(options.blend) for handle in handles]
-    mask, faces = limit_options.limits(options)
-    limits = {"mask": mask, "constraints": faces}
-    return Deformation(
-        *(rest, deformed),
-        weights=weights,
-        path=path,
-        handles=handles,
-        **limits,
-        **map_arguments(options),
-    )
-
-
 def initial_transform(options):
     """The transform of the file that the options name, or None."""
     from vtk_mls import io
@@ -224,22 +203,6 @@ def _moving_control_points(options):
         f"nothing moves: {reason}; say where they go in columns qx,qy,qz or by --deformed, "
         f"or {remedy}"
     )
-
-
-def _handles_of(options, polydata):
-    """p, q, weights (or None) and path of points, and the other handles."""
-    from vtk_mls import io
-    from vtk_mls.vtk import arrays
-    from vtk_mls.vtk.control_point_polydata import path_of
-    from vtk_mls.vtk.handle_datasets import cells_of
-
-    path = path_of(polydata)
-    if options.handle_shapes == "cells":
-        with files_named(options):
-            *points, handles = io.handles_of(polydata)
-        return *points, path[:, cells_of(polydata).point_rows], handles
-    weight = "Weight" if polydata.GetPointData().HasArray("Weight") else None
-    return *arrays.control_points(polydata, "Displacement", weight), path, []
 
 
 def _read_control_points(options, time=None):

@@ -64,7 +64,7 @@ def script(state, handles, surfaces, files):
     settings = [f"deform.Set{name}({value!r})" for name, _, value in settings_of(state)]
     flat = [cut for cut in state.cuts if cut.labels()]
     for cut in flat:
-        values = ", ".join(map(str, cut.values))
+        values = ", ".join(map(str, cut.arguments))
         settings.append(f"deform.AddCut(cuts.{type(cut).__name__}({values}))")
     for name in surfaces:
         settings += [f'for cut in io.read_cuts(here / "{name}"):', "    deform.AddCut(cut)"]

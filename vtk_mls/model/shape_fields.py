@@ -88,14 +88,14 @@ class Described:
         return type(self)(*(values.get(name, getattr(self, name)) for name in fields))
 
     @property
-    def values(self) -> list[Any]:
+    def arguments(self) -> list[Any]:
         """The values of the fields, with lists instead of arrays."""
         return [np.asarray(getattr(self, field.name)).tolist() for field in self.fields]
 
     @property
     def numbers(self) -> list[float]:
         """The argument of `of_numbers`."""
-        return np.hstack(self.values).tolist()
+        return np.hstack(self.arguments).tolist()
 
 
 CLASSES: dict[str, type[Described]] = {}  # by their names

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vtk_mls.base.validation import short_repr
+from vtk_mls.base.validation import values_of
 from vtk_mls.model.handles.curve import INTEGRATED_ALPHAS, CurveHandle, Segments
 from vtk_mls.model.handles.handle import Handle
 from vtk_mls.model.handles.region import RegionHandle
@@ -174,13 +174,4 @@ class HandleSet:
 
 def checked_handles(value: Handle | Iterable[Handle] | None) -> tuple[Handle, ...]:
     """A tuple of handles, from one handle, several or None."""
-    if value is None:
-        return ()
-    is_single = isinstance(value, Handle) or not isinstance(value, Iterable)
-    handles = (value,) if is_single else tuple(value)
-    for handle in handles:
-        if not isinstance(handle, Handle):
-            raise TypeError(
-                f"`handles` must be CurveHandle or RegionHandle, got {short_repr(handle)}"
-            )
-    return handles
+    return values_of("handles", value, Handle, "CurveHandle or RegionHandle")

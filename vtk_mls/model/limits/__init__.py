@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from vtk_mls.base.validation import short_repr
+from vtk_mls.base.validation import short_repr, values_of
 from vtk_mls.model.limits.faces import FixedFace, SlidingFace
 from vtk_mls.model.limits.limit import Limit
 from vtk_mls.model.limits.masks import BallMask, BoxMask, ImageMask, Mask
@@ -23,16 +23,7 @@ def checked_mask(value: Mask | None) -> tuple[Mask, ...]:
 
 def checked_constraints(value: FixedFace | Iterable[FixedFace] | None) -> tuple[FixedFace, ...]:
     """A tuple of faces, from one face, several or None."""
-    if value is None:
-        return ()
-    is_single = isinstance(value, Limit) or not isinstance(value, Iterable)
-    faces = (value,) if is_single else tuple(value)
-    for face in faces:
-        if not isinstance(face, FixedFace):
-            raise TypeError(
-                f"`constraints` must be FixedFace or SlidingFace, got {short_repr(face)}"
-            )
-    return faces
+    return values_of("constraints", value, FixedFace, "FixedFace or SlidingFace")
 
 
 def limited(limits, v, displacement):
