@@ -20,24 +20,14 @@ _SIZES = {"point": 3, "vector": 3, "length": 1}  # numbers of a value
 class ShapeField:
     """An attribute of a shape, and the argument of its class.
 
-    Attributes
-    ----------
-    name : str
-    kind : {"point", "vector", "length", "rows", "shape", "mask", "grid"}
-        "rows" are numbers of any shape. Numbers can describe a shape whose fields are points,
-        vectors and lengths.
-    help : str
-        For all users.
-    default : tuple of float or float
-    title : str
-        Name for users, by default `name`.
+    Numbers describe a shape if its fields are points, vectors and lengths.
     """
 
     name: str
-    kind: str
-    help: str = ""
+    kind: str  # "point", "vector", "length", "rows" (other numbers), "shape", "mask" or "grid"
+    help: str = ""  # for all users
     default: Any = None
-    title: str = ""
+    title: str = ""  # for users, by default the name
 
     @property
     def labels(self) -> list[str]:
@@ -48,21 +38,11 @@ class ShapeField:
 
 
 class Described:
-    """A value that is made of fields.
+    """A value that is made of fields."""
 
-    Attributes
-    ----------
-    name : str
-        In files, options and panels; of a class without a name there are no values.
-    help : str
-        A sentence for all users.
-    fields : tuple of ShapeField
-        The arguments of the class, in their order.
-    """
-
-    name = ""
-    help = ""
-    fields: tuple[ShapeField, ...] = ()
+    name = ""  # in files, options and panels
+    help = ""  # a sentence for all users
+    fields: tuple[ShapeField, ...] = ()  # the arguments of the class, in their order
 
     def __init_subclass__(cls) -> None:
         if "name" in vars(cls):

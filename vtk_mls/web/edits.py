@@ -46,8 +46,6 @@ def _apply(session, editor, name, value):
             editor.change(editor.state.changed(**{name: value}))
     elif name == "cut" and value in _CUTS:
         _set_cut(editor, value)
-    elif name == "cut_length":
-        _set_cut_length(editor, *value)
     elif name == "preset":
         session.set_preset(int(value))
     elif name == "distortion":
@@ -85,15 +83,6 @@ def _set_cut(editor, shape):
         if panel_values.shape_of(editor.state) == shape:
             return
         editor.change_cut()
-
-
-def _set_cut_length(editor, name, text):
-    cut, number = editor.state.flat_cut, _number(text)
-    names = [field.name for field in cut.fields if field.kind == "length"] if cut else []
-    if number is None or number <= 0:
-        editor.say(f"`{name}` must be a positive number.")
-    elif name in names:
-        editor.change(editor.state.with_flat_cut(cut.changed(**{name: number})))
 
 
 def _set_position(editor, name, values):

@@ -107,14 +107,6 @@ def _cut(edit):
     toggle("cut", _CUTS, edit)
     with html.Div(v_if=f"{_EDGED}.includes(cut)"):
         wide_button("Another part", "mdi-rotate-3d-variant", (edit, "['change_half']"))
-    v.VTextField(
-        v_for="[name, title, value] in cut_lengths",
-        key="name",
-        model_value=("value",),
-        label=("title",),
-        change=(edit, "['cut_length', [name, $event.target.value]]"),
-        **FIELD,
-    )
     wide_button(
         "Draw a line and cut along it",
         "mdi-content-cut",

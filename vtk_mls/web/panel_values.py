@@ -25,7 +25,6 @@ def values_of(editor, previous, preset):
     presets = max((item.preset_names for item in editor.scene.items), key=len)
     values.update(
         cut=shape_of(state),
-        cut_lengths=_lengths_of(state.flat_cut),
         has_lines=any(not cut.labels() for cut in state.cuts),
         selected=editor.selected.tolist(),
         message=editor.message,
@@ -63,19 +62,6 @@ def _title_of(editor):
 def shape_of(state):
     """The name of the shape of the flat cut that the mouse moves, or "none"."""
     return "none" if state.flat_cut is None else state.flat_cut.name
-
-
-def _lengths_of(cut):
-    """Fields of a cut that the page shows: name, title and value."""
-    return [
-        [
-            field.name,
-            (field.title or field.name).capitalize(),
-            float(f"{getattr(cut, field.name):.4g}"),
-        ]
-        for field in (cut.fields if cut else ())
-        if field.kind == "length"
-    ]
 
 
 def _rows(state):

@@ -11,15 +11,9 @@ from vtk_mls.model.shape_fields import Described
 
 
 class Handle(Described):
-    """A handle with an extent.
+    """A handle with an extent."""
 
-    Attributes
-    ----------
-    title : str
-        What the editor calls it.
-    """
-
-    title: ClassVar[str]
+    title: ClassVar[str]  # in the editor
 
     @property
     def grips(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
