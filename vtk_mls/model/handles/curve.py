@@ -89,15 +89,11 @@ class CurveHandle(Handle):
 
 
 def straightened(curve: CurveHandle) -> CurveHandle:
-    """A curve with its deformed nodes on a line, at the distances of its rest nodes.
+    """A curve with its deformed nodes on a line, at the distances of its rest nodes along it.
 
-    Returns
-    -------
-    CurveHandle
-        Distances are along the curve. The line has the direction from the first to the last
-        deformed node; if these coincide, the principal direction of the deformed nodes. Their
-        middle is the middle of the line: little moves, as both ends move by the same distance,
-        along the line.
+    The line has the direction from the first to the last deformed node; if these coincide, the
+    principal direction of the deformed nodes. Their middle is the middle of the line: little moves,
+    as both ends move by the same distance, along the line.
     """
     nodes, steps = curve.deformed, np.linalg.norm(np.diff(curve.rest, axis=0), axis=1)
     along = np.append(0, np.cumsum(steps)) - steps.sum() / 2
@@ -111,19 +107,11 @@ def straightened(curve: CurveHandle) -> CurveHandle:
 
 @dataclass(frozen=True, eq=False)
 class Segments:
-    """The segments of curves.
+    """The segments of curves, by their ends and weights."""
 
-    Attributes
-    ----------
-    rest, deformed : (s, 2, 3) float64, world coordinates
-        Their ends.
-    weights : (s,) float64
-        Factor of each segment.
-    """
-
-    rest: NDArray[np.float64]
+    rest: NDArray[np.float64]  # (s, 2, 3), world coordinates
     deformed: NDArray[np.float64]
-    weights: NDArray[np.float64]
+    weights: NDArray[np.float64]  # (s,)
 
     @classmethod
     def of(cls, curves) -> Segments:

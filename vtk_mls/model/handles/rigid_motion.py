@@ -14,18 +14,9 @@ if TYPE_CHECKING:
 def fitted_motion(
     rest: NDArray[np.float64], deformed: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], float]:
-    """The rotation and translation that fit moved points best (Kabsch).
+    """The rotation and translation (4, 4) that fit moved points (n, 3) best (Kabsch).
 
-    Parameters
-    ----------
-    rest, deformed : (n, 3) float64, world coordinates
-
-    Returns
-    -------
-    motion : (4, 4) float64
-        From `rest` to `deformed`.
-    residual : float, world units
-        The largest distance of a moved point from its position in `deformed`.
+    And the largest distance of a moved point from its position in `deformed`.
     """
     before, after = rest.mean(axis=0), deformed.mean(axis=0)
     covariance = np.einsum("ni,nj->ij", deformed - after, rest - before)
@@ -39,12 +30,7 @@ def fitted_motion(
 
 
 def screw(region: RegionHandle, share: float) -> NDArray[np.float64]:
-    """A `share` of the motion of a region as a screw: about one axis, and along it.
-
-    Returns
-    -------
-    (4, 4) float64
-    """
+    """A `share` of the motion (4, 4) of a region as a screw: about one axis, and along it."""
     center, moved = region.center
     axis, angle = axis_and_angle(region.motion[:3, :3])
     along = axis * (axis @ (moved - center))
