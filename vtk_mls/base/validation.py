@@ -84,6 +84,21 @@ def points(name: str, value: ArrayLike) -> NDArray[np.float64]:
     return array
 
 
+def triangles(value: ArrayLike, count: int) -> NDArray[np.int64]:
+    """Corners (m, 3) of triangles, as rows of `count` points; m > 0."""
+    values = as_float("triangles", value)
+    rows = np.where(np.isfinite(values), values, -1).astype(np.int64)
+    if (rows != values).any():
+        raise TypeError("`triangles` must be integers, rows of `points`")
+    if rows.ndim != 2 or rows.shape[1:] != (3,) or len(rows) == 0:
+        raise ValueError(f"`triangles` must have the shape (m, 3), m > 0, got {rows.shape}")
+    if rows.min() < 0 or rows.max() >= count:
+        raise ValueError(
+            f"`triangles` must be rows of the {count} `points`, got {rows.min()} to {rows.max()}"
+        )
+    return rows
+
+
 def same_count(p, q, elements="points"):
     """Raise unless `rest` and `deformed` have as many rows."""
     if len(p) != len(q):
