@@ -91,11 +91,11 @@ def triangles(value: ArrayLike, count: int) -> NDArray[np.int64]:
     if (rows != values).any():
         raise TypeError("`triangles` must be integers, rows of `points`")
     if rows.ndim != 2 or rows.shape[1:] != (3,) or len(rows) == 0:
-        raise ValueError(f"`triangles` must have the shape (m, 3), m > 0, got {rows.shape}")
+        message = f"must have the shape (m, 3), m > 0, got {rows.shape}"
+        raise InputError(message, argument="triangles")
     if rows.min() < 0 or rows.max() >= count:
-        raise ValueError(
-            f"`triangles` must be rows of the {count} `points`, got {rows.min()} to {rows.max()}"
-        )
+        message = f"must be rows of the {count} `points`, got {rows.min()} to {rows.max()}"
+        raise InputError(message, argument="triangles")
     return rows
 
 
