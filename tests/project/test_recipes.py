@@ -115,6 +115,15 @@ def test_the_kernels_of_a_shape_of_cuts(copy):
     run(copy, "-m", "pytest", "-q", test, "-k", "kernels")
 
 
+@pytest.mark.parametrize("title", ["Add a shape of rigid regions", "Add a mask"])
+def test_a_class(title, copy):
+    (module, where, code), test = recipe(title)
+    assert where == "at the end"
+    with (copy / module).open("a") as file:
+        file.write(f"\n\n{code}")
+    run(copy, "-m", "pytest", "-q", write(copy, [test]), "-k", "not kernels")
+
+
 @pytest.mark.matrix
 def test_an_option(copy):
     (table, in_table, row), *changes, test = recipe("Add an option of the deformation")
