@@ -5,15 +5,13 @@ Errors are one sentence with the argument, the expected value, and the given val
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vtk_mls.base.errors import InputError
 
-T = TypeVar("T")
 _MAX_REPR_LENGTH = 60
 
 
@@ -151,18 +149,6 @@ def choice(name, value, choices):
         listed = ", ".join(map(str, choices))
         raise InputError(f"must be one of {listed}, got {short_repr(value)}", argument=name)
     return value
-
-
-def values_of(name: str, value: Any, kind: type[T], expected: str) -> tuple[T, ...]:
-    """A tuple of values of a class, from one value, several or None."""
-    if value is None:
-        return ()
-    is_single = isinstance(value, kind) or not isinstance(value, Iterable)
-    values = (value,) if is_single else tuple(value)
-    for item in values:
-        if not isinstance(item, kind):
-            raise TypeError(f"`{name}` must be {expected}, got {short_repr(item)}")
-    return values
 
 
 def output_array(name, value, shape, dtype):

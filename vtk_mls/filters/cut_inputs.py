@@ -34,33 +34,18 @@ def own_cuts(name, *values):
 
 
 def surfaces(polydata):
-    """The surfaces of a vtkPolyData as cuts.
+    """The surfaces of a vtkPolyData as cuts, a list of Surface.
 
     Polygons and triangle strips become triangles; points at the same place are one, and what is
     no triangle then is left out, as lines and vertices are. Parts that do not hang together are
-    cuts of their own.
-
-    Parameters
-    ----------
-    polydata : vtkPolyData
-
-    Returns
-    -------
-    list of Surface
-
-    Raises
-    ------
-    ValueError
-        If there is no surface, a point is not finite, or a triangle has no area.
+    cuts of their own. Raises ValueError if there is no surface, a point is not finite, or a
+    triangle has no area.
     """
     points = polydata.GetPoints()
     if points is not None and not np.isfinite(arrays.to_numpy(points.GetData())).all():
         raise ValueError("`Cuts` has a point that is not finite")
-    triangles, clean, parts = (
-        triangulated(polydata),
-        vtkCleanPolyData(),
-        vtkPolyDataConnectivityFilter(),
-    )
+    triangles, clean = triangulated(polydata), vtkCleanPolyData()
+    parts = vtkPolyDataConnectivityFilter()
     clean.SetInputConnection(triangles.GetOutputPort())
     clean.SetConvertPolysToLines(False)
     parts.SetInputConnection(clean.GetOutputPort())
@@ -87,15 +72,10 @@ def surfaces(polydata):
 
 
 def off_cuts(cuts, rest, deformed, cut_frame):
-    """Control points that lie on planes and half-planes, moved off them or ignored.
+    """Control points (n, 3) on flat cuts moved off them, and which are ignored: (n,) bool.
 
-    Returns
-    -------
-    rest : (n, 3) float64
-        With `cut_frame` "rest", points on a cut are moved slightly to the side that they are
-        dragged to.
-    is_ignored : (n,) bool
-        Points on a cut that stay at rest: they would hold it shut.
+    With `cut_frame` "rest" they move slightly to the side that they are dragged to. Those that stay
+    at rest would hold the cut shut, and are ignored.
     """
     is_ignored, is_still = np.zeros(len(rest), bool), (rest == deformed).all(axis=1)
     for cut in cuts:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from vtk_mls import INTERPOLATIONS, VOID_VALUES, Sampling
+from vtk_mls import INTERPOLATIONS, VOID_VALUES, BallMask, Sampling
 from vtk_mls.filters.properties import (
     ArrayName,
     ArrayNames,
@@ -72,10 +72,9 @@ CUT_TYPE = Choice(
 def _of_cut_field(field):
     """The property of a field of cut shapes, shown for the shapes that have it."""
     names = [shape.name for shape in _SHAPES if field.name in (f.name for f in shape.fields)]
-    is_common = len(names) == len(_SHAPES)
-    shown = {"hidden_when": ("CutType", "none")} if is_common else {}
-    if not is_common:
-        shown["shown_when"] = ("CutType", *names)
+    shown = {"hidden_when": ("CutType", "none")}
+    if len(names) < len(_SHAPES):
+        shown = {"shown_when": ("CutType", *names)}
     make = Number if field.kind == "length" else Vector
     name = f"Cut{(field.title or field.name).capitalize()}"
     return make(name, field.default, field.help, unit="world coordinates", **shown)
@@ -150,7 +149,7 @@ MASK_BALL = Vector(
     (0.0, 0.0, 0.0, 0.0, 0.0),
     """Ball in the deformed space in which the deformation acts: center, radius, and the distance
     outside the ball over which the deformation fades to zero. All 0: no ball.""",
-    labels=("x", "y", "z", "radius", "falloff"),
+    labels=tuple(BallMask.labels()),
     **_LIMIT,
 )
 MASK = Value(

@@ -6,12 +6,14 @@ these tables, so that a new shape is one class.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import islice
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
+
+from vtk_mls.base.validation import short_repr
 
 _SIZES = {"point": 3, "vector": 3, "length": 1}  # numbers of a value
 
@@ -50,8 +52,9 @@ class Described:
 
     @classmethod
     def labels(cls) -> list[str]:
-        """Names of the numbers that describe a value; empty if it takes more than numbers."""
-        if not all(field.kind in _SIZES for field in cls.fields):
+        """Names of the numbers that describe a value; empty if it takes more, or has no name."""
+        is_named = CLASSES.get(cls.name) is cls
+        if not is_named or not all(field.kind in _SIZES for field in cls.fields):
             return []
         return [label for field in cls.fields for label in field.labels]
 
@@ -79,3 +82,18 @@ class Described:
 
 
 CLASSES: dict[str, type[Described]] = {}  # by their names
+T = TypeVar("T", bound=Described)
+
+
+def values_of(name: str, value: T | Iterable[T] | None, kind: type[T]) -> tuple[T, ...]:
+    """A tuple of values of a class, from one value, several or None."""
+    if value is None:
+        return ()
+    is_single = isinstance(value, kind) or not isinstance(value, Iterable)
+    values: tuple[Any, ...] = (value,) if is_single else tuple(value)
+    for item in values:
+        if not isinstance(item, kind):
+            *names, last = (c.__name__ for c in CLASSES.values() if issubclass(c, kind))
+            expected = f"{', '.join(names)} or {last}"
+            raise TypeError(f"`{name}` must be {expected}, got {short_repr(item)}")
+    return values

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from vtk_mls.base.errors import InputError
 from vtk_mls.base.validation import short_repr
 from vtk_mls.model.handles.curve import CurveHandle
-from vtk_mls.model.handles.handle_set import Handle
+from vtk_mls.model.handles.handle import Handle
 from vtk_mls.model.handles.region import RegionHandle
 from vtk_mls.model.handles.rigid_motion import fitted_motion
 from vtk_mls.model.handles.shapes import Solid

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vtk_mls.base.validation import values_of
 from vtk_mls.model.handles.curve import INTEGRATED_ALPHAS, CurveHandle, Segments
-from vtk_mls.model.handles.handle import Handle
 from vtk_mls.model.handles.region import RegionHandle
 
 
@@ -157,8 +154,3 @@ class HandleSet:
             self.segments.on_side(height, side, in_rest_frame),
             self.path[rows],
         )
-
-
-def checked_handles(value: Handle | Iterable[Handle] | None) -> tuple[Handle, ...]:
-    """A tuple of handles, from one handle, several or None."""
-    return values_of("handles", value, Handle, "CurveHandle or RegionHandle")

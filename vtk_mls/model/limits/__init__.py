@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 import numpy as np
 
-from vtk_mls.base.validation import short_repr, values_of
+from vtk_mls.base.validation import short_repr
 from vtk_mls.model.limits.faces import FixedFace, SlidingFace
 from vtk_mls.model.limits.limit import Limit
 from vtk_mls.model.limits.masks import BallMask, BoxMask, ImageMask, Mask
@@ -19,11 +17,6 @@ def checked_mask(value: Mask | None) -> tuple[Mask, ...]:
     if value is not None and not isinstance(value, Mask):
         raise TypeError(f"`mask` must be a BallMask, BoxMask or ImageMask, got {short_repr(value)}")
     return () if value is None else (value,)
-
-
-def checked_constraints(value: FixedFace | Iterable[FixedFace] | None) -> tuple[FixedFace, ...]:
-    """A tuple of faces, from one face, several or None."""
-    return values_of("constraints", value, FixedFace, "FixedFace or SlidingFace")
 
 
 def limited(limits, v, displacement):
