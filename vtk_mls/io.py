@@ -42,7 +42,6 @@ from vtk_mls.model import arguments
 from vtk_mls.model.cuts import Surface
 from vtk_mls.model.handles.handle import Handle
 from vtk_mls.model.handles.handle_cells import cells_of_handles, handles_of_cells
-from vtk_mls.model.shape_fields import values_of
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 from vtk_mls.vtk.control_point_polydata import fill_polydata, path_of
@@ -339,7 +338,7 @@ def write_handles(
     p = arguments.control_points("rest", rest)
     q = arguments.control_points("deformed", deformed)
     validation.same_count(p, q)
-    shaped = values_of("handles", handles, Handle)
+    shaped = validation.values_of("handles", handles, Handle)
     places = arguments.path(between, len(p), "between")
     all_p, all_q, cells = cells_of_handles(p, q, shaped)
     factors = None

@@ -5,6 +5,7 @@ Errors are one sentence with the argument, the expected value, and the given val
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -149,6 +150,18 @@ def choice(name, value, choices):
         listed = ", ".join(map(str, choices))
         raise InputError(f"must be one of {listed}, got {short_repr(value)}", argument=name)
     return value
+
+
+def values_of(name: str, value: Any, kind: Any) -> tuple[Any, ...]:
+    """A tuple of values of a class, from one value, several or None."""
+    if value is None:
+        return ()
+    is_single = isinstance(value, kind) or not isinstance(value, Iterable)
+    values = (value,) if is_single else tuple(value)
+    for item in values:
+        if not isinstance(item, kind):
+            raise TypeError(f"`{name}` must be {kind.expected()}, got {short_repr(item)}")
+    return values
 
 
 def output_array(name, value, shape, dtype):

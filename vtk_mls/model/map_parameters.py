@@ -10,14 +10,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vtk_mls.base.errors import InputError
-from vtk_mls.base.validation import freeze, same_count
+from vtk_mls.base.validation import freeze, same_count, values_of
 from vtk_mls.model import arguments, kinds, limits
 from vtk_mls.model.cuts import Cut, Obstacle, Plane
 from vtk_mls.model.handles.handle import Handle
 from vtk_mls.model.handles.handle_set import HandleSet
 from vtk_mls.model.options import check_options, named
 from vtk_mls.model.regions import Region, deformed_plane, split_by_planes
-from vtk_mls.model.shape_fields import values_of
 
 _MAX_OBSTACLES = 30  # each has a bit in the kernels
 

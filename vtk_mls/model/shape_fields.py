@@ -6,14 +6,12 @@ these tables, so that a new shape is one class.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import islice
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
-
-from vtk_mls.base.validation import short_repr
 
 _SIZES = {"point": 3, "vector": 3, "length": 1}  # numbers of a value
 
@@ -59,6 +57,12 @@ class Described:
         return [label for field in cls.fields for label in field.labels]
 
     @classmethod
+    def expected(cls) -> str:
+        """The names of the classes of such values, for errors."""
+        *names, last = (c.__name__ for c in CLASSES.values() if issubclass(c, cls))
+        return f"{', '.join(names)} or {last}"
+
+    @classmethod
     def of_numbers(cls, numbers: Sequence[float]) -> Any:
         """The value with the numbers of all fields, one after the other."""
         rest = iter(numbers)
@@ -82,18 +86,3 @@ class Described:
 
 
 CLASSES: dict[str, type[Described]] = {}  # by their names
-T = TypeVar("T", bound=Described)
-
-
-def values_of(name: str, value: T | Iterable[T] | None, kind: type[T]) -> tuple[T, ...]:
-    """A tuple of values of a class, from one value, several or None."""
-    if value is None:
-        return ()
-    is_single = isinstance(value, kind) or not isinstance(value, Iterable)
-    values: tuple[Any, ...] = (value,) if is_single else tuple(value)
-    for item in values:
-        if not isinstance(item, kind):
-            *names, last = (c.__name__ for c in CLASSES.values() if issubclass(c, kind))
-            expected = f"{', '.join(names)} or {last}"
-            raise TypeError(f"`{name}` must be {expected}, got {short_repr(item)}")
-    return values
