@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vtk_mls.base.errors import InputError
-from vtk_mls.base.validation import freeze, same_count, values_of
+from vtk_mls.base.validation import freeze, same_count, short_repr, values_of
 from vtk_mls.model import arguments, kinds, limits
 from vtk_mls.model.cuts import Cut, Obstacle, Plane
 from vtk_mls.model.handles.handle import Handle
@@ -102,7 +102,11 @@ class MapParameters:
         places = arguments.path(path, len(p))
         shapes = values_of("cuts", cuts, Cut)
         faces = values_of("constraints", constraints, limits.FixedFace)
-        freeze(self, limits=(*limits.checked_mask(mask), *faces), mask=mask, constraints=faces)
+        if not isinstance(mask, (limits.Mask, type(None))):
+            expected = "a BallMask, BoxMask or ImageMask"
+            raise TypeError(f"`mask` must be {expected}, got {short_repr(mask)}")
+        masks = () if mask is None else (mask,)
+        freeze(self, limits=(*masks, *faces), mask=mask, constraints=faces)
         freeze(self, rest=p, deformed=q, weights=factors, handles=shaped, cuts=shapes, path=places)
         freeze(self, **settings)
         self._find_regions()

@@ -4,19 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from vtk_mls.base.validation import short_repr
 from vtk_mls.model.limits.faces import FixedFace, SlidingFace
 from vtk_mls.model.limits.limit import Limit
 from vtk_mls.model.limits.masks import BallMask, BoxMask, ImageMask, Mask
 
 __all__ = ["BallMask", "BoxMask", "FixedFace", "ImageMask", "Limit", "Mask", "SlidingFace"]
-
-
-def checked_mask(value: Mask | None) -> tuple[Mask, ...]:
-    """A mask or none, as a tuple."""
-    if value is not None and not isinstance(value, Mask):
-        raise TypeError(f"`mask` must be a BallMask, BoxMask or ImageMask, got {short_repr(value)}")
-    return () if value is None else (value,)
 
 
 def limited(limits, v, displacement):
