@@ -33,7 +33,7 @@ from vtkmodules.vtkCommonDataModel import vtkImageData
 
 from vtk_mls.base.grid import Grid
 from vtk_mls.model.cuts import Cut
-from vtk_mls.model.handles.handle_set import Handle
+from vtk_mls.model.handles.handle import Handle
 from vtk_mls.model.limits import FixedFace, Mask
 from vtk_mls.queries.transform import Transform
 

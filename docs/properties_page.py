@@ -96,8 +96,8 @@ def _panel(each):
     if each.is_advanced:
         yield "among ParaView's advanced properties"
     if each.shown_when:
-        name, value = each.shown_when
-        yield f"shown while {name} is {_state(value)}"
+        name, *values = each.shown_when
+        yield f"shown while {name} is {' or '.join(map(_state, values))}"
     if each.hidden_when:
         name, value = each.hidden_when
         also = f" and {each.shown_with} is not connected" if each.shown_with else ""

@@ -40,8 +40,8 @@ from vtk_mls.files.vtk_io import failures_named
 from vtk_mls.filters.cut_inputs import surfaces
 from vtk_mls.model import arguments
 from vtk_mls.model.cuts import Surface
+from vtk_mls.model.handles.handle import Handle
 from vtk_mls.model.handles.handle_cells import cells_of_handles, handles_of_cells
-from vtk_mls.model.handles.handle_set import Handle, checked_handles
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 from vtk_mls.vtk.control_point_polydata import fill_polydata, path_of
@@ -338,7 +338,7 @@ def write_handles(
     p = arguments.control_points("rest", rest)
     q = arguments.control_points("deformed", deformed)
     validation.same_count(p, q)
-    shaped = checked_handles(handles)
+    shaped = validation.values_of("handles", handles, Handle)
     places = arguments.path(between, len(p), "between")
     all_p, all_q, cells = cells_of_handles(p, q, shaped)
     factors = None

@@ -8,13 +8,14 @@ import pytest
 from handle_surfaces import ball, displaced, joined, moved, polyline, positions, transform, volume
 from vtk_fixtures import DEFORMED, FAST, REST, add_array, make_image, values_of
 
-from vtk_mls import io
+from vtk_mls import BallMask, Deformation, FixedFace, Plane, SlidingFace, io
 from vtk_mls.commands.cli import main
 from vtk_mls.vtk.arrays import ImageGeometry
 
 CORNERS = np.array([(x, y, z) for x in (-6, 6) for y in (-6, 6) for z in (-6, 6)], float)
 MOTION = transform()
 CELLS = ["--handle-shapes", "cells"]
+Y_PLANE = Plane((0, 4.25, 0), (0, 1, 0))
 
 
 @pytest.fixture
@@ -106,20 +107,6 @@ def test_curves_of_slicer(files, kind, count):
     assert (polydata.GetNumberOfLines(), polydata.GetNumberOfVerts()) == (1, 0)
 
 
-def test_outside_of_a_ball_is_the_input_to_the_bit(files, caplog):
-    assert deform("in.vti", "handles.csv", "out.vti", "--mask-ball", "4,4,3,1.5,1") == 0
-    before, after = io.read_dataset("in.vti"), io.read_dataset("out.vti")
-    points = ImageGeometry.of_image(before).grid.points()
-    distance = np.linalg.norm(points - (4, 4, 3), axis=1).reshape(7, 8, 9)
-    before, after = values_of(before, "values"), values_of(after, "values")
-    np.testing.assert_array_equal(after[distance >= 2.5], before[distance >= 2.5])
-    assert (after[distance < 1.5] != before[distance < 1.5]).any()
-    miss = np.linalg.norm(DEFORMED - REST, axis=1)
-    (sentence,) = caplog.messages
-    held = f"4 of 8 handles are not met, by up to {miss.max():.3g}, because the mask or a face"
-    assert f"{held} holds them" in sentence
-
-
 @pytest.mark.parametrize("name", ["mask.vti", "mask.nii.gz", "mask.nrrd"])
 def test_a_label_volume_is_a_mask(files, name):
     image = make_image()
@@ -133,16 +120,21 @@ def test_a_label_volume_is_a_mask(files, name):
     np.testing.assert_allclose(part[:, :, 5:], whole[:, :, 5:], atol=1e-6)
 
 
-def test_planes_hold_and_let_slide(files):
-    """The grid has points with y = 4.25 (its fifth row)."""
-    whole = displacements()
-    fixed = displacements("--fixed-plane", "0,4.25,0,0,1,0,1", "--fixed-plane=0,0,0,0,0,1,.1")
-    assert np.abs(fixed[:, 4]).max() < 1e-12
-    assert np.abs(fixed[0]).max() < 1e-12
-    np.testing.assert_allclose(fixed[1:, :3], whole[1:, :3], atol=1e-5)
-    sliding = displacements("--sliding-plane", "0,4.25,0,0,1,0,1")
-    assert np.abs(sliding[:, 4, :, 1]).max() < 1e-12
-    np.testing.assert_allclose(sliding[:, 4, :, ::2], whole[:, 4, :, ::2], atol=1e-5)
+LIMITS = {
+    "--mask-ball=4,4,3,1.5,1": {"mask": BallMask((4, 4, 3), 1.5, 1)},
+    "--fixed-plane=0,4.25,0,0,1,0,1": {"constraints": FixedFace(Y_PLANE, 1)},
+    "--sliding-plane=0,4.25,0,0,1,0,1": {"constraints": SlidingFace(Y_PLANE, 1)},
+}
+
+
+@pytest.mark.parametrize("option", LIMITS)
+def test_limits_are_those_of_the_value(files, option, caplog):
+    value = Deformation(REST, DEFORMED, device=FAST, **LIMITS[option])
+    grid = ImageGeometry.of_image(io.read_dataset("in.vti")).grid
+    expected = value.displacement_field(grid).displacement
+    np.testing.assert_allclose(displacements(option), expected, atol=1e-6)
+    (sentence,) = caplog.messages
+    assert "handles are not met, by up to" in sentence
 
 
 BAD = {

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from control_point_sets import DEVICES
+from map_checks import slopes
 
 from vtk_mls import CurveHandle, Deformation, Grid, HalfPlane, Plane
 
@@ -94,13 +95,9 @@ def test_kernels_agree_with_the_specification(kind, degree, alpha, device, rng):
 @EVERY_ALPHA
 def test_the_jacobian_is_that_of_the_map(kind, degree, alpha, rng):
     value = _deformation(rng, kind, degree, "reference", alpha=alpha)
-    v, step = rng.uniform(-1, 1, (30, 3)), 1e-5
-    columns = [
-        (value.backward(v + step * axis) - value.backward(v - step * axis)) / (2 * step)
-        for axis in np.eye(3)
-    ]
+    v = rng.uniform(-1, 1, (30, 3))
     jacobian = value.jacobian(v)
-    error = np.abs(jacobian - np.stack(columns, axis=2)).max(axis=(1, 2))
+    error = np.abs(jacobian - slopes(value, v, 1e-5)).max(axis=(1, 2))
     assert (error < 1e-6 * np.abs(jacobian).max(axis=(1, 2))).all()
 
 

@@ -5,6 +5,7 @@ import functools
 import numpy as np
 import pytest
 from control_point_sets import DEVICES, KINDS_AND_DEGREES
+from map_checks import check_inverse, check_jacobian, check_kernels
 from pairwise import paired
 
 from vtk_mls import (
@@ -74,42 +75,19 @@ def test_kernels_agree_with_the_specification(limit, kind, cuts, device, rng):
         scene(np.random.default_rng(seed), kind, where, 25, **options)
         for where in (device, "reference")
     )
-    v = rng.uniform(-1, 1, (2000, 3))
-    error = np.abs(kernels.backward(v) - specification.backward(v)).max(axis=1)
-    # with cuts both sides may reach a point in the void, and rounding decides
-    assert np.quantile(error, 0.98) < 1e-5 * (10 if kind[1] == 3 else 1)
-    assert np.mean(error > 1e-4) < (0.02 if CUTS[cuts] else 1e-9)
-    error = np.abs(kernels.jacobian(v[:200]) - specification.jacobian(v[:200])).max(axis=(1, 2))
-    assert np.quantile(error, 0.95) < 2e-4
+    check_kernels(kernels, specification, rng.uniform(-1, 1, (2000, 3)), kind[1])
 
 
 @paired(limit=LIMITS, kind=KINDS_AND_DEGREES, cuts=CUTS)
 def test_jacobian_is_the_slope(limit, kind, cuts, rng):
     d = scene(rng, kind, count=25, **LIMITS[limit](), **CUTS[cuts])
-    v = rng.uniform(-1, 1, (100, 3))
-    v = v[np.abs(d.void_distance(v)) > 1e-3] if d.cuts else v
-    step = 1e-6
-    slopes = [
-        (d.backward(v + step * axis) - d.backward(v - step * axis)) / (2 * step)
-        for axis in np.eye(3)
-    ]
-    error = np.abs(d.jacobian(v) - np.stack(slopes, axis=2)).max(axis=(1, 2))
-    # images have kinks between their cells
-    assert np.quantile(error, 0.97) < 1e-5
+    check_jacobian(d, rng.uniform(-1, 1, (100, 3)))
 
 
 @paired(limit=LIMITS, kind=KINDS_AND_DEGREES[:4], cuts=CUTS, device=EVERYWHERE)
 def test_forward_undoes_backward(limit, kind, cuts, device, rng):
     d = scene(rng, kind, device, 25, **LIMITS[limit](), **CUTS[cuts])
-    v = rng.uniform(-1, 1, (60, 3))
-    x = d.backward(v)
-    upright = np.linalg.det(d.jacobian(v)) > 0.2
-    x = x[upright & (d.void_distance(v) > 1e-3)] if d.cuts else x[upright]
-    back = d.forward(x)
-    found = np.isfinite(back).all(axis=1)
-    assert found.mean() > 0.9
-    error = np.abs(d.backward(back[found]) - x[found]).max(axis=1)
-    assert np.quantile(error, 0.97) < 3e-5
+    check_inverse(d, rng.uniform(-1, 1, (60, 3)))
 
 
 @paired(mask=["ball", "box", "image"], kind=KINDS_AND_DEGREES, device=EVERYWHERE)

@@ -10,7 +10,7 @@ from hands import Hands, ball_mesh
 from test_shapes import shapes
 
 from vtk_mls import HalfPlane, Plane, Surface
-from vtk_mls.editor import State
+from vtk_mls.editor import State, state_values
 from vtk_mls.editor.autosave import Autosave
 from vtk_mls.editor.matching.pairs import TARGET, Pending
 
@@ -134,6 +134,28 @@ def test_all_of_a_state_is_kept(tmp_path, rng):
     )
     Autosave("x.vti", tmp_path).store(state)
     assert plain(Autosave("x.vti", tmp_path).offered) == plain(state)
+
+
+def test_the_format_of_shapes_stays():
+    """Files of earlier versions are read."""
+    state = shapes().changed(cuts=[HalfPlane((1, 2, 3), (1, 0, 0), (0, 0, 1))])
+    edit = state_values.encoded(state)
+    assert edit["cuts"] == [["half-plane", [[1, 2, 3], [1, 0, 0], [0, 0, 1]]]]
+    assert edit["mask"] == ["ball-mask", [[5, 5, 5], 20, 3]]
+    *regions, curve = edit["handles"]
+    assert curve == [
+        "curve",
+        [x.tolist() for x in (state.handles[4].rest, state.handles[4].deformed)],
+    ]
+    ball, capsule, solid, labels = (shape for name, (shape, motion) in regions if name == "region")
+    assert ball == ["ball", [[1, 2, 3], 0.5]]
+    assert capsule == ["capsule", [[3, 3, 3], [9, 3, 3], 1]]
+    assert [solid[0], *map(len, solid[1][1])] == [
+        "solid",
+        *[3] * len(state.handles[2].shape.triangles),
+    ]
+    assert labels[0] == "labels"
+    assert labels[1][1:] == [[7, 6, 5], [10, 11, 12], [0.5, -0.7, 0.9], np.eye(3).tolist()]
 
 
 _TEXTS = "", "{}", '{"rest": 1}', "[1, 2", "null", "[" * 100_000

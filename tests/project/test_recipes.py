@@ -16,8 +16,6 @@ PROJECT = Path(__file__).resolve().parents[2]
 TEXT = (PROJECT / "CONTRIBUTING.md").read_text()
 FOLDERS = ("docs", "opencl", "paraview_plugin", "tests", "vtk_mls")
 
-pytestmark = pytest.mark.matrix
-
 
 def recipe(title):
     """(path, text behind the path, code) of each block of a section."""
@@ -47,6 +45,7 @@ def run(copy, *command):
     assert done.returncode == 0, done.stdout + done.stderr
 
 
+@pytest.mark.matrix
 def test_a_format(copy):
     (module, _, code), (table, where, line) = recipe("Add a file format")
     assert where == "in TABLE"
@@ -93,6 +92,7 @@ def add_after(path, before, line):
     path.write_text(text.replace(f"{indent}{before}\n", f"{indent}{before}\n{indent}{line}"))
 
 
+@pytest.mark.matrix
 def test_a_kind(copy):
     test = write(copy, recipe("Add a kind"))
     run(copy, "-m", "pytest", "-q", test)
@@ -101,12 +101,30 @@ def test_a_kind(copy):
     run(copy, "-c", KIND_IS_FOUND)
 
 
-@pytest.mark.matrix  # new kernels: each device is checked again
 def test_a_shape_of_cuts(copy):
+    """A file in Python makes a shape that all interfaces have."""
     test = write(copy, recipe("Add a shape of cuts"))
-    run(copy, "-m", "pytest", "-q", test)
+    run(copy, "-m", "pytest", "-q", test, "-k", "not kernels")
+    run(copy, "docs/properties_page.py")
+    assert "### CutRadius" in (copy / "docs/properties.md").read_text()
 
 
+@pytest.mark.matrix  # new kernels: each device is checked again
+def test_the_kernels_of_a_shape_of_cuts(copy):
+    test = write(copy, recipe("Add a shape of cuts"))
+    run(copy, "-m", "pytest", "-q", test, "-k", "kernels")
+
+
+@pytest.mark.parametrize("title", ["Add a shape of rigid regions", "Add a mask"])
+def test_a_class(title, copy):
+    (module, where, code), test = recipe(title)
+    assert where == "at the end"
+    with (copy / module).open("a") as file:
+        file.write(f"\n\n{code}")
+    run(copy, "-m", "pytest", "-q", write(copy, [test]), "-k", "not kernels")
+
+
+@pytest.mark.matrix
 def test_an_option(copy):
     (table, in_table, row), *changes, test = recipe("Add an option of the deformation")
     assert in_table == "in OPTIONS"
@@ -118,6 +136,7 @@ def test_an_option(copy):
     assert "WeightPower" in (copy / "docs/properties.md").read_text()
 
 
+@pytest.mark.matrix
 def test_a_property(copy):
     (table, in_table, line), *changes, (module, in_module, use), test = recipe("Add a property")
     assert (in_table, in_module) == ("in VOID", "first in _mark_cells")

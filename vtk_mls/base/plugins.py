@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable
 from importlib import import_module
 from pkgutil import iter_modules
+from typing import TypeVar
+
+T = TypeVar("T")
 
 
-def classes_in(package: str, path: Iterable[str], base: type) -> list[type]:
+def classes_in(package: str, path: Iterable[str], base: type[T]) -> list[type[T]]:
     """The subclasses of `base` that the modules of a package define."""
     modules = [import_module(module.name) for module in iter_modules(path, f"{package}.")]
     return [

@@ -5,6 +5,7 @@ Errors are one sentence with the argument, the expected value, and the given val
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -82,6 +83,21 @@ def points(name: str, value: ArrayLike) -> NDArray[np.float64]:
     return array
 
 
+def triangles(value: ArrayLike, count: int) -> NDArray[np.int64]:
+    """Corners (m, 3) of triangles, as rows of `count` points; m > 0."""
+    values = as_float("triangles", value)
+    rows = np.where(np.isfinite(values), values, -1).astype(np.int64)
+    if (rows != values).any():
+        raise TypeError("`triangles` must be integers, rows of `points`")
+    if rows.ndim != 2 or rows.shape[1:] != (3,) or len(rows) == 0:
+        message = f"must have the shape (m, 3), m > 0, got {rows.shape}"
+        raise InputError(message, argument="triangles")
+    if rows.min() < 0 or rows.max() >= count:
+        message = f"must be rows of the {count} `points`, got {rows.min()} to {rows.max()}"
+        raise InputError(message, argument="triangles")
+    return rows
+
+
 def same_count(p, q, elements="points"):
     """Raise unless `rest` and `deformed` have as many rows."""
     if len(p) != len(q):
@@ -134,6 +150,18 @@ def choice(name, value, choices):
         listed = ", ".join(map(str, choices))
         raise InputError(f"must be one of {listed}, got {short_repr(value)}", argument=name)
     return value
+
+
+def values_of(name: str, value: Any, kind: Any) -> tuple[Any, ...]:
+    """A tuple of values of a class, from one value, several or None."""
+    if value is None:
+        return ()
+    is_single = isinstance(value, kind) or not isinstance(value, Iterable)
+    values = (value,) if is_single else tuple(value)
+    for item in values:
+        if not isinstance(item, kind):
+            raise TypeError(f"`{name}` must be {kind.expected()}, got {short_repr(item)}")
+    return values
 
 
 def output_array(name, value, shape, dtype):

@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 
 from vtk_mls.commands import limit_options, property_options
-from vtk_mls.commands.running import files_named, read
+from vtk_mls.commands.running import read
 from vtk_mls.files.landmarks import PAIR_BY
 from vtk_mls.model.options import DEFORMATION_OPTIONS, values_of
 
@@ -104,29 +104,15 @@ def add_files(parser):
 
 
 def _add_cuts(parser):
-    add = parser.add_argument
-    add(
-        "--cut-plane",
-        metavar="OX,OY,OZ,NX,NY,NZ",
-        action="append",
-        default=[],
-        help="cut everything apart along the plane through O with normal N (may be repeated)",
-    )
-    add(
-        "--cut-half-plane",
-        metavar="OX,OY,OZ,NX,NY,NZ,IX,IY,IZ",
-        action="append",
-        default=[],
-        help="cut along half of a plane, from its edge through O in the direction I (may be "
-        "repeated)",
-    )
-    add(
-        "--cut-surface",
-        metavar="FILE",
-        action="append",
-        default=[],
-        help="cut along the surfaces of a file: .vtp .vtk .stl (may be repeated)",
-    )
+    from vtk_mls.model.cuts import BY_NUMBERS
+
+    add = partial(parser.add_argument, action="append", default=[])
+    for name, shape in BY_NUMBERS.items():
+        *parts, last = (field.title or field.name for field in shape.fields)
+        text = f"cut along a {name}, by its {', '.join(parts)} and {last}; may be repeated"
+        add(f"--cut-{name}", metavar=",".join(shape.labels()).upper(), help=text)
+    text = "cut along the surfaces of a file: .vtp .vtk .stl; may be repeated"
+    add("--cut-surface", metavar="FILE", help=text)
 
 
 def apply(options, algorithm, control_points=None):
@@ -140,28 +126,6 @@ def apply(options, algorithm, control_points=None):
     algorithm.SetInitialTransform(initial_transform(options))
     for cut in _cuts(options):
         algorithm.AddCut(cut)
-
-
-def deformation(options):
-    """The `Deformation` of the options."""
-    from vtk_mls import Deformation
-    from vtk_mls.model.handles.handle_paths import blended_path
-    from vtk_mls.model.handles.rigid_motion import blended
-
-    rest, deformed, weights, path, handles = _handles_of(options, _moving_control_points(options))
-    if options.blend != 1:
-        deformed, path = blended_path(rest, deformed, path, options.blend)
-        handles = [blended(handle, options.blend) for handle in handles]
-    mask, faces = limit_options.limits(options)
-    limits = {"mask": mask, "constraints": faces}
-    return Deformation(
-        *(rest, deformed),
-        weights=weights,
-        path=path,
-        handles=handles,
-        **limits,
-        **map_arguments(options),
-    )
 
 
 def initial_transform(options):
@@ -241,22 +205,6 @@ def _moving_control_points(options):
     )
 
 
-def _handles_of(options, polydata):
-    """p, q, weights (or None) and path of points, and the other handles."""
-    from vtk_mls import io
-    from vtk_mls.vtk import arrays
-    from vtk_mls.vtk.control_point_polydata import path_of
-    from vtk_mls.vtk.handle_datasets import cells_of
-
-    path = path_of(polydata)
-    if options.handle_shapes == "cells":
-        with files_named(options):
-            *points, handles = io.handles_of(polydata)
-        return *points, path[:, cells_of(polydata).point_rows], handles
-    weight = "Weight" if polydata.GetPointData().HasArray("Weight") else None
-    return *arrays.control_points(polydata, "Displacement", weight), path, []
-
-
 def _read_control_points(options, time=None):
     """Control-point polydata of the files (at a time), and whether the files have q."""
     from vtk_mls import io
@@ -302,15 +250,13 @@ def check_pairing(options):
 
 
 def _cuts(options):
-    """The cuts, in the order of planes, half-planes and surfaces."""
-    from vtk_mls import HalfPlane, Plane, io
+    """The cuts, first those by numbers, then surfaces."""
+    from vtk_mls import io
+    from vtk_mls.model.cuts import BY_NUMBERS
 
-    cuts = [Plane(*_vectors("--cut-plane", text, 2)) for text in options.cut_plane]
-    cuts += [HalfPlane(*_vectors("--cut-half-plane", text, 3)) for text in options.cut_half_plane]
+    cuts = [
+        shape.of_numbers(property_options.numbers(f"--cut-{name}", text, len(shape.labels())))
+        for name, shape in BY_NUMBERS.items()
+        for text in getattr(options, f"cut_{name.replace('-', '_')}")
+    ]
     return cuts + [cut for path in options.cut_surface for cut in read(io.read_cuts, path)]
-
-
-def _vectors(option, text, count):
-    """`count` vectors of three numbers from the text of an option."""
-    values = property_options.numbers(option, text, 3 * count)
-    return [values[start : start + 3] for start in range(0, 3 * count, 3)]

@@ -6,7 +6,7 @@ from dataclasses import replace
 from functools import partial
 
 from vtk_mls.commands import map_options
-from vtk_mls.commands.running import progress_bar, read
+from vtk_mls.commands.running import files_named, progress_bar, read
 from vtk_mls.commands.supervision import step
 
 
@@ -42,22 +42,25 @@ def add(commands):
 
 def run(options):
     """Run the command."""
-    from vtk_mls import Chain, io
+    from vtk_mls import io
     from vtk_mls.files import control_point_files
+    from vtk_mls.filters import MLSDeform
+    from vtk_mls.filters.initial_transforms import split_chain
     from vtk_mls.queries.handle_warnings import handle_warnings
 
     control_point_files.check_writable(options.output)
     space = options.handles_space
     landmarks = read(partial(io.read_landmarks, space=space), options.input)
-    deformation = map_options.deformation(options)
+    algorithm = MLSDeform()
+    map_options.apply(options, algorithm)
+    with files_named(options):
+        transform = algorithm.updated_deformation()
     with step("deform", options.input):
-        initial = map_options.initial_transform(options)
-        transform = deformation if initial is None else Chain([initial, deformation])
         moved = replace(landmarks, positions=_moved(landmarks, transform, options))
     with step("write", options.output):
         left_out = control_point_files.write_landmarks(options.output, moved, options.input, space)
     notes = _losses(landmarks, moved, options, left_out > 0)
-    notes += "".join(f"; {sentence}" for sentence in handle_warnings(deformation))
+    notes += "".join(f"; {sentence}" for sentence in handle_warnings(split_chain(transform)[1]))
     print(f"{options.output}: {len(moved.positions)} points, {options.kind}{notes}")
     return 0
 

@@ -5,13 +5,18 @@ from __future__ import annotations
 import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
 
-from vtk_mls import HalfPlane, Plane, Surface
+from vtk_mls import Surface
 from vtk_mls.base.linear_algebra import unit
 from vtk_mls.editor import polydata
 from vtk_mls.editor.handle_glyphs import DRAWN
+from vtk_mls.model.cuts import BY_NUMBERS, Obstacle
 
-_PLANE_HINT = "The blue sheet cuts, and the mouse moves it; C: half of the plane."
-_HALF_HINT = "The blue sheet cuts up to its red edge, and the mouse moves it; I: another half."
+_HINT = (
+    "The blue sheet cuts{edge}, and the mouse moves it; C: another shape. Drag handles away from "
+    "it to open the cut (Ctrl + drag beside handles selects several)."
+)
+_EDGE = " up to its red edge (I changes it)"
+_GROWTH, _MIN_LENGTH, _MAX_LENGTH = 1.25, 0.1, 0.5  # of lengths of a cut, relative to the data
 _CLOSING_DISTANCE = 10  # pixels from the first point, where a click closes the line
 _DEPTH, _HEIGHT = 0.4, 0.15  # of a cut below and above the line, relative to the data
 
@@ -25,31 +30,33 @@ class CutTool:
         self._widget.set_callbacks(self._preview, document.commit)
 
     def change_shape(self):
-        """Cut by a plane, by a half-plane, or not at all, in this order."""
+        """Cut by the next of the flat shapes, or not at all after the last."""
         document = self._document
-        cut = document.state.flat_cut
-        if cut is None:
-            cut = self._widget.initial_plane(self._camera)
-        else:
-            is_plane = isinstance(cut, Plane)
-            cut = self._widget.half_of(cut, self._camera) if is_plane else None
+        cut, shapes = document.state.flat_cut, [*BY_NUMBERS.values(), None]
+        shape = shapes[0] if cut is None else shapes[shapes.index(type(cut)) + 1]
+        cut = shape and self._widget.initial_cut(shape, cut, self._camera)
         if cut is not None:  # the message is part of the first picture; an error replaces it
-            document.say(
-                f"{_HALF_HINT if isinstance(cut, HalfPlane) else _PLANE_HINT} Drag handles away "
-                "from it to open the cut (Ctrl + drag beside handles selects several)."
-            )
+            document.say(_HINT.format(edge=_EDGE * isinstance(cut, Obstacle)))
         document.change(document.state.with_flat_cut(cut))
 
-    def turn_half_plane(self):
-        """Turn the half-plane by an eighth of a turn about its normal."""
+    def change_edge(self):
+        """Turn the cut by an eighth of a turn about its normal, or let it grow."""
         document = self._document
         cut = document.state.flat_cut
-        if not isinstance(cut, HalfPlane):
-            document.say("There is no half-plane; C makes one.")
+        if not isinstance(cut, Obstacle):
+            document.say("There is no cut with an edge; C makes one.")
             return
-        inward = np.cos(np.pi / 4) * cut.inward + np.sin(np.pi / 4) * cut.along
-        turned = HalfPlane(cut.point, cut.normal, inward)
-        document.change(document.state.with_flat_cut(turned))
+        size = np.ptp(self._scene.bounds, axis=0).max()
+        values = {}
+        for field in cut.fields[2:]:
+            value = getattr(cut, field.name)
+            if field.kind == "vector":
+                value = np.sqrt(0.5) * (value + np.cross(cut.normal, value))
+            else:
+                is_largest = _GROWTH * value > _MAX_LENGTH * size
+                value = _MIN_LENGTH * size if is_largest else _GROWTH * value
+            values[field.name] = value
+        document.change(document.state.with_flat_cut(cut.changed(**values)))
 
     def incise(self):
         """Start a line on the surface, or cut along it."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vtk_mls import BallMask, CurveHandle, RegionHandle
+from vtk_mls import BallMask, RegionHandle
 
 POINT, MASK = -1, -2  # owners that are not among the handles
 NO_ROWS = np.zeros(0, int)
@@ -41,11 +41,7 @@ class Grips:
         """The grips of a state."""
         parts = [(state.rest, state.deformed, POINT)]
         for index, handle in enumerate(state.handles):
-            if isinstance(handle, RegionHandle):
-                rest, deformed = (center[None] for center in handle.center)
-            else:
-                rest, deformed = handle.rest, handle.deformed
-            parts.append((rest, deformed, index))
+            parts.append((*handle.grips, index))
         if state.mask is not None:
             heights = _heights(state.mask)
             positions = state.mask.center + heights[:, None] * _UP
@@ -77,10 +73,8 @@ def names_of(state):
     """Names of the grips, list of str: of points their labels or numbers."""
     names = [label or str(number) for number, label in enumerate(state.labels, 1)]
     for index, handle in enumerate(state.handles, 1):
-        if isinstance(handle, RegionHandle):
-            names.append(f"rigid {index}")
-        else:
-            names += [f"curve {index}.{node}" for node in range(1, len(handle.rest) + 1)]
+        name, count = f"{handle.title} {index}", len(handle.grips[0])
+        names += [name] if count == 1 else [f"{name}.{node + 1}" for node in range(count)]
     return names if state.mask is None else [*names, "mask", "mask radius", "mask fall-off"]
 
 
@@ -89,15 +83,6 @@ def only_region(state, selected):
     owner = int(state.grips.owner[selected[0]]) if len(selected) == 1 else POINT
     is_region = owner >= 0 and isinstance(state.handles[owner], RegionHandle)
     return owner if is_region else None
-
-
-def moved_handle(handle, positions):
-    """A region with its center, or a curve with its nodes, at other positions (m, 3)."""
-    if isinstance(handle, CurveHandle):
-        return CurveHandle(handle.rest, positions)
-    motion = handle.motion.copy()
-    motion[:3, 3] += positions[0] - handle.center[1]
-    return RegionHandle(handle.shape, motion)
 
 
 def _heights(mask):

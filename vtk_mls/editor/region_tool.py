@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vtk_mls import Ball, Labels, RegionHandle
+from vtk_mls import Ball, RegionHandle
 from vtk_mls.editor.turning import in_enough_steps
 
 _RADIUS = 0.05  # of a handle that can be turned, relative to the data
@@ -113,6 +113,5 @@ def _index_of(shape, handles):
 
 
 def _are_same(shape, other):
-    if isinstance(shape, Labels) and isinstance(other, Labels):
-        return shape.mask.shape == other.mask.shape and bool((shape.mask == other.mask).all())
-    return shape is other
+    pairs = ((getattr(shape, f.name), getattr(other, f.name, None)) for f in shape.fields)
+    return type(shape) is type(other) and all(x is y or np.array_equal(x, y) for x, y in pairs)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from vtkmodules.vtkRenderingCore import vtkWindowToImageFilter
 
-from vtk_mls import Aborted, Surface, io
+from vtk_mls import Aborted, io
 from vtk_mls.base.messages import message_handlers
 from vtk_mls.base.sampling import AUTOMATIC
 from vtk_mls.blocks import image_job as job
@@ -212,9 +212,8 @@ def _configure(algorithm, state, folder, surfaces):
     for name, _, value in script.settings_of(state):
         getattr(algorithm, f"Set{name}")(value)
     for cut in state.cuts:
-        vectors = script.vectors_of(cut)
-        if vectors:
-            algorithm.AddCut(type(cut)(*vectors))
+        if cut.labels():
+            algorithm.AddCut(cut)
     for name in surfaces:
         for cut in io.read_cuts(folder / name):
             algorithm.AddCut(cut)
@@ -254,7 +253,7 @@ def _write_surfaces(state, folder):
     """Write the cuts that are surfaces; the names of their files."""
     names = []
     for cut in state.cuts:
-        if isinstance(cut, Surface):
+        if not cut.labels():
             names.append(f"cut-{len(names) + 1}.vtp")
             io.write_dataset(triangle_polydata(cut.points, cut.triangles), folder / names[-1])
     return names

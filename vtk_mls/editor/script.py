@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import shlex
 
-from vtk_mls import HalfPlane, Plane
 from vtk_mls.files.ome_zarr import is_ome_zarr
 from vtk_mls.model.options import OPTIONS
 
@@ -53,17 +52,7 @@ def settings_of(state):
     if state.handles:
         yield "HandleShapes", "--handle-shapes", "cells"
     if state.mask is not None:
-        mask = state.mask
-        yield "MaskBall", "--mask-ball", (*mask.center.tolist(), mask.radius, mask.falloff)
-
-
-def vectors_of(cut):
-    """The arguments of a Plane or a HalfPlane, as lists; None for a surface."""
-    if isinstance(cut, Plane):
-        return [cut.point.tolist(), cut.normal.tolist()]
-    if isinstance(cut, HalfPlane):
-        return [cut.point.tolist(), cut.normal.tolist(), cut.inward.tolist()]
-    return None
+        yield "MaskBall", "--mask-ball", tuple(state.mask.numbers)
 
 
 def script(state, handles, surfaces, files):
@@ -73,13 +62,12 @@ def script(state, handles, surfaces, files):
     are surfaces. `files` are (source, target) of each deformation, relative to that folder.
     """
     settings = [f"deform.Set{name}({value!r})" for name, _, value in settings_of(state)]
-    flat = [cut for cut in state.cuts if vectors_of(cut)]
+    flat = [cut for cut in state.cuts if cut.labels()]
     for cut in flat:
-        vectors = ", ".join(map(str, vectors_of(cut)))
-        settings.append(f"deform.AddCut({type(cut).__name__}({vectors}))")
+        values = ", ".join(map(str, cut.arguments))
+        settings.append(f"deform.AddCut(cuts.{type(cut).__name__}({values}))")
     for name in surfaces:
         settings += [f'for cut in io.read_cuts(here / "{name}"):', "    deform.AddCut(cut)"]
-    names = [*sorted({type(cut).__name__ for cut in flat}), "io"]
     large = [pair for pair in files if is_ome_zarr(pair[0])]
     others = [pair for pair in files if pair not in large]
     work = _LOOP.format(files=others) if others else ""
@@ -89,7 +77,7 @@ def script(state, handles, surfaces, files):
         more=more,
         work=work,
         commands="\n".join(f"    {line}" for line in commands(state, handles, surfaces, files)),
-        imports=", ".join(names),
+        imports="cuts, io" if flat else "io",
         handles=handles,
         settings="\n".join(settings),
     )
@@ -98,12 +86,9 @@ def script(state, handles, surfaces, files):
 def commands(state, handles, surfaces, files):
     """`vtk-mls deform` for each of the files, to be run in the folder of the script."""
     options = [f"{option}={_text(value)}" for _, option, value in settings_of(state)]
-    for cut in state.cuts:
-        vectors = vectors_of(cut)
-        if vectors:
-            kind = "plane" if len(vectors) == 2 else "half-plane"
-            components = ",".join(repr(component) for vector in vectors for component in vector)
-            options.append(f"--cut-{kind}={components}")
+    options += [
+        f"--cut-{cut.name}={_text(tuple(cut.numbers))}" for cut in state.cuts if cut.labels()
+    ]
     options += [f"--cut-surface={name}" for name in surfaces]
     for source, target in files:
         yield shlex.join(["vtk-mls", "deform", source, handles, target, *options])

@@ -32,12 +32,12 @@ class ShapeEdits:
                 tool.cancel()
 
     def change_cut(self):
-        """Cut by a plane, by a half-plane, or not at all, in this order."""
+        """Cut by the next of the flat shapes, or not at all after the last."""
         self._cut_tool.change_shape()
 
     def change_half(self):
-        """Turn the half-plane of the cut by an eighth of a turn."""
-        self._cut_tool.turn_half_plane()
+        """Turn the cut by an eighth of a turn about its normal, or let it grow."""
+        self._cut_tool.change_edge()
 
     def incise(self):
         """Start a line on the surface, or cut along it."""

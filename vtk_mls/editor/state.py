@@ -7,11 +7,10 @@ from dataclasses import dataclass, field, make_dataclass, replace
 
 import numpy as np
 
-from vtk_mls import BallMask, CurveHandle, Deformation, HalfPlane, Plane, RegionHandle
+from vtk_mls import BallMask, CurveHandle, Deformation, RegionHandle
 from vtk_mls.editor import grips
 from vtk_mls.model import kinds, options
 from vtk_mls.model.handles.handle_paths import blended_path
-from vtk_mls.model.handles.rigid_motion import blended
 
 _, _POLYNOMIAL = options.DEGREE.needs
 # The options, with the defaults of the editor.
@@ -132,7 +131,7 @@ class State(_Options):
         return self.blend == 0 or bool(
             self.is_resting[self.enabled].all()
             and not len(self.path)
-            and all(_is_resting(handle) for handle in self.handles)
+            and all(handle.is_resting for handle in self.handles)
         )
 
     def deformation(self):
@@ -149,7 +148,7 @@ class State(_Options):
             deformed,
             weights=None if self.weights is None else self.weights[self.enabled],
             cuts=self.cuts,
-            handles=[blended(handle, self.blend) for handle in self.handles],
+            handles=[handle.blended(self.blend) for handle in self.handles],
             mask=self.mask,
             path=path,
             **settings,
@@ -190,7 +189,7 @@ class State(_Options):
         deformed[rows] = np.asarray(positions, float)[is_free]
         owners, handles, mask = table.owner[rows], list(self.handles), self.mask
         for index in np.unique(owners[owners >= 0]).tolist():
-            handles[index] = grips.moved_handle(handles[index], deformed[table.rows_of(index)])
+            handles[index] = handles[index].with_grips(deformed[table.rows_of(index)])
         if grips.MASK in owners:
             row = rows[owners == grips.MASK].min()  # its place before its radius and fall-off
             mask = grips.moved_mask(mask, table.part[row], deformed[row])
@@ -200,7 +199,7 @@ class State(_Options):
 
     def at_rest(self):
         """A copy with all handles at rest."""
-        handles = [blended(handle, 0.0) for handle in self.handles]
+        handles = [handle.blended(0.0) for handle in self.handles]
         return replace(self, deformed=self.rest, handles=handles, path=None)
 
     def with_handle(self, rest, deformed):
@@ -302,17 +301,11 @@ class State(_Options):
 
     @property
     def flat_cut(self):
-        """The last Plane or HalfPlane among the cuts, which the widget moves; None without."""
-        flat = [cut for cut in self.cuts if isinstance(cut, (Plane, HalfPlane))]
+        """The last cut by numbers, which the widget moves; None without."""
+        flat = [cut for cut in self.cuts if cut.labels()]
         return flat[-1] if flat else None
 
     def with_flat_cut(self, flat_cut):
         """A copy with another flat cut, or without one for None."""
         cuts = [cut for cut in self.cuts if cut is not self.flat_cut]
         return replace(self, cuts=cuts if flat_cut is None else [*cuts, flat_cut])
-
-
-def _is_resting(handle):
-    if isinstance(handle, RegionHandle):
-        return (handle.motion == np.eye(4)).all()
-    return (handle.rest == handle.deformed).all()

@@ -8,34 +8,12 @@ import zlib
 
 import numpy as np
 
-from vtk_mls import (
-    Ball,
-    BallMask,
-    Capsule,
-    CurveHandle,
-    Grid,
-    HalfPlane,
-    Labels,
-    Plane,
-    RegionHandle,
-    Solid,
-    Surface,
-)
+from vtk_mls import Grid
 from vtk_mls.editor.matching.pairs import Pending
 from vtk_mls.editor.state import State
 from vtk_mls.model import options
+from vtk_mls.model.shape_fields import CLASSES
 
-# Class and arguments of values that consist of arrays of numbers.
-_CLASSES = {
-    "plane": (Plane, ("point", "normal")),
-    "half-plane": (HalfPlane, ("point", "normal", "inward")),
-    "surface": (Surface, ("points", "triangles")),
-    "ball": (Ball, ("center", "radius")),
-    "capsule": (Capsule, ("a", "b", "radius")),
-    "solid": (Solid, ("points", "triangles")),
-    "curve": (CurveHandle, ("rest", "deformed")),
-    "ball-mask": (BallMask, ("center", "radius", "falloff")),
-}
 _ARRAYS = "rest", "deformed", "anchored", "enabled", "path"
 _GRID = "dimensions", "origin", "spacing", "direction"  # arguments of a Grid
 
@@ -86,39 +64,41 @@ def decoded(values):
 
 
 def _encoded_value(value):
-    """The name of the class of a value, and its arguments."""
-    if isinstance(value, RegionHandle):
-        return ["region", [_encoded_shape(value.shape), value.motion.tolist()]]
-    for name, (kind, attributes) in _CLASSES.items():
-        if type(value) is kind:
-            arguments = (np.asarray(getattr(value, attribute)) for attribute in attributes)
-            return [name, [argument.tolist() for argument in arguments]]
-    raise TypeError(f"a {type(value).__name__} has no format in an autosave file")
+    """The name of the class of a value, and its arguments; a grid is several."""
+    if CLASSES.get(value.name) is not type(value):
+        raise TypeError(f"a {type(value).__name__} has no format in an autosave file")
+    arguments = []
+    for field in value.fields:
+        part = getattr(value, field.name)
+        if field.kind == "shape":
+            arguments.append(_encoded_shape(part))
+        elif field.kind == "mask":
+            packed = zlib.compress(np.packbits(part).tobytes())
+            arguments.append(base64.b64encode(packed).decode("ascii"))
+        elif field.kind == "grid":
+            arguments += [np.asarray(getattr(part, name)).tolist() for name in _GRID]
+        else:
+            arguments.append(np.asarray(part).tolist())
+    return [value.name, arguments]
+
+
+_encoded_shape = functools.lru_cache(maxsize=64)(_encoded_value)  # it is the same at each edit
 
 
 def _decoded_value(value):
     name, arguments = value
-    if name == "region":
-        return RegionHandle(_decoded_value(arguments[0]), arguments[1])
-    if name == "labels":
-        return _labels(*arguments)
-    return _CLASSES[name][0](*arguments)
+    shape, kinds = CLASSES[name], [field.kind for field in CLASSES[name].fields]
+    if "shape" in kinds:
+        arguments = [_decoded_value(arguments[0]), *arguments[1:]]
+    if "grid" in kinds:
+        arguments = _mask_and_grid(*arguments)
+    return shape(*arguments)
 
 
-@functools.lru_cache(maxsize=64)  # a shape is the same at each edit
-def _encoded_shape(shape):
-    if not isinstance(shape, Labels):
-        return _encoded_value(shape)
-    grid = shape.grid
-    bits = base64.b64encode(zlib.compress(np.packbits(shape.mask).tobytes())).decode("ascii")
-    axes = (np.asarray(getattr(grid, name)) for name in _GRID)
-    return ["labels", [bits, *(values.tolist() for values in axes)]]
-
-
-def _labels(bits, *axes):
+def _mask_and_grid(bits, *axes):
     grid = Grid(*axes)
     try:
         packed = np.frombuffer(zlib.decompress(base64.b64decode(bits)), np.uint8)
     except zlib.error as error:
         raise ValueError(f"the mask of a segmentation is broken: {error}") from error
-    return Labels(np.unpackbits(packed, count=grid.size).reshape(grid.shape), grid)
+    return np.unpackbits(packed, count=grid.size).reshape(grid.shape), grid

@@ -5,54 +5,47 @@ from __future__ import annotations
 import numpy as np
 from vtkmodules.vtkFiltersCore import vtkCleanPolyData, vtkPolyDataConnectivityFilter
 
-from vtk_mls import HalfPlane, Plane, Surface
+from vtk_mls import Surface
+from vtk_mls.filters.property_tables import CUT_FIELDS, CUT_TYPE
+from vtk_mls.model.cuts import BY_NUMBERS
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.cells import connectivity_of, positions_of, triangulated
 
 _ON_CUT = 1e-6  # distance from a cut of points on it, as a share of the points' extent
 
 
-def own_cuts(kind, origin, normal, inward):
-    """The cut that properties describe, as a tuple of none or one."""
+def own_values(algorithm):
+    """The name of the shape of the cut that properties describe, and the values of its fields."""
+    name = CUT_TYPE.checked(algorithm)
+    fields = BY_NUMBERS[name].fields if name in BY_NUMBERS else ()
+    return name, *(getattr(algorithm, CUT_FIELDS[field.name].attribute) for field in fields)
+
+
+def own_cuts(name, *values):
+    """The cut of `own_values`, as a tuple of none or one."""
+    if name not in BY_NUMBERS:
+        return ()
+    shape = BY_NUMBERS[name]
     try:
-        if kind == "plane":
-            return (Plane(origin, normal),)
-        if kind == "half-plane":
-            return (HalfPlane(origin, normal, inward),)
+        return (shape(*values),)
     except (TypeError, ValueError) as error:
-        names = "`CutOrigin` and `CutNormal`" if kind == "plane" else "`CutNormal` and `CutInward`"
-        raise ValueError(f"the {kind} by {names} is not one: {error}") from error
-    return ()
+        names = " and ".join(f"`{CUT_FIELDS[field.name].name}`" for field in shape.fields)
+        raise ValueError(f"the {name} by {names} is not one: {error}") from error
 
 
 def surfaces(polydata):
-    """The surfaces of a vtkPolyData as cuts.
+    """The surfaces of a vtkPolyData as cuts, a list of Surface.
 
     Polygons and triangle strips become triangles; points at the same place are one, and what is
     no triangle then is left out, as lines and vertices are. Parts that do not hang together are
-    cuts of their own.
-
-    Parameters
-    ----------
-    polydata : vtkPolyData
-
-    Returns
-    -------
-    list of Surface
-
-    Raises
-    ------
-    ValueError
-        If there is no surface, a point is not finite, or a triangle has no area.
+    cuts of their own. Raises ValueError if there is no surface, a point is not finite, or a
+    triangle has no area.
     """
     points = polydata.GetPoints()
     if points is not None and not np.isfinite(arrays.to_numpy(points.GetData())).all():
         raise ValueError("`Cuts` has a point that is not finite")
-    triangles, clean, parts = (
-        triangulated(polydata),
-        vtkCleanPolyData(),
-        vtkPolyDataConnectivityFilter(),
-    )
+    triangles, clean = triangulated(polydata), vtkCleanPolyData()
+    parts = vtkPolyDataConnectivityFilter()
     clean.SetInputConnection(triangles.GetOutputPort())
     clean.SetConvertPolysToLines(False)
     parts.SetInputConnection(clean.GetOutputPort())
@@ -79,15 +72,10 @@ def surfaces(polydata):
 
 
 def off_cuts(cuts, rest, deformed, cut_frame):
-    """Control points that lie on planes and half-planes, moved off them or ignored.
+    """Control points (n, 3) on flat cuts moved off them, and which are ignored: (n,) bool.
 
-    Returns
-    -------
-    rest : (n, 3) float64
-        With `cut_frame` "rest", points on a cut are moved slightly to the side that they are
-        dragged to.
-    is_ignored : (n,) bool
-        Points on a cut that stay at rest: they would hold it shut.
+    With `cut_frame` "rest" they move slightly to the side that they are dragged to. Those that stay
+    at rest would hold the cut shut, and are ignored.
     """
     is_ignored, is_still = np.zeros(len(rest), bool), (rest == deformed).all(axis=1)
     for cut in cuts:

@@ -33,7 +33,6 @@ from vtk_mls.filters.properties import with_properties
 from vtk_mls.model import options
 from vtk_mls.model.handles.handle_cells import handles_of_cells
 from vtk_mls.model.handles.handle_paths import blended_path
-from vtk_mls.model.handles.rigid_motion import blended
 from vtk_mls.queries.handle_warnings import handle_warnings
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
@@ -304,7 +303,7 @@ class DeformingFilter(OwnControlPoints, Algorithm):
             blend, (mask, faces) = options.BLEND.checked(blend, "Blend"), limits
             if blend != 1:
                 deformed, path = blended_path(rest, deformed, path, blend)
-                handles = [blended(handle, blend) for handle in handles]
+                handles = [handle.blended(blend) for handle in handles]
             return Deformation(
                 rest,
                 deformed,
@@ -349,18 +348,13 @@ class DeformingFilter(OwnControlPoints, Algorithm):
 
     def _all_cuts(self, surfaces):
         """The cuts of properties and port 2; the same objects until one of them changes."""
-        own = self._own_cut()
+        own = cut_inputs.own_values(self)
 
         def make():
             cuts = [cut for polydata in surfaces for cut in cut_inputs.surfaces(polydata)]
             return *cut_inputs.own_cuts(*own), *self.GetCuts(), *cuts
 
         return self._cuts_cache.of((own, self.GetCuts(), _stamps(surfaces)), make)
-
-    def _own_cut(self):
-        """Arguments of `cut_inputs.own_cuts` by the properties."""
-        kind = property_tables.CUT_TYPE.checked(self)
-        return kind, self.GetCutOrigin(), self.GetCutNormal(), self.GetCutInward()
 
     def _own_control_points(self):
         """p, q and weights by properties; without any, one control point at rest."""
@@ -370,7 +364,7 @@ class DeformingFilter(OwnControlPoints, Algorithm):
                 f"`RestPoints` must be places, got {rest[0].tolist()}: the input had no bounds yet "
                 "when they were laid over it; update the input, then lay or set them anew"
             )
-        cuts = cut_inputs.own_cuts(*self._own_cut())
+        cuts = cut_inputs.own_cuts(*cut_inputs.own_values(self))
         rest, is_ignored = cut_inputs.off_cuts(cuts, rest, deformed, self.GetCutFrame())
         if is_ignored.all() and not self.GetHandles():
             return _ANCHOR, _ANCHOR, None

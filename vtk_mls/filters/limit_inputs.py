@@ -13,13 +13,7 @@ from vtk_mls.vtk.arrays import ImageGeometry
 
 
 def one_mask(ball, mask, images=()):
-    """The mask of the properties MaskBall and Mask, and of the input Mask; None without.
-
-    Raises
-    ------
-    ValueError
-        If there are several, or one is not valid.
-    """
+    """The mask of the properties MaskBall and Mask, and of the input Mask; None without."""
     names = ["`MaskBall`"] * bool(np.any(ball)) + ["`Mask`"] * (mask is not None)
     names += ["the input `Mask`"] * len(images)
     if len(names) > 1:
@@ -32,10 +26,7 @@ def one_mask(ball, mask, images=()):
 
 
 def ball_mask(row, name="`MaskBall`"):
-    """The BallMask of five numbers x, y, z, radius, falloff; None for zeros.
-
-    Errors have the `name`.
-    """
+    """The BallMask of five numbers x, y, z, radius, falloff; None for zeros."""
     values = as_float(name.strip("`"), row)
     if values.shape != (5,):
         raise ValueError(
@@ -44,7 +35,7 @@ def ball_mask(row, name="`MaskBall`"):
     if not values.any():
         return None
     try:
-        return BallMask(values[:3], *values[3:])
+        return BallMask.of_numbers(values)
     except ValueError as error:
         raise ValueError(f"{name} is no ball: {error}") from error
 

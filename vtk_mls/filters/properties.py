@@ -28,8 +28,8 @@ class Property:
     more: str = ""  # for those who write programs
     unit: str = ""  # unit or frame of numbers
     is_advanced: bool = False  # whether ParaView shows it only among advanced properties
-    # ParaView shows it only while another property has a value or has not: (name, value). None is
-    # the value of an input that is not connected.
+    # ParaView shows it only while another property has one of some values, or has not a value:
+    # (name, value, ...). None is the value of an input that is not connected.
     shown_when: tuple | None = None
     hidden_when: tuple | None = None
     shown_with: str | None = None  # an input: while it is connected, `hidden_when` does not count

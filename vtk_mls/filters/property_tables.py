@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from vtk_mls import INTERPOLATIONS, VOID_VALUES, Sampling
+from vtk_mls import INTERPOLATIONS, VOID_VALUES, BallMask, Sampling
 from vtk_mls.filters.properties import (
     ArrayName,
     ArrayNames,
@@ -16,6 +16,7 @@ from vtk_mls.filters.properties import (
     Number,
     Planes,
     Positions,
+    Property,
     Slider,
     Text,
     TransformFile,
@@ -23,7 +24,7 @@ from vtk_mls.filters.properties import (
     Values,
     Vector,
 )
-from vtk_mls.model import options
+from vtk_mls.model import cuts, options
 from vtk_mls.model.handles.handle_cells import HANDLE_SHAPES
 
 
@@ -57,39 +58,31 @@ def _of_section(section, is_interactive=False):
 
 MAP = _of_section("map")
 CUT_OPTIONS = _of_section("cut")
+_SHAPES = tuple(cuts.BY_NUMBERS.values())
 
 # A cut by properties.
 CUT_TYPE = Choice(
     "CutType",
     "none",
-    """A cut in addition to those of the input Cuts. A plane divides everything. A half-plane ends
-    at an edge through its origin.""",
-    choices=("none", "plane", "half-plane"),
+    " ".join(["A cut in addition to those of the input Cuts.", *(s.help for s in _SHAPES)]),
+    choices=("none", *cuts.BY_NUMBERS),
 )
-_HAS_CUT = {"hidden_when": ("CutType", "none"), "unit": "world coordinates"}
-CUT_ORIGIN = Vector(
-    "CutOrigin",
-    (0.0, 0.0, 0.0),
-    """A point of the plane, or of the edge of the half-plane. If CutFrame is rest, the plane in the
-    view stays at the undeformed volume, while the cut itself moves with the material.""",
-    **_HAS_CUT,
-)
-CUT_NORMAL = Vector(
-    "CutNormal",
-    (1.0, 0.0, 0.0),
-    "Normal of the plane or half-plane.",
-    more="Its length is ignored.",
-    **_HAS_CUT,
-)
-CUT_INWARD = Vector(
-    "CutInward",
-    (0.0, 0.0, 1.0),
-    """Direction in which the half-plane extends from its edge. The edge goes through the origin, at
-    a right angle to this direction and to the normal. The view shows the whole plane.""",
-    more="Its component along the normal is ignored.",
-    unit="world coordinates",
-    shown_when=("CutType", "half-plane"),
-)
+
+
+def _of_cut_field(field):
+    """The property of a field of cut shapes, shown for the shapes that have it."""
+    names = [shape.name for shape in _SHAPES if field.name in (f.name for f in shape.fields)]
+    shown = {"hidden_when": ("CutType", "none")}
+    if len(names) < len(_SHAPES):
+        shown = {"shown_when": ("CutType", *names)}
+    make = Number if field.kind == "length" else Vector
+    name = f"Cut{(field.title or field.name).capitalize()}"
+    return make(name, field.default, field.help, unit="world coordinates", **shown)
+
+
+CUT_FIELDS: dict[str, Property] = {}  # by the names of fields
+for _field in (field for shape in _SHAPES for field in shape.fields):
+    CUT_FIELDS.setdefault(_field.name, _of_cut_field(_field))
 
 # All cuts.
 CUTS = Values(
@@ -156,7 +149,7 @@ MASK_BALL = Vector(
     (0.0, 0.0, 0.0, 0.0, 0.0),
     """Ball in the deformed space in which the deformation acts: center, radius, and the distance
     outside the ball over which the deformation fades to zero. All 0: no ball.""",
-    labels=("x", "y", "z", "radius", "falloff"),
+    labels=tuple(BallMask.labels()),
     **_LIMIT,
 )
 MASK = Value(
@@ -401,7 +394,7 @@ SAMPLE_DIMENSIONS = Dimensions(
 )
 
 # What both filters ask of the deformation.
-CUTTING = (CUT_TYPE, CUT_ORIGIN, CUT_NORMAL, CUT_INWARD, CUTS, *CUT_OPTIONS)
+CUTTING = (CUT_TYPE, *CUT_FIELDS.values(), CUTS, *CUT_OPTIONS)
 _SHARED = (*MAP, *CUTTING, *OWN_CONTROL_POINTS, *HANDLE_OPTIONS, *LIMITS, INITIAL_TRANSFORM)
 COMPUTING = _of_section("computing")
 INTERACTIVE_COMPUTING = _of_section("computing", is_interactive=True)

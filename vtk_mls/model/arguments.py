@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vtk_mls.base.errors import InputError
 from vtk_mls.base.validation import as_float, points, short_repr
-from vtk_mls.model import cuts as shapes
 
 # Largest coordinate of control points, world units: displacements are float32, up to 3.4e38.
 MAX_COORDINATE = 1e37
@@ -63,19 +60,6 @@ def positive_weights(value: ArrayLike | None, count: int) -> NDArray[np.float64]
             argument="weights",
         )
     return weights
-
-
-def cut_shapes(value: shapes.Cut | Iterable[shapes.Cut] | None) -> tuple[shapes.Cut, ...]:
-    """A tuple of cuts, from one cut, several or None."""
-    if value is None:
-        return ()
-    is_single = isinstance(value, shapes.Cut) or not isinstance(value, Iterable)
-    cuts = (value,) if is_single else tuple(value)
-    for cut in cuts:
-        if not isinstance(cut, shapes.Cut):
-            *names, last = shapes.SHAPES
-            raise TypeError(f"`cuts` must be {', '.join(names)} or {last}, got {short_repr(cut)}")
-    return cuts
 
 
 def check_cut_distances(cuts, regions):

@@ -10,10 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vtk_mls.base.errors import InputError
-from vtk_mls.base.validation import freeze, same_count
+from vtk_mls.base.validation import freeze, same_count, short_repr, values_of
 from vtk_mls.model import arguments, kinds, limits
 from vtk_mls.model.cuts import Cut, Obstacle, Plane
-from vtk_mls.model.handles.handle_set import Handle, HandleSet, checked_handles
+from vtk_mls.model.handles.handle import Handle
+from vtk_mls.model.handles.handle_set import HandleSet
 from vtk_mls.model.options import check_options, named
 from vtk_mls.model.regions import Region, deformed_plane, split_by_planes
 
@@ -80,7 +81,7 @@ class MapParameters:
     ) -> None:
         p = arguments.control_points("rest", rest)
         q = arguments.control_points("deformed", deformed)
-        shaped = checked_handles(handles)
+        shaped = values_of("handles", handles, Handle)
         if len(p) == 0 and not shaped:
             raise InputError(
                 "is empty; a deformation needs at least one control point", argument="rest"
@@ -99,9 +100,13 @@ class MapParameters:
         )
         factors = arguments.positive_weights(weights, len(p))
         places = arguments.path(path, len(p))
-        shapes = arguments.cut_shapes(cuts)
-        faces = limits.checked_constraints(constraints)
-        freeze(self, limits=(*limits.checked_mask(mask), *faces), mask=mask, constraints=faces)
+        shapes = values_of("cuts", cuts, Cut)
+        faces = values_of("constraints", constraints, limits.FixedFace)
+        if not isinstance(mask, (limits.Mask, type(None))):
+            expected = "a BallMask, BoxMask or ImageMask"
+            raise TypeError(f"`mask` must be {expected}, got {short_repr(mask)}")
+        masks = () if mask is None else (mask,)
+        freeze(self, limits=(*masks, *faces), mask=mask, constraints=faces)
         freeze(self, rest=p, deformed=q, weights=factors, handles=shaped, cuts=shapes, path=places)
         freeze(self, **settings)
         self._find_regions()

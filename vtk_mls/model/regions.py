@@ -20,18 +20,10 @@ ON_PLANE = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Region:
-    """The points on one side of each plane, with the control points there.
+    """The points on one side of each plane, with the control points there."""
 
-    Attributes
-    ----------
-    sides : (planes,) float64
-        1 or -1 for each plane. A point on a plane is on side 1.
-    control_points : ControlPoints
-        A single fixed control point if the region has none of its own.
-    """
-
-    sides: np.ndarray
-    control_points: ControlPoints
+    sides: np.ndarray  # 1 or -1 for each plane; a point on a plane is on side 1
+    control_points: ControlPoints  # a fixed one if the region has none of its own
 
     def holds(self, planes, points):
         """Which of `points` (m, 3) are in the region: (m,) bool."""
@@ -49,18 +41,7 @@ class Region:
 def split_by_planes(
     planes, handles, in_rest_frame, kind, has_zero_mean=False
 ) -> tuple[Region, ...]:
-    """All regions that `planes` separate; a single one without planes.
-
-    Parameters
-    ----------
-    planes : sequence of Plane
-    handles : HandleSet
-    in_rest_frame : bool
-        Whether the planes are in the rest frame, or in the deformed one.
-    kind : Kind
-    has_zero_mean : bool
-        As of `ControlPoints`.
-    """
+    """All regions that `planes`, in the rest or the deformed frame, separate; one without any."""
     if len(planes) > MAX_PLANES:
         raise ValueError(
             f"`cuts` must have at most {MAX_PLANES} planes, got {len(planes)}; "

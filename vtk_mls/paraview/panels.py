@@ -203,20 +203,20 @@ _WHERE_IT_ACTS = [*elements(_LIMITS), _group(_LIMITS, "Where It Acts", panel_vis
 
 # ParaView shows the widget of the plane where the first property of its group stands: Input, which
 # comes between CutType and these properties.
+_ORIGIN, _NORMAL, *_MORE = tables.CUT_FIELDS.values()
 _CUT = [
-    element(tables.CUT_ORIGIN, bounds("mid")),
-    element(tables.CUT_NORMAL),
+    element(_ORIGIN, bounds("mid")),
+    element(_NORMAL),
     xml(
         "PropertyGroup",
         xml("Property", function="Origin", name="CutOrigin"),
         xml("Property", function="Normal", name="CutNormal"),
         xml("Property", function="Input", name="Input"),
-        xml("Hints", *visibility(tables.CUT_NORMAL)),
+        xml("Hints", *visibility(_NORMAL)),
         label="Cut Plane",
         panel_widget="InteractivePlane",
     ),
-    element(tables.CUT_INWARD),
-    *elements(tables.CUT_OPTIONS),
+    *elements((*_MORE, *tables.CUT_OPTIONS)),
 ]
 
 _LIVE = check_box(

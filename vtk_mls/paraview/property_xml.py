@@ -126,16 +126,18 @@ def shown_when(name, value, **options):
 
 def visibility(prop):
     """The hints for the condition under which a property is shown."""
+    hints = []
     if prop.shown_when:
-        return [shown_when(*prop.shown_when)]
-    if not prop.hidden_when:
-        return []
-    hint = shown_when(*prop.hidden_when, inverse=1)
-    if prop.shown_with:
-        is_connected = shown_when(prop.shown_with, "null", inverse=1)
-        any_of = xml("Expression", hint, is_connected, type="or")
-        hint = xml("PropertyWidgetDecorator", any_of, type="CompositeDecorator")
-    return [hint]
+        name, *values = prop.shown_when
+        hints = [shown_when(name, value) for value in values]
+    elif prop.hidden_when:
+        hints = [shown_when(*prop.hidden_when, inverse=1)]
+        if prop.shown_with:
+            hints.append(shown_when(prop.shown_with, "null", inverse=1))
+    if len(hints) < 2:
+        return hints
+    any_of = xml("Expression", *hints, type="or")
+    return [xml("PropertyWidgetDecorator", any_of, type="CompositeDecorator")]
 
 
 def joined(values):

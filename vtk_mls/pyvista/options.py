@@ -22,9 +22,7 @@ _ARGUMENTS = {
     for row in (
         *property_tables.OWN_CONTROL_POINTS,
         property_tables.CUT_TYPE,
-        property_tables.CUT_ORIGIN,
-        property_tables.CUT_NORMAL,
-        property_tables.CUT_INWARD,
+        *property_tables.CUT_FIELDS.values(),
         property_tables.CUTS,
     )
 }

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from vtk_mls.model.handles.curve import CurveHandle, Segments
 from vtk_mls.model.handles.region import RegionHandle
 
 _MAX_MISS = 1e-4  # largest miss of a handle that is met, as a fraction of the extent of all
@@ -40,15 +39,7 @@ def _held_handles(deformation):
 def _handle_positions(deformation):
     """p and q (n, 3) of each handle: a point, or points of a curve or a region."""
     points = zip(deformation.rest[:, None], deformation.deformed[:, None])
-    return [*points, *map(_samples_of, deformation.handles)]
-
-
-def _samples_of(handle):
-    """p and q (n, 3) of points of a curve or a region."""
-    if isinstance(handle, CurveHandle):
-        return Segments.of([handle]).samples
-    x = handle.shape.samples(_SAMPLES)
-    return x, handle.moved(x)
+    return [*points, *(handle.samples(_SAMPLES) for handle in deformation.handles)]
 
 
 def overlap_warnings(deformation, names=None):

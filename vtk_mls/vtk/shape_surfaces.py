@@ -11,7 +11,7 @@ from vtkmodules.vtkFiltersSources import vtkSphereSource
 
 from vtk_mls.base.grid import Grid
 from vtk_mls.base.linear_algebra import unit
-from vtk_mls.model.handles.shapes import Capsule, Labels, Solid
+from vtk_mls.model.handles.shapes import Solid
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 from vtk_mls.vtk.cells import connectivity_of, positions_of
@@ -23,16 +23,12 @@ _RESOLUTION = 32  # around a ball
 def surface_of(shape):
     """Points (n, 3), world coordinates, and triangles (m, 3) of the closed surface of a Shape.
 
-    Balls and capsules are polyhedra with their corners on the shape; segmentations are contours of
-    their distance images.
+    Balls and capsules are polyhedra with their corners on the shape; of other shapes without a
+    surface of their own, it is the contour of their distance image.
     """
     if isinstance(shape, Solid):
         return shape.points, shape.triangles
-    if isinstance(shape, Capsule):
-        return _of_capsule(shape)
-    if isinstance(shape, Labels):
-        return _of_labels(shape)
-    raise TypeError(f"`shape` must be a Ball, Capsule, Solid or Labels, got {shape!r}")
+    return _of_capsule(shape) if shape.image is None else _of_image(shape.image)
 
 
 def triangles_of(algorithm):
@@ -73,9 +69,8 @@ def _of_capsule(shape):
     return ends + shape.radius * np.einsum("ni,ij->nj", points, frame), triangles
 
 
-def _of_labels(shape):
-    """The contour of the distance image at 0."""
-    distances = shape.image
+def _of_image(distances):
+    """The contour of a DistanceImage at 0."""
     grid, image, contour = distances.grid, vtkImageData(), vtkFlyingEdges3D()
     # in indices, and taken to the world afterwards, which also keeps the frame
     ImageGeometry.of_grid(Grid(grid.dimensions)).apply_to(image)

@@ -6,6 +6,7 @@ import math
 from contextlib import suppress
 
 from vtk_mls.editor.commands import COMMANDS, WINDOW_METHODS
+from vtk_mls.model.cuts import BY_NUMBERS
 from vtk_mls.model.options import OPTIONS
 from vtk_mls.web import panel_values
 
@@ -16,7 +17,7 @@ METHODS += ["make_clicked_rigid", "cancel_landmark"]
 _OPTIONS = {option.name: option for option in OPTIONS if option.section != "computing"}
 _MAX_MESSAGE, _MAX_NAME = 300, 100  # characters
 _PAIR_EDITS = "enable", "jump", "delete_pair"
-_CUTS = "none", "plane", "half-plane"
+_CUTS = "none", *BY_NUMBERS
 
 
 def apply(session, name, value=None):
@@ -79,7 +80,7 @@ def _set_number(editor, option, value):
 def _set_cut(editor, shape):
     """Step through the editor's shapes until the cut has this one."""
     for _ in _CUTS:
-        if panel_values.shape_of(editor.state.cuts) == shape:
+        if panel_values.shape_of(editor.state) == shape:
             return
         editor.change_cut()
 

@@ -9,10 +9,12 @@ from trame_client.widgets.core import HtmlElement
 from vtk_mls.editor.commands import with_key
 from vtk_mls.editor.distortion import MODES
 from vtk_mls.model import options
+from vtk_mls.model.cuts import BY_NUMBERS
 from vtk_mls.web.controls import FIELD, slider, small_button, toggle, wide_button
 from vtk_mls.web.transfers import MAX_DATA_BYTES, MAX_HANDLE_BYTES
 
-_CUTS = ("none", "None"), ("plane", "Plane"), ("half-plane", "Half-plane")
+_CUTS = [(name, name.capitalize()) for name in ("none", *BY_NUMBERS)]
+_EDGED = [name for name, shape in BY_NUMBERS.items() if len(shape.fields) > 2]
 
 
 def build(edit, begin):
@@ -101,8 +103,8 @@ def _number(edit, option):
 
 def _cut(edit):
     toggle("cut", _CUTS, edit)
-    with html.Div(v_if="cut === 'half-plane'"):
-        wide_button("Another half", "mdi-rotate-3d-variant", (edit, "['change_half']"))
+    with html.Div(v_if=f"{_EDGED}.includes(cut)"):
+        wide_button("Another part", "mdi-rotate-3d-variant", (edit, "['change_half']"))
     wide_button(
         "Draw a line and cut along it",
         "mdi-content-cut",

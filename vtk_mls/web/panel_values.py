@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vtk_mls import CurveHandle, HalfPlane, Plane, Surface
+from vtk_mls import CurveHandle
 from vtk_mls.editor.grips import MASK, POINT, names_of
 from vtk_mls.editor.matching.pairs import PairTable
 from vtk_mls.editor.matching.refining import key_of
@@ -24,8 +24,8 @@ def values_of(editor, previous, preset):
     values = values_of_options(state)
     presets = max((item.preset_names for item in editor.scene.items), key=len)
     values.update(
-        cut=shape_of(state.cuts),
-        has_lines=any(isinstance(cut, Surface) for cut in state.cuts),
+        cut=shape_of(state),
+        has_lines=any(not cut.labels() for cut in state.cuts),
         selected=editor.selected.tolist(),
         message=editor.message,
         offer=editor.offer,
@@ -59,12 +59,9 @@ def _title_of(editor):
     return f"target: {editor.target.name}" if is_beside else ""
 
 
-def shape_of(cuts):
-    """The shape of the flat cut that the mouse moves: "plane", "half-plane", or "none"."""
-    flat = [cut for cut in cuts if isinstance(cut, (Plane, HalfPlane))]
-    if not flat:
-        return "none"
-    return "plane" if isinstance(flat[-1], Plane) else "half-plane"
+def shape_of(state):
+    """The name of the shape of the flat cut that the mouse moves, or "none"."""
+    return "none" if state.flat_cut is None else state.flat_cut.name
 
 
 def _rows(state):

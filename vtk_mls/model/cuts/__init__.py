@@ -13,9 +13,8 @@ from vtk_mls.model.cuts.surface import Surface
 
 __all__ = ["Cut", "HalfPlane", "Obstacle", "Plane", "Surface"]
 
-# the cut classes in all files of this folder by name, unbounded ones first
+# the cut classes in all files of this folder, unbounded ones first
 _found = [shape for shape in classes_in(__name__, __path__, Cut) if shape not in (Cut, Obstacle)]
 _found.sort(key=lambda shape: (issubclass(shape, Obstacle), shape.__name__))
-_shapes = {shape.__name__: shape for shape in _found}
-SHAPES = tuple(_shapes)
-globals().update(_shapes)
+BY_NUMBERS = {shape.name: shape for shape in _found if shape.labels()}  # the flat shapes
+globals().update({shape.__name__: shape for shape in _found})

@@ -9,14 +9,37 @@ from numpy.typing import ArrayLike, NDArray
 
 from vtk_mls.base.errors import InputError
 from vtk_mls.base.validation import short_repr, vector
+from vtk_mls.model.shape_fields import Described, ShapeField
 
 if TYPE_CHECKING:
     from vtk_mls.model.cuts.plane import Plane
     from vtk_mls.model.handles.control_points import ControlPoints
 
 
-class Cut:
-    """A surface that keeps control points from acting on the material behind it."""
+class Cut(Described):
+    """A surface that keeps control points from acting on the material behind it.
+
+    The fields of a flat shape are its point and normal, then vectors in its plane and lengths:
+    numbers describe it, and the mouse moves it. Other shapes have `points` and `triangles`.
+    """
+
+    fields: tuple[ShapeField, ...] = (
+        ShapeField(
+            "point",
+            "point",
+            """A point of the plane, or of the edge of the half-plane. If CutFrame is rest, the
+            plane in the view stays at the undeformed volume, while the cut itself moves with the
+            material.""",
+            (0.0, 0.0, 0.0),
+            title="origin",
+        ),
+        ShapeField(
+            "normal",
+            "vector",
+            "Normal of the plane or half-plane. Its length is ignored.",
+            (1.0, 0.0, 0.0),
+        ),
+    )
 
     def void_distance(self, v: NDArray[np.float64], g: NDArray[np.float64]) -> NDArray[np.float64]:
         """Signed distance of points `v` (m, 3) with origins `g` (m, 3) from the void: (m,).
@@ -30,9 +53,16 @@ class Cut:
         """Unit vectors (m, 3): the gradient of `void_distance` as `g` moves, at the face."""
         raise NotImplementedError
 
+    def depth(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Distances (m,) from the edge of a flat cut, within its plane, of points `x` (m, 3).
+
+        Positive over the cut, negative beside it; infinite without an edge.
+        """
+        return np.full(len(x), np.inf)
+
     def is_over(self, x: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Whether the closest point of the cut to `x` (m, 3) is inside its edge: (m,) bool."""
-        raise NotImplementedError
+        return self.depth(x) > 0
 
     def farthest(self, control_points: ControlPoints) -> float:
         """Distance of the cut from the center of control points, in their local frame."""
@@ -40,10 +70,7 @@ class Cut:
 
     @property
     def plane(self) -> Plane | None:
-        """The `Plane` that contains the cut; None for a curved cut.
-
-        A curved cut has `points` and `triangles`.
-        """
+        """The `Plane` that contains the cut; None for a curved cut."""
         return None
 
     @property
@@ -62,10 +89,14 @@ class Obstacle(Cut):
     Attributes
     ----------
     kernel : str
-        Name of the shape in the kernels.
+        Name of the shape in the kernels: `name` with underscores.
     """
 
     kernel: str
+
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        cls.kernel = cls.name.replace("-", "_")
 
     def blocks(self, v: NDArray[np.float64], q: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Whether the cut is between `v` and `q` (..., 3): (...) bool."""

@@ -16,6 +16,7 @@ from vtk_mls.base.linear_algebra import dots, unit
 from vtk_mls.base.validation import freeze, vector
 from vtk_mls.model.cuts.cut import Obstacle, direction
 from vtk_mls.model.cuts.plane import Plane
+from vtk_mls.model.shape_fields import ShapeField
 
 if TYPE_CHECKING:
     from vtk_mls.model.handles.control_points import ControlPoints
@@ -42,7 +43,19 @@ class HalfPlane(Obstacle):
     inward: NDArray[np.float64]
     along: NDArray[np.float64] = field(init=False, repr=False)
 
-    kernel = "half_plane"
+    name = "half-plane"
+    help = "A half-plane ends at an edge through its origin."
+    fields = (
+        *Obstacle.fields,
+        ShapeField(
+            "inward",
+            "vector",
+            """Direction in which the half-plane extends from its edge. The edge goes through the
+            origin, at a right angle to this direction and to the normal. The view shows the whole
+            plane. Its component along the normal is ignored.""",
+            (0.0, 0.0, 1.0),
+        ),
+    )
 
     def __init__(self, point: ArrayLike, normal: ArrayLike, inward: ArrayLike) -> None:
         n, along = direction("normal", normal), direction("inward", inward)
@@ -96,8 +109,8 @@ class HalfPlane(Obstacle):
         out = unit(t[:, None] * self.normal + e[:, None] * self.inward)
         return np.where(self.blocks(v, g)[:, None], -out, out)
 
-    def is_over(self, x: NDArray[np.float64]) -> NDArray[np.bool_]:
-        return self.frame(x)[1] > 0
+    def depth(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+        return self.frame(x)[1]
 
     def spanning(self) -> NDArray[np.float64]:
         return self.point[None]

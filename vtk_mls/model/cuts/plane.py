@@ -29,6 +29,9 @@ class Plane(Cut):
     point: NDArray[np.float64]
     normal: NDArray[np.float64]
 
+    name = "plane"
+    help = "A plane divides everything."
+
     def __init__(self, point: ArrayLike, normal: ArrayLike) -> None:
         freeze(self, point=vector("point", point), normal=direction("normal", normal))
 
@@ -42,9 +45,6 @@ class Plane(Cut):
 
     def away(self, v: NDArray[np.float64], g: NDArray[np.float64]) -> NDArray[np.float64]:
         return np.where(self.height(v) < 0, -1, 1)[:, None] * self.normal
-
-    def is_over(self, x: NDArray[np.float64]) -> NDArray[np.bool_]:
-        return np.ones(len(x), bool)
 
     def farthest(self, control_points: ControlPoints) -> float:
         return float(abs(self.height(control_points.center)) / control_points.scale)

@@ -19,10 +19,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vtk_mls.base import validation
 from vtk_mls.base.linear_algebra import cross, dots, transformed, unit
 from vtk_mls.base.validation import as_float, freeze
 from vtk_mls.model.cuts.cut import Obstacle
 from vtk_mls.model.cuts.plane import Plane
+from vtk_mls.model.shape_fields import ShapeField
 
 if TYPE_CHECKING:
     from vtk_mls.model.handles.control_points import ControlPoints
@@ -47,13 +49,13 @@ class Surface(Obstacle):
     triangles: NDArray[np.int32]
     boundary: NDArray[np.float64] = field(init=False, repr=False)
 
-    kernel = "surface"
+    name = "surface"
+    fields = ShapeField("points", "rows"), ShapeField("triangles", "rows")
 
     def __init__(self, points: ArrayLike, triangles: ArrayLike) -> None:
-        x = as_float("points", points)
-        if x.ndim != 2 or x.shape[1:] != (3,) or not np.isfinite(x).all():
-            raise ValueError(f"`points` must be finite numbers (n, 3), got shape {x.shape}")
-        rows = _checked_triangles(triangles, x)
+        x = validation.points("points", points)
+        rows = validation.triangles(triangles, len(x))
+        _check_areas(*x[rows].transpose(1, 0, 2))
         edges = np.sort(rows[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
         edges, count = np.unique(edges, axis=0, return_counts=True)
         freeze(self, points=x, triangles=rows, boundary=x[edges[count % 2 == 1]])
@@ -143,20 +145,8 @@ class Surface(Obstacle):
         return np.array([self.points.min(axis=0), self.points.max(axis=0)])
 
 
-def _checked_triangles(triangles, points):
-    """The argument `triangles` as rows (m, 3) of `points`, each with an area."""
-    values = as_float("triangles", triangles)
-    rows = np.where(np.isfinite(values), values, -1).astype(np.int64)
-    if (rows != values).any():
-        raise TypeError("`triangles` must be integers, rows of `points`")
-    if rows.ndim != 2 or rows.shape[1:] != (3,) or len(rows) == 0:
-        raise ValueError(f"`triangles` must have the shape (m, 3), m > 0, got {rows.shape}")
-    if rows.min() < 0 or rows.max() >= len(points):
-        raise ValueError(
-            f"`triangles` must be rows of the {len(points)} points, "
-            f"got {rows.min()} to {rows.max()}"
-        )
-    a, b, c = points[rows].transpose(1, 0, 2)
+def _check_areas(a, b, c):
+    """Raise ValueError unless all triangles a b c (m, 3 each) have an area."""
     area = np.linalg.norm(cross(b - a, c - a), axis=1)
     longest = np.max([((x - y) ** 2).sum(axis=1) for x, y in ((a, b), (b, c), (c, a))], axis=0)
     is_degenerate = area <= 1e-10 * longest
@@ -165,7 +155,6 @@ def _checked_triangles(triangles, points):
             "`triangles` must have an area, "
             f"got none for triangle {int(np.flatnonzero(is_degenerate)[0])}; clean the surface"
         )
-    return rows
 
 
 def _parts(triangles, count):

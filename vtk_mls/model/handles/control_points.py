@@ -25,33 +25,13 @@ _COINCIDENT = 1e-12
 
 @dataclass(frozen=True, eq=False, init=False)
 class ControlPoints:
-    """Distinct control points with their local frame.
+    """Distinct control points with their local frame, for a kind of map.
 
-    Parameters
-    ----------
-    handles : HandleSet
-        Points with the same q are merged into their weighted mean, which changes no kind of map; a
-        set with a common displacement is merged into a single point.
-    kind : Kind
-        Of the fitted maps.
-    extent : float, world units
-        Size of the deformed region: the scale if all control points coincide.
-    has_zero_mean : bool
-        Whether `mean_displacement` is 0: if the displacement is exactly 0 at some places, and in
-        steps.
-
-    Attributes
-    ----------
-    handles : HandleSet
-        After the merge.
-    rest, deformed, weights
-        Of the points and proxies of `handles`.
-    center, scale : (3,) float64 and float, world coordinates
-        The local frame: (x - center) / scale. All tolerances are in its units.
-    mean_displacement : (3,) float64, world units
-        Mean of p - q.
-    determined : object
-        The maps of `kind` that the handles determine: `Kind.determined`.
+    Points of the `HandleSet` with the same q are merged into their weighted mean, which changes no
+    kind of map; a set with a common displacement becomes a single point. If all control points
+    coincide, `extent`, the size of the deformed region, is the scale. All tolerances are in units
+    of the local frame, (x - center) / scale. The mean displacement p - q counts as 0 with
+    `has_zero_mean`: if the displacement is exactly 0 at some places, and in steps.
     """
 
     handles: HandleSet

@@ -9,6 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from vtk_mls.base.errors import InputError
 from vtk_mls.base.validation import freeze, points, same_count
+from vtk_mls.model.handles.handle import Handle
+from vtk_mls.model.shape_fields import ShapeField
 
 # Values of alpha for which the weights of a segment have integrals in closed form.
 INTEGRATED_ALPHAS = (1, 2, 3)
@@ -25,7 +27,7 @@ _MIN_CHORD = 1e-6
 
 
 @dataclass(frozen=True, eq=False, init=False)
-class CurveHandle:
+class CurveHandle(Handle):
     """A polyline of the undeformed space, and where it is in the deformed space.
 
     Each segment counts as one control point that is spread along it; a segment that several curves
@@ -46,6 +48,9 @@ class CurveHandle:
     rest: NDArray[np.float64]
     deformed: NDArray[np.float64]
 
+    name = title = "curve"
+    fields = ShapeField("rest", "rows"), ShapeField("deformed", "rows")
+
     def __init__(self, rest: ArrayLike, deformed: ArrayLike) -> None:
         p, q = points("rest", rest), points("deformed", deformed)
         same_count(p, q, "nodes")
@@ -65,17 +70,30 @@ class CurveHandle:
         p, q = p[is_new], q[is_new]
         freeze(self, rest=p, deformed=q)
 
+    @property
+    def grips(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        return self.rest, self.deformed
+
+    def with_grips(self, deformed: NDArray[np.float64]) -> CurveHandle:
+        return CurveHandle(self.rest, deformed)
+
+    def blended(self, share: float) -> CurveHandle:
+        return self.with_grips(self.rest + share * (self.deformed - self.rest))
+
+    @property
+    def is_resting(self) -> bool:
+        return bool((self.rest == self.deformed).all())
+
+    def samples(self, count: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        return Segments.of([self]).samples
+
 
 def straightened(curve: CurveHandle) -> CurveHandle:
-    """A curve with its deformed nodes on a line, at the distances of its rest nodes.
+    """A curve with its deformed nodes on a line, at the distances of its rest nodes along it.
 
-    Returns
-    -------
-    CurveHandle
-        Distances are along the curve. The line has the direction from the first to the last
-        deformed node; if these coincide, the principal direction of the deformed nodes. Their
-        middle is the middle of the line: little moves, as both ends move by the same distance,
-        along the line.
+    The line has the direction from the first to the last deformed node; if these coincide, the
+    principal direction of the deformed nodes. Their middle is the middle of the line: little moves,
+    as both ends move by the same distance, along the line.
     """
     nodes, steps = curve.deformed, np.linalg.norm(np.diff(curve.rest, axis=0), axis=1)
     along = np.append(0, np.cumsum(steps)) - steps.sum() / 2
@@ -89,19 +107,11 @@ def straightened(curve: CurveHandle) -> CurveHandle:
 
 @dataclass(frozen=True, eq=False)
 class Segments:
-    """The segments of curves.
+    """The segments of curves, by their ends and weights."""
 
-    Attributes
-    ----------
-    rest, deformed : (s, 2, 3) float64, world coordinates
-        Their ends.
-    weights : (s,) float64
-        Factor of each segment.
-    """
-
-    rest: NDArray[np.float64]
+    rest: NDArray[np.float64]  # (s, 2, 3), world coordinates
     deformed: NDArray[np.float64]
-    weights: NDArray[np.float64]
+    weights: NDArray[np.float64]  # (s,)
 
     @classmethod
     def of(cls, curves) -> Segments:

@@ -19,18 +19,10 @@ _MARGIN = 0.5  # of the box around the shape, as a fraction of its largest side
 
 @dataclass(frozen=True, eq=False)
 class DistanceImage:
-    """Distances at the points of a grid, linear between them.
+    """Distances at the points of a grid, linear between them."""
 
-    Attributes
-    ----------
-    grid : Grid
-        With cubic cells.
-    values : (nz, ny, nx) float32, world units
-        Below 0 inside of the shape.
-    """
-
-    grid: Grid
-    values: np.ndarray
+    grid: Grid  # with cubic cells
+    values: np.ndarray  # (nz, ny, nx) float32, world units; below 0 inside of the shape
 
     @property
     def step(self) -> float:
@@ -103,14 +95,10 @@ def of_triangles(points, triangles) -> DistanceImage:
 
 
 def of_face(points, triangles, reach):
-    """Distances from an open or closed surface up to `reach`, and its normals.
+    """Distances from an open or closed surface up to `reach`, and its normals; their grid.
 
-    Returns
-    -------
-    (4, nz, ny, nx) float32, world units
-        The distance less a diagonal of a cell, so that it is 0 on the surface; the normal of the
-        closest point.
-    Grid
+    The array (4, nz, ny, nx) has the distance less a diagonal of a cell, so that it is 0 on the
+    surface, and the normal of the closest point.
     """
     grid = cubic_grid(points.min(axis=0), points.max(axis=0), reach)
     distance = _from_triangles(points, triangles, grid)

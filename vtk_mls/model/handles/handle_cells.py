@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from vtk_mls.base.errors import InputError
 from vtk_mls.base.validation import short_repr
 from vtk_mls.model.handles.curve import CurveHandle
-from vtk_mls.model.handles.handle_set import Handle
+from vtk_mls.model.handles.handle import Handle
 from vtk_mls.model.handles.region import RegionHandle
 from vtk_mls.model.handles.rigid_motion import fitted_motion
 from vtk_mls.model.handles.shapes import Solid
@@ -22,20 +22,11 @@ _RIGID = 1e-4  # largest residual, as a fraction of the size of the surface
 
 @dataclass(frozen=True, eq=False)
 class HandleCells:
-    """The cells of points that are handles, as rows of the points.
+    """The cells of points that are handles, as rows of the points."""
 
-    Attributes
-    ----------
-    vertices : (k,) ints
-        Points that are handles.
-    lines : tuple of (m,) ints
-        The nodes of each curve.
-    triangles : (t, 3) ints
-        Of closed surfaces.
-    """
-
-    vertices: NDArray[np.int64]
-    lines: tuple[NDArray[np.int64], ...] = ()
+    vertices: NDArray[np.int64]  # (k,): points that are handles
+    lines: tuple[NDArray[np.int64], ...] = ()  # the nodes of each curve
+    # (t, 3): of closed surfaces
     triangles: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 3), np.int64))
 
     @classmethod
@@ -71,31 +62,11 @@ def handles_of_cells(
     cells: HandleCells,
     solids: Sequence[Solid] = (),
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64] | None, list[Handle]]:
-    """The handles that cells are.
+    """The rest and deformed positions and weights of handles that are points, and the others.
 
-    Each connected surface is a region; points at the same place connect. Weights are those of
-    points.
-
-    Parameters
-    ----------
-    rest, deformed : (n, 3) float64, world coordinates
-    weights : (n,) float64 or None
-    cells : HandleCells
-    solids : sequence of Solid, optional
-        Shapes of an earlier call. Surfaces that are the same at rest take them: a distance image
-        takes seconds.
-
-    Returns
-    -------
-    rest, deformed : (k, 3) float64, world coordinates
-        Of the handles that are points.
-    weights : (k,) float64 or None
-    handles : list of CurveHandle and RegionHandle
-
-    Raises
-    ------
-    ValueError
-        If a line is no curve, or a surface is open or does not move rigidly.
+    Each connected surface is a region; points at the same place connect. Surfaces that are the same
+    at rest as one of the `solids` of an earlier call take it: a distance image takes seconds.
+    Raises ValueError if a line is no curve, or a surface is open or does not move rigidly.
     """
     handles: list[Handle] = [
         _curve(rest[line], deformed[line], number) for number, line in enumerate(cells.lines)
@@ -111,10 +82,7 @@ def cells_of_handles(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], HandleCells]:
     """Points (n, 3), at rest and deformed, and their cells: the inverse of `handles_of_cells`.
 
-    Raises
-    ------
-    ValueError
-        If the shape of a region is not a Solid.
+    Regions must have the shape Solid.
     """
     before, after, lines, triangles = [rest], [deformed], [], []
     count = len(rest)

@@ -14,14 +14,7 @@ from vtk_mls.model.handles.rigid_motion import screw
 
 
 class RegionStep(RegionHandle):
-    """The part of a region's motion from one stage to the next.
-
-    Parameters
-    ----------
-    region : RegionHandle
-    before, after : (4, 4) float64, world coordinates
-        Motions of the shape to the two stages.
-    """
+    """The part of a region's motion from one stage to the next, with its motions (4, 4) to them."""
 
     def __init__(self, region, before, after):
         motion = np.einsum("ij,jk->ik", after, np.linalg.inv(before))
@@ -43,11 +36,6 @@ def steps(handles: HandleSet, count: int) -> tuple[HandleSet, ...]:
 
     Points go along the straight lines between their places, at equal times for each line; curves
     node by node; regions along a screw. All steps have the rows of the whole set.
-
-    Parameters
-    ----------
-    handles : HandleSet
-    count : int
     """
     shares = np.linspace(0, 1, count + 1)
     motions = [[screw(region, share) for region in handles.regions] for share in shares]
@@ -67,21 +55,9 @@ def steps(handles: HandleSet, count: int) -> tuple[HandleSet, ...]:
 
 
 def blended_path(rest, deformed, path, blend):
-    """Where points end, and their path, if they go a share of their way.
+    """Where points end (n, 3), and their `path` (k, n, 3), if they go a share `blend` of their way.
 
     Above 1 and below 0 they go straight on from the ends of the path.
-
-    Parameters
-    ----------
-    rest, deformed : (n, 3) float64, world coordinates
-    path : (k, n, 3) float64, world coordinates
-    blend : float
-
-    Returns
-    -------
-    deformed : (n, 3) float64, world coordinates
-    path : (k, n, 3) float64, world coordinates
-        At k times again, equally spaced.
     """
     places = [rest, *path, deformed]
     legs = len(places) - 1

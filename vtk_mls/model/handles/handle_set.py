@@ -2,46 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vtk_mls.base.validation import short_repr
 from vtk_mls.model.handles.curve import INTEGRATED_ALPHAS, CurveHandle, Segments
 from vtk_mls.model.handles.region import RegionHandle
-
-Handle = CurveHandle | RegionHandle
 
 
 @dataclass(frozen=True, eq=False)
 class HandleSet:
     """Control points, among them the proxies of regions, and segments of curves.
 
-    Attributes
-    ----------
-    rest, deformed : (n, 3) float64, world coordinates
-        p and q: the proxies of each region, one after the other, then points.
-    weights : (n,) float64
-        Factor of each; those of the proxies of a region add up to 1.
-    region : (n,) int
-        Row of the region in `regions` that a proxy is of; -1 for a point.
-    regions : tuple of RegionHandle
-    segments : Segments
-    path : (n, k, 3) float64, world coordinates
-        Intermediate places of the points; those of proxies have no meaning.
-    rest_anchors : (n + s, 3) float64, optional
-        Of `anchors`, if cuts see the handles from elsewhere than `rest`: of steps.
+    The proxies of each region come one after the other, then points.
     """
 
-    rest: np.ndarray
+    rest: np.ndarray  # (n, 3), world coordinates
     deformed: np.ndarray
-    weights: np.ndarray
-    region: np.ndarray
+    weights: np.ndarray  # (n,); those of the proxies of a region add up to 1
+    region: np.ndarray  # (n,): row of the region that a proxy is of; -1 for a point
     regions: tuple[RegionHandle, ...]
     segments: Segments
-    path: np.ndarray
-    rest_anchors: np.ndarray | None = None
+    path: np.ndarray  # (n, k, 3): intermediate places of points; without a meaning for proxies
+    rest_anchors: np.ndarray | None = None  # of `anchors` of steps, (n + s, 3)
 
     @classmethod
     def of(cls, rest, deformed, weights, handles=(), order=1, alpha=1, path=None) -> HandleSet:
@@ -171,17 +154,3 @@ class HandleSet:
             self.segments.on_side(height, side, in_rest_frame),
             self.path[rows],
         )
-
-
-def checked_handles(value: Handle | Iterable[Handle] | None) -> tuple[Handle, ...]:
-    """A tuple of handles, from one handle, several or None."""
-    if value is None:
-        return ()
-    is_single = isinstance(value, Handle) or not isinstance(value, Iterable)
-    handles = (value,) if is_single else tuple(value)
-    for handle in handles:
-        if not isinstance(handle, Handle):
-            raise TypeError(
-                f"`handles` must be CurveHandle or RegionHandle, got {short_repr(handle)}"
-            )
-    return handles

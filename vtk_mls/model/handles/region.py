@@ -9,13 +9,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from vtk_mls.base.errors import InputError
 from vtk_mls.base.validation import as_float, freeze, short_repr
+from vtk_mls.model.handles.handle import Handle
+from vtk_mls.model.handles.rigid_motion import axis_and_angle, rotation
 from vtk_mls.model.handles.shapes import Shape
+from vtk_mls.model.shape_fields import ShapeField
 
 _ORTHOGONAL = 1e-5  # largest error of R^T R
 
 
 @dataclass(frozen=True, eq=False, init=False)
-class RegionHandle:
+class RegionHandle(Handle):
     """A solid that is moved and turned, and keeps its shape.
 
     Its proxies are control points that share one weight, by the distance from the moved solid.
@@ -36,6 +39,9 @@ class RegionHandle:
 
     shape: Shape
     motion: NDArray[np.float64]
+
+    name, title = "region", "rigid"
+    fields = ShapeField("shape", "shape"), ShapeField("motion", "rows")
 
     def __init__(self, shape: Shape, motion: ArrayLike) -> None:
         if not isinstance(shape, Shape):
@@ -78,6 +84,32 @@ class RegionHandle:
         """The center (3,) of the shape's bounds at rest, and moved: cuts see the region there."""
         middle = self.shape.bounds.mean(axis=0)
         return middle, self.moved(middle[None])[0]
+
+    @property
+    def grips(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        rest, deformed = self.center
+        return rest[None], deformed[None]
+
+    def with_grips(self, deformed: NDArray[np.float64]) -> RegionHandle:
+        motion = self.motion.copy()
+        motion[:3, 3] += deformed[0] - self.center[1]
+        return RegionHandle(self.shape, motion)
+
+    def blended(self, share: float) -> RegionHandle:
+        center, moved = self.center
+        motion = np.eye(4)
+        axis, angle = axis_and_angle(self.motion[:3, :3])
+        motion[:3, :3] = rotation(axis, share * angle)
+        motion[:3, 3] = center + share * (moved - center) - motion[:3, :3] @ center
+        return RegionHandle(self.shape, motion)
+
+    @property
+    def is_resting(self) -> bool:
+        return bool((self.motion == np.eye(4)).all())
+
+    def samples(self, count: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        x = self.shape.samples(count)
+        return x, self.moved(x)
 
 
 class _Swapped(RegionHandle):

@@ -2,29 +2,21 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
 
-from vtk_mls.model.handles.curve import CurveHandle
-from vtk_mls.model.handles.handle_set import Handle
-from vtk_mls.model.handles.region import RegionHandle
+if TYPE_CHECKING:
+    from vtk_mls.model.handles.region import RegionHandle
 
 
 def fitted_motion(
     rest: NDArray[np.float64], deformed: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], float]:
-    """The rotation and translation that fit moved points best (Kabsch).
+    """The rotation and translation (4, 4) that fit moved points (n, 3) best (Kabsch).
 
-    Parameters
-    ----------
-    rest, deformed : (n, 3) float64, world coordinates
-
-    Returns
-    -------
-    motion : (4, 4) float64
-        From `rest` to `deformed`.
-    residual : float, world units
-        The largest distance of a moved point from its position in `deformed`.
+    And the largest distance of a moved point from its position in `deformed`.
     """
     before, after = rest.mean(axis=0), deformed.mean(axis=0)
     covariance = np.einsum("ni,nj->ij", deformed - after, rest - before)
@@ -37,39 +29,22 @@ def fitted_motion(
     return motion, float(np.linalg.norm(moved - deformed, axis=1).max())
 
 
-def blended(handle: Handle, share: float) -> Handle:
-    """A handle with a `share` of its displacement: regions turn by that share of their angle."""
-    if isinstance(handle, CurveHandle):
-        return CurveHandle(handle.rest, handle.rest + share * (handle.deformed - handle.rest))
-    center, moved = handle.center
-    motion = np.eye(4)
-    axis, angle = _axis_and_angle(handle.motion[:3, :3])
-    motion[:3, :3] = _rotation(axis, share * angle)
-    motion[:3, 3] = center + share * (moved - center) - motion[:3, :3] @ center
-    return RegionHandle(handle.shape, motion)
-
-
 def screw(region: RegionHandle, share: float) -> NDArray[np.float64]:
-    """A `share` of the motion of a region as a screw: about one axis, and along it.
-
-    Returns
-    -------
-    (4, 4) float64
-    """
+    """A `share` of the motion (4, 4) of a region as a screw: about one axis, and along it."""
     center, moved = region.center
-    axis, angle = _axis_and_angle(region.motion[:3, :3])
+    axis, angle = axis_and_angle(region.motion[:3, :3])
     along = axis * (axis @ (moved - center))
     around = moved - center - along
     # (I - R(share angle)) (I - R(angle))^-1, a turn with a factor in the plane across the axis
     factor = np.sin(share * angle / 2) / np.sin(angle / 2) if angle else share
     motion = np.eye(4)
-    motion[:3, :3] = turn = _rotation(axis, share * angle)
-    offset = factor * np.einsum("ij,j->i", _rotation(axis, (share - 1) * angle / 2), around)
+    motion[:3, :3] = turn = rotation(axis, share * angle)
+    offset = factor * np.einsum("ij,j->i", rotation(axis, (share - 1) * angle / 2), around)
     motion[:3, 3] = center + share * along + offset - np.einsum("ij,j->i", turn, center)
     return motion
 
 
-def _axis_and_angle(turn):
+def axis_and_angle(turn: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
     """The axis (3,) and angle of a rotation (3, 3)."""
     values, vectors = np.linalg.eig(turn)
     axis = np.real(vectors[:, np.argmin(np.abs(values - 1))])
@@ -77,7 +52,7 @@ def _axis_and_angle(turn):
     return axis, np.arctan2(-np.einsum("ij,ij->", _cross(axis), turn.T), np.trace(turn) - 1)
 
 
-def _rotation(axis, angle):
+def rotation(axis: NDArray[np.float64], angle: float) -> NDArray[np.float64]:
     """The rotation (3, 3) by an angle."""
     across = _cross(axis)
     return np.eye(3) + np.sin(angle) * across + (1 - np.cos(angle)) * across @ across

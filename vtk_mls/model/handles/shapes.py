@@ -8,13 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vtk_mls.base import validation
 from vtk_mls.base.grid import Grid, checked_grid
-from vtk_mls.base.validation import as_float, freeze, points, positive, short_repr, vector
+from vtk_mls.base.validation import freeze, positive, vector
 from vtk_mls.model.handles import distance_image
 from vtk_mls.model.handles.distance_image import DistanceImage
+from vtk_mls.model.shape_fields import Described, ShapeField
 
 
-class Shape:
+class Shape(Described):
     """A solid of the undeformed space.
 
     Attributes
@@ -76,6 +78,9 @@ class Capsule(Shape):
     b: NDArray[np.float64]
     radius: float
 
+    name = "capsule"
+    fields = ShapeField("a", "point"), ShapeField("b", "point"), ShapeField("radius", "length")
+
     def __init__(self, a: ArrayLike, b: ArrayLike, radius: float) -> None:
         freeze(self, a=vector("a", a), b=vector("b", b), radius=positive("radius", radius))
 
@@ -104,6 +109,9 @@ class Ball(Capsule):
     center : (3,) array_like, world coordinates
     radius : float, > 0, world units
     """
+
+    name = "ball"
+    fields = ShapeField("center", "point"), ShapeField("radius", "length")
 
     def __init__(self, center: ArrayLike, radius: float) -> None:
         at = vector("center", center)
@@ -144,6 +152,9 @@ class Solid(Sampled):
     points: NDArray[np.float64]
     triangles: NDArray[np.int64]
 
+    name = "solid"
+    fields = ShapeField("points", "rows"), ShapeField("triangles", "rows")
+
     def __init__(self, points: ArrayLike, triangles: ArrayLike) -> None:
         corners, rows = _checked_surface(points, triangles)
         freeze(self, points=corners, triangles=rows)
@@ -178,6 +189,9 @@ class Labels(Sampled):
 
     mask: NDArray[np.bool_]
     grid: Grid
+
+    name = "labels"
+    fields = ShapeField("mask", "mask"), ShapeField("grid", "grid")
 
     def __init__(self, mask: ArrayLike, grid: Grid) -> None:
         checked_grid("grid", grid)
@@ -219,18 +233,8 @@ class Labels(Sampled):
 
 def _checked_surface(corners, triangles):
     """Points (n, 3) and triangles (m, 3) of a closed surface."""
-    corners = points("points", corners)
-    rows = as_float("triangles", triangles, "rows of three integers")
-    if rows.ndim != 2 or rows.shape[1] != 3 or len(rows) == 0 or (rows % 1 != 0).any():
-        raise ValueError(
-            f"`triangles` must be integers of the shape (m, 3), got {short_repr(triangles)}"
-        )
-    rows = rows.astype(np.int64)
-    if rows.min() < 0 or rows.max() >= len(corners):
-        raise ValueError(
-            f"`triangles` must be rows of the {len(corners)} `points`, got {rows.min()} to "
-            f"{rows.max()}"
-        )
+    corners = validation.points("points", corners)
+    rows = validation.triangles(triangles, len(corners))
     # files such as STL repeat the corners of each triangle
     _, same = np.unique(corners, axis=0, return_inverse=True)
     edges = np.sort(same.ravel()[rows][:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)

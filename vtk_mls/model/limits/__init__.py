@@ -2,37 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 import numpy as np
 
-from vtk_mls.base.validation import short_repr
 from vtk_mls.model.limits.faces import FixedFace, SlidingFace
 from vtk_mls.model.limits.limit import Limit
 from vtk_mls.model.limits.masks import BallMask, BoxMask, ImageMask, Mask
 
 __all__ = ["BallMask", "BoxMask", "FixedFace", "ImageMask", "Limit", "Mask", "SlidingFace"]
-
-
-def checked_mask(value: Mask | None) -> tuple[Mask, ...]:
-    """A mask or none, as a tuple."""
-    if value is not None and not isinstance(value, Mask):
-        raise TypeError(f"`mask` must be a BallMask, BoxMask or ImageMask, got {short_repr(value)}")
-    return () if value is None else (value,)
-
-
-def checked_constraints(value: FixedFace | Iterable[FixedFace] | None) -> tuple[FixedFace, ...]:
-    """A tuple of faces, from one face, several or None."""
-    if value is None:
-        return ()
-    is_single = isinstance(value, Limit) or not isinstance(value, Iterable)
-    faces = (value,) if is_single else tuple(value)
-    for face in faces:
-        if not isinstance(face, FixedFace):
-            raise TypeError(
-                f"`constraints` must be FixedFace or SlidingFace, got {short_repr(face)}"
-            )
-    return faces
 
 
 def limited(limits, v, displacement):

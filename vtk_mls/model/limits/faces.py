@@ -14,6 +14,7 @@ from vtk_mls.base.validation import freeze, positive, short_repr
 from vtk_mls.model.cuts import Plane, Surface
 from vtk_mls.model.handles import distance_image
 from vtk_mls.model.limits.limit import Limit, fade
+from vtk_mls.model.shape_fields import ShapeField
 
 if TYPE_CHECKING:
     from vtk_mls.model.handles.control_points import ControlPoints
@@ -41,6 +42,9 @@ class FixedFace(Limit):
 
     face: Plane | Surface
     falloff: float
+
+    name = "fixed-face"
+    fields = ShapeField("face", "shape"), ShapeField("falloff", "length")
 
     def __init__(self, face: Plane | Surface, falloff: float) -> None:
         if not isinstance(face, (Plane, Surface)):
@@ -102,4 +106,5 @@ class SlidingFace(FixedFace):
     The part of the displacement along the normal of the face is multiplied as by `FixedFace`.
     """
 
+    name = "sliding-face"
     slides = True

@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vtk_mls.model.shape_fields import Described
+
 if TYPE_CHECKING:
     from vtk_mls.model.handles.control_points import ControlPoints
 
 
-class Limit:
+class Limit(Described):
     """A factor from 0 to 1 for the displacement at each point of the deformed space.
 
     Attributes

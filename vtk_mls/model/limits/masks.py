@@ -12,6 +12,7 @@ from vtk_mls.base.grid import Grid, checked_grid
 from vtk_mls.base.interpolation import linear_with_slopes
 from vtk_mls.base.validation import as_float, freeze, positive, short_repr, vector
 from vtk_mls.model.limits.limit import Limit, fade
+from vtk_mls.model.shape_fields import ShapeField
 
 if TYPE_CHECKING:
     from vtk_mls.model.handles.control_points import ControlPoints
@@ -81,6 +82,13 @@ class BallMask(BoxMask):
     """
 
     radius: float
+
+    name = "ball-mask"
+    fields = (
+        ShapeField("center", "point"),
+        ShapeField("radius", "length"),
+        ShapeField("falloff", "length"),
+    )
 
     def __init__(self, center: ArrayLike, radius: float, falloff: float) -> None:
         at = vector("center", center)
