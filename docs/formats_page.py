@@ -112,8 +112,8 @@ volume by volume and writes a file of one of these formats, or `.pvd`. Times are
 handles too, if the file states a unit of time, as NIfTI, NRRD and TIFF can. Those of MetaImage are
 seconds as in ITK. NIfTI and NRRD outputs state the unit: that of an input of the same format, or
 else seconds. Other units, such as Hz, are kept and not converted. The files hold equal time steps
-only. NRRD is written as ITK does, with `space dimension: 4`. All volumes are in memory at once, those
-of the input and those of the output.
+only. NRRD is written as ITK does, with `space dimension: 4`. All volumes are in memory at once,
+those of the input and those of the output.
 
 **DICOM.** Give a folder with one series, or one slice of a series, with any ending. Each
 slice has its own rescaling; the volume has a type that holds all values. Reports, DICOMDIR and
