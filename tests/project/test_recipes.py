@@ -149,6 +149,30 @@ def test_a_property(copy):
     assert "MarkVoidCells" in (copy / "docs/properties.md").read_text()
 
 
+def test_a_filter(copy):
+    (module, _, code), (names, in_all, name), (_, in_modules, row), test = recipe("Add a filter")
+    assert (in_all, in_modules) == ("in __all__", "in _MODULES")
+    (copy / module).write_text(code)
+    text = (copy / names).read_text()
+    text = text.replace("__all__ = [", f"__all__ = [{name.strip()}, ", 1)
+    (copy / names).write_text(
+        text.replace("_MODULES = {\n", f"_MODULES = {{\n    {row.strip()},\n", 1)
+    )
+    run(copy, "-m", "pytest", "-q", write(copy, [test]))
+
+
+def test_a_key(copy):
+    (table, in_table, row), (module, place, code), test = recipe("Add a key")
+    assert (in_table, place) == ("in _ROWS", "before reset")
+    insert(copy / table, "\n_ROWS = (\n", f"{row.rstrip()},\n")
+    anchor = "    def reset(self):\n"
+    text = (copy / module).read_text()
+    assert text.count(anchor) == 1
+    method = textwrap.indent(code, "    ")
+    (copy / module).write_text(text.replace(anchor, f"{method}\n{anchor}"))
+    run(copy, "-m", "pytest", "-q", write(copy, [test]))
+
+
 def test_a_quirk(copy):
     (table, in_table, row), test = recipe("Add a driver's quirk")
     assert in_table == "in QUIRKS"
