@@ -19,21 +19,12 @@ _AT, _SHARE = np.polynomial.legendre.leggauss(_NODES)
 
 
 class Nearest(NamedTuple):
-    """The points of segments nearest to each v.
+    """The points of segments nearest to each v."""
 
-    Attributes
-    ----------
-    t : (m, s) float64
-        Their shares of the segments' lengths.
-    p, q : (m, s, 3) float64, world coordinates
-    d2 : (m, s) float64
-        Squared distances of q from v.
-    """
-
-    t: np.ndarray
-    p: np.ndarray
+    t: np.ndarray  # (m, s): their shares of the segments' lengths
+    p: np.ndarray  # (m, s, 3), world coordinates
     q: np.ndarray
-    d2: np.ndarray
+    d2: np.ndarray  # (m, s): squared distances of q from v
 
 
 def nearest_points(segments, v):
