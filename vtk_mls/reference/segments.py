@@ -39,24 +39,9 @@ def nearest_points(segments, v):
 def gauss_rule(segments, v, smoothing2, scale2, alpha, order):
     """Points that have the moments of the weights up to 2 `order` - 1.
 
-    The weights are those of t, (scale2 / (|q(t) - v|^2 + smoothing2))^alpha.
-
-    Parameters
-    ----------
-    segments : Segments
-        s of them.
-    v : (m, 3) float64, world coordinates
-    smoothing2 : float
-    scale2 : (m,) float64, squared world units
-    alpha : float
-    order : int
-        Points for each segment.
-
-    Returns
-    -------
-    t : (m, s, order) float64
-        Shares of the length, from the point nearest to v on.
-    weights : (m, s, order) float64
+    The weights are those of t, (scale2 / (|q(t) - v|^2 + smoothing2))^alpha, with `scale2` (m,) for
+    the points `v` (m, 3). The shares t of the lengths of s segments, from the point nearest to v on,
+    and the weights are (m, s, order).
     """
     q, along = segments.deformed[:, 0], segments.deformed[:, 1] - segments.deformed[:, 0]
     length2 = np.einsum("sa,sa->s", along, along)
