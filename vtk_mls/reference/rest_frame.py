@@ -23,9 +23,9 @@ _TOLERANCE = 1e-13  # of the last step of a search, relative to the size of x
 def solve_origin(evaluate, cuts, start, sizes, searches=2):
     """The origins x = G(v; damping at x) of points v, as EvaluationPoints.
 
-    `evaluate` is a function of rows (indices) and their EvaluationPoints: G(v) there. Searches begin
-    at `start` (m, 3): 1 on its side only, 2 on the other side, too. Rounding errors are relative to
-    the lengths `sizes` (m,).
+    `evaluate` is a function of rows (indices) and their EvaluationPoints: G(v) there. Searches
+    begin at `start` (m, 3): 1 on its side only, 2 on the other side, too. Rounding errors are
+    relative to the lengths `sizes` (m,).
     """
     best = EvaluationPoints(start.copy(), np.zeros((len(start), len(cuts)), bool))
     distance = np.full(len(start), -np.inf)

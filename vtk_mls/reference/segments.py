@@ -40,8 +40,8 @@ def gauss_rule(segments, v, smoothing2, scale2, alpha, order):
     """Points that have the moments of the weights up to 2 `order` - 1.
 
     The weights are those of t, (scale2 / (|q(t) - v|^2 + smoothing2))^alpha, with `scale2` (m,) for
-    the points `v` (m, 3). The shares t of the lengths of s segments, from the point nearest to v on,
-    and the weights are (m, s, order).
+    the points `v` (m, 3). The shares t of the lengths of s segments, from the point nearest to v
+    on, and the weights are (m, s, order).
     """
     q, along = segments.deformed[:, 0], segments.deformed[:, 1] - segments.deformed[:, 0]
     length2 = np.einsum("sa,sa->s", along, along)
