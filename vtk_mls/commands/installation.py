@@ -18,19 +18,7 @@ from vtk_mls.paraview import installation
 
 
 def report(retest=False):
-    """Versions and devices.
-
-    Parameters
-    ----------
-    retest : bool, optional
-        Check devices again.
-
-    Returns
-    -------
-    lines : list of str
-    problems : list of str
-        Problems with their remedies.
-    """
+    """Lines about versions and devices, which are checked again with `retest`, and problems."""
     problems = []
     lines = [
         f"vtk_mls    {__version__}",

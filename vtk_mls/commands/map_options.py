@@ -109,7 +109,8 @@ def _add_cuts(parser):
     add = partial(parser.add_argument, action="append", default=[])
     for name, shape in BY_NUMBERS.items():
         *parts, last = (field.title or field.name for field in shape.fields)
-        text = f"cut along a {name}, by its {', '.join(parts)} and {last}; may be repeated"
+        text = f"cut along a {name}, by its {', '.join(parts)} and {last}; may be repeated; "
+        text += shape.help[:1].lower() + shape.help[1:].removesuffix(".")
         add(f"--cut-{name}", metavar=",".join(shape.labels()).upper(), help=text)
     text = "cut along the surfaces of a file: .vtp .vtk .stl; may be repeated"
     add("--cut-surface", metavar="FILE", help=text)

@@ -24,13 +24,7 @@ def add(parser):
 
 
 def is_for(options):
-    """Whether the output is an OME-Zarr.
-
-    Raises
-    ------
-    ValueError
-        If the input is none, or an option is for clusters only or not for OME-Zarr.
-    """
+    """Whether the output is an OME-Zarr; ValueError if the input or the options do not fit."""
     if not options.output.lower().endswith(SUFFIX):
         if options.scheduler:
             raise ValueError(

@@ -24,23 +24,9 @@ def usual_folder(python):
 
 
 def find(paraview):
-    """The contents of a ParaView, with the virtual environment of `make` if it needs one.
+    """The contents of a ParaView, and the folder of the virtual environment if it needs one.
 
-    Parameters
-    ----------
-    paraview : installation.ParaView
-
-    Returns
-    -------
-    contents : dict
-        As of `ParaView.contents`; a "problem" says what to do.
-    folder : Path or None
-        The virtual environment, if ParaView needs it.
-
-    Raises
-    ------
-    ValueError
-        As `ParaView.contents`.
+    As of `ParaView.contents`; a "problem" says what to do.
     """
     contents = paraview.contents()
     if "problem" not in contents or paraview.version < _FIRST_VERSION:
@@ -56,26 +42,10 @@ def find(paraview):
 
 
 def make(paraview, contents, folder=None, note=print):
-    """Make the virtual environment for a ParaView; one in the usual folder is replaced.
+    """Make the virtual environment for a ParaView; its folder.
 
-    Parameters
-    ----------
-    paraview : installation.ParaView
-    contents : dict
-        Of ParaView without an environment.
-    folder : path, optional
-        Where it is made; `usual_folder` by default.
-    note : callable, optional
-        Called with a sentence at the start of each step.
-
-    Returns
-    -------
-    folder : Path
-
-    Raises
-    ------
-    ValueError
-        With a remedy.
+    `contents` are those of ParaView without an environment. One in the usual folder, the default,
+    is replaced. `note` is called with a sentence at the start of each step. Errors have a remedy.
     """
     python = contents["python"]
     if paraview.version < _FIRST_VERSION:

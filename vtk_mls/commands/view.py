@@ -143,13 +143,7 @@ def _show(options, datasets, state, paths, *more):
 
 
 def _web_server():
-    """The module that serves pages.
-
-    Raises
-    ------
-    OSError
-        If a package that it needs is missing.
-    """
+    """The module that serves pages; OSError if a package that it needs is missing."""
     try:
         from vtk_mls.web import server
     except ModuleNotFoundError as error:

@@ -23,19 +23,7 @@ _MAX_OBSTACLES = 30  # each has a bit in the kernels
 
 @dataclass(frozen=True, eq=False, repr=False, init=False)
 class MapParameters:
-    """Control points, cuts and options of a map, as `Deformation` documents them.
-
-    Attributes
-    ----------
-    limits : tuple of Limit
-        The mask, then the constraints.
-    handle_set : HandleSet
-        Points and handles together.
-    regions : tuple of Region
-        Between the planes.
-    path : (k, n, 3) float64, world coordinates
-        Intermediate places of the control points; empty without.
-    """
+    """Control points, cuts and options of a map, as `Deformation` documents them."""
 
     rest: NDArray[np.float64]
     deformed: NDArray[np.float64]
@@ -54,9 +42,9 @@ class MapParameters:
     cut_frame: str = named("cut_frame").default
     map_tolerance: float = named("map_tolerance").default
     device: str | None = named("device").default
-    limits: tuple[limits.Limit, ...] = field(init=False)
-    handle_set: HandleSet = field(init=False)
-    regions: tuple[Region, ...] = field(init=False)
+    limits: tuple[limits.Limit, ...] = field(init=False)  # the mask, then the constraints
+    handle_set: HandleSet = field(init=False)  # points and handles together
+    regions: tuple[Region, ...] = field(init=False)  # between the planes
 
     def __init__(
         self,

@@ -23,55 +23,23 @@ MAX_STEPS = 256
 
 @dataclass(frozen=True)
 class Option:
-    """One option.
+    """One option."""
 
-    Attributes
-    ----------
-    name : str
-        In snake_case: the argument of `Deformation`.
-    default : object
-        In Python, in the filters and on the command line; a number, a text, or None.
-    label : str
-        Of a control in a panel.
-    help : str
-        For all users.
-    more : str
-        Help for programmers.
-    spellings : dict
-        Other spellings of values, by text.
-    choices : tuple
-        Possible values; empty for a number in a range, or a text.
-    choice_labels : tuple of str
-        Of the choices in a panel, if their names are not clear.
-    is_valid : callable, optional
-        Whether a finite number is a valid value.
-    expected : str
-        Valid values, for errors; by default the list of the choices.
-    slider : (low, high, step), optional
-        Usual range of a number, for sliders and keys.
-    interactive_default : object
-        In ParaView and in the editor; `default` if not given.
-    section : {"map", "cut", "computing"}
-        Of panels; options for computing are advanced.
-    needs : (str, object), optional
-        Name and value of another option, without which this option has no effect.
-    """
-
-    name: str
-    default: Any
-    label: str
-    help: str
+    name: str  # in snake_case: the argument of `Deformation`
+    default: Any  # in Python, in the filters and on the command line: a number, a text, or None
+    label: str  # of a control in a panel
+    help: str  # for all users
     _: KW_ONLY
-    more: str = ""
-    spellings: Mapping[str, int] = field(default_factory=dict, hash=False)
-    choices: tuple = ()
-    choice_labels: tuple = ()
-    is_valid: Callable[[float], bool] | None = None
-    expected: str = ""
-    slider: tuple | None = None
-    interactive_default: Any = None
-    section: str = "map"
-    needs: tuple | None = None
+    more: str = ""  # help for programmers
+    spellings: Mapping[str, int] = field(default_factory=dict, hash=False)  # of values, by text
+    choices: tuple = ()  # possible values; empty for a number in a range, or a text
+    choice_labels: tuple = ()  # in a panel, if the names of the choices are not clear
+    is_valid: Callable[[float], bool] | None = None  # whether a finite number is a valid value
+    expected: str = ""  # valid values, for errors; by default the list of the choices
+    slider: tuple | None = None  # usual range (low, high, step), for sliders and keys
+    interactive_default: Any = None  # in ParaView and in the editor; `default` if not given
+    section: str = "map"  # of panels: "map", "cut" or "computing", which is advanced
+    needs: tuple | None = None  # name and value of another option, without which it has no effect
 
     def __post_init__(self):
         if self.interactive_default is None:

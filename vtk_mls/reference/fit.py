@@ -18,16 +18,10 @@ def fit_of(deformation, control_points, v, at=None):
 
 
 class ComposedFit:
-    """The fits of several steps, each at the points to which the steps after it have led.
-
-    Attributes
-    ----------
-    legs : list of ((m, 3), (m, 3)) float64, world coordinates
-        For each step, the points and their images.
-    """
+    """The fits of several steps, each at the points to which the steps after it have led."""
 
     def __init__(self, deformation, steps, v, at):
-        self.fits, self.legs = [], []
+        self.fits, self.legs = [], []  # for each step, the points and their images, (m, 3) each
         for step in reversed(steps):
             fit = StepFit(deformation, step, v, at)
             self.fits.append(fit)

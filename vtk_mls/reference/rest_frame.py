@@ -21,23 +21,11 @@ _TOLERANCE = 1e-13  # of the last step of a search, relative to the size of x
 
 
 def solve_origin(evaluate, cuts, start, sizes, searches=2):
-    """The origins x = G(v; damping at x) of points v.
+    """The origins x = G(v; damping at x) of points v, as EvaluationPoints.
 
-    Parameters
-    ----------
-    evaluate : function of rows (indices) and their EvaluationPoints
-        G(v) at these rows of the points: (rows, 3).
-    cuts : sequence of Obstacle
-    start : (m, 3) float64, world coordinates
-        Start of the searches.
-    sizes : (m,) float64, world units
-        Length that rounding errors are relative to.
-    searches : int
-        1 to search only on the side of the start, 2 to search on the other side, too.
-
-    Returns
-    -------
-    EvaluationPoints
+    `evaluate` is a function of rows (indices) and their EvaluationPoints: G(v) there. Searches
+    begin at `start` (m, 3): 1 on its side only, 2 on the other side, too. Rounding errors are
+    relative to the lengths `sizes` (m,).
     """
     best = EvaluationPoints(start.copy(), np.zeros((len(start), len(cuts)), bool))
     distance = np.full(len(start), -np.inf)

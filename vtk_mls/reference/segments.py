@@ -19,21 +19,12 @@ _AT, _SHARE = np.polynomial.legendre.leggauss(_NODES)
 
 
 class Nearest(NamedTuple):
-    """The points of segments nearest to each v.
+    """The points of segments nearest to each v."""
 
-    Attributes
-    ----------
-    t : (m, s) float64
-        Their shares of the segments' lengths.
-    p, q : (m, s, 3) float64, world coordinates
-    d2 : (m, s) float64
-        Squared distances of q from v.
-    """
-
-    t: np.ndarray
-    p: np.ndarray
+    t: np.ndarray  # (m, s): their shares of the segments' lengths
+    p: np.ndarray  # (m, s, 3), world coordinates
     q: np.ndarray
-    d2: np.ndarray
+    d2: np.ndarray  # (m, s): squared distances of q from v
 
 
 def nearest_points(segments, v):
@@ -48,24 +39,9 @@ def nearest_points(segments, v):
 def gauss_rule(segments, v, smoothing2, scale2, alpha, order):
     """Points that have the moments of the weights up to 2 `order` - 1.
 
-    The weights are those of t, (scale2 / (|q(t) - v|^2 + smoothing2))^alpha.
-
-    Parameters
-    ----------
-    segments : Segments
-        s of them.
-    v : (m, 3) float64, world coordinates
-    smoothing2 : float
-    scale2 : (m,) float64, squared world units
-    alpha : float
-    order : int
-        Points for each segment.
-
-    Returns
-    -------
-    t : (m, s, order) float64
-        Shares of the length, from the point nearest to v on.
-    weights : (m, s, order) float64
+    The weights are those of t, (scale2 / (|q(t) - v|^2 + smoothing2))^alpha, with `scale2` (m,) for
+    the points `v` (m, 3). The shares t of the lengths of s segments, from the point nearest to v
+    on, and the weights are (m, s, order).
     """
     q, along = segments.deformed[:, 0], segments.deformed[:, 1] - segments.deformed[:, 0]
     length2 = np.einsum("sa,sa->s", along, along)

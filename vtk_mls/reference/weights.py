@@ -17,16 +17,11 @@ from vtk_mls.reference.segments import gauss_rule, nearest_points
 class EvaluationPoints(NamedTuple):
     """Places in the undeformed space where cuts in the rest frame are evaluated.
 
-    Attributes
-    ----------
-    x : (m, 3) float64, world coordinates of the undeformed space
-    crossed_cuts : (m, cuts) bool
-        Cuts that the search for x has crossed: for these, blocked and unblocked control points are
-        swapped.
+    For cuts that the search for x has crossed, blocked and unblocked control points are swapped.
     """
 
-    x: np.ndarray
-    crossed_cuts: np.ndarray
+    x: np.ndarray  # (m, 3)
+    crossed_cuts: np.ndarray  # (m, cuts)
 
     def rows(self, rows):
         """The points at some rows."""

@@ -52,7 +52,7 @@ class HalfPlane(Obstacle):
             "vector",
             """Direction in which the half-plane extends from its edge. The edge goes through the
             origin, at a right angle to this direction and to the normal. The view shows the whole
-            plane. Its component along the normal is ignored.""",
+            plane. A component along the normal is ignored.""",
             (0.0, 0.0, 1.0),
         ),
     )

@@ -11,20 +11,11 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Fit:
-    """The maps l fitted at points v.
+    """The maps l fitted at points v."""
 
-    Attributes
-    ----------
-    displacement : (m, 3) float64, world units
-        l(v) - v.
-    linear : (m, 3, 3) or (3, 3) float64
-        dl/dv at fixed weights.
-    influence : callable
-        Without arguments; the derivative of l(v) by the weight of each control point, (m, n, 3).
-    """
-
-    displacement: np.ndarray
-    linear: np.ndarray
+    displacement: np.ndarray  # l(v) - v, (m, 3), world units
+    linear: np.ndarray  # dl/dv at fixed weights, (m, 3, 3) or (3, 3)
+    # the derivative of l(v) by the weight of each control point, (m, n, 3)
     influence: Callable[[], np.ndarray]
 
 
@@ -32,32 +23,14 @@ class Kind:
     """A kind of maps.
 
     A kind is a subclass with a `name` in any file of this folder, and a kernel file with the
-    functions of "Kinds" in opencl/README.md.
-
-    Attributes
-    ----------
-    name : str
-        As in `Deformation`; None for a base class.
-    kernel : str
-        The file in opencl/fit/ with the fit.
-    equation : float
-        The first equation in the paper, by which kinds are sorted.
-    has_degree : bool
-        Whether the kind depends on `degree`.
-    proxy_order : int
-        Degree of the polynomials that the proxies of a rigid region must determine.
-
-    Parameters
-    ----------
-    degree : int
-        Of polynomials.
+    functions of "Kinds" in opencl/README.md. `degree` is that of polynomials.
     """
 
-    name = None
-    kernel = None
-    equation = math.inf
-    has_degree = False
-    proxy_order = 1
+    name = None  # as in `Deformation`; None for a base class
+    kernel = None  # the file in opencl/fit/ with the fit
+    equation = math.inf  # the first one in the paper, by which kinds are sorted
+    has_degree = False  # whether the kind depends on `degree`
+    proxy_order = 1  # degree of polynomials that the proxies of a rigid region must determine
 
     @property
     def segment_points(self):

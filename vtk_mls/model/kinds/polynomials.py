@@ -96,17 +96,10 @@ class Basis:
     Each degree adds only functions that the control points distinguish from lower degrees (singular
     value above `RANK_TOLERANCE`). So a fit in this basis never divides by a vanishing norm, and
     functions that a degenerate set does not determine are those of the identity map.
-
-    Attributes
-    ----------
-    coefficients : (functions, monomials) float64
-        Of the `MONOMIALS` in local coordinates.
-    values : (n, functions) float64
-        At the control points.
     """
 
-    coefficients: np.ndarray
-    values: np.ndarray
+    coefficients: np.ndarray  # (functions, monomials): of the `MONOMIALS` in local coordinates
+    values: np.ndarray  # (n, functions): at the control points
 
     @classmethod
     def on(cls, local: np.ndarray, degree: int) -> Basis:

@@ -14,17 +14,10 @@ TWIST_TOLERANCE = 1e-5
 
 
 class RotationRank(NamedTuple):
-    """The part of a rotation that control points determine.
+    """The part of a rotation that control points determine."""
 
-    Attributes
-    ----------
-    rank : int
-        0: nothing, 1: all except the twist about a line, 2: everything.
-    flip_axis : (3,) float64
-        Unit vector normal to the line of rank 1: the axis of a rotation by exactly 180 degrees.
-    """
-
-    rank: int
+    rank: int  # 0: nothing, 1: all except the twist about a line, 2: everything
+    # unit vector normal to the line of rank 1: the axis of a rotation by exactly 180 degrees
     flip_axis: np.ndarray
 
 
