@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from vtk_fixtures import DEFORMED, FAST, REST, add_array, connect, control_points
+from pipelines import connect, control_points
+from vtk_fixtures import DEFORMED, FAST, REST, add_array
 from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_FLOAT, vtkIdList, vtkPoints, vtkStringArray
 from vtkmodules.vtkCommonDataModel import (
     VTK_HEXAHEDRON,

@@ -13,9 +13,7 @@ from control_point_sets import DEVICES
 from vtkmodules import vtkCommonCore
 from vtkmodules.vtkCommonCore import vtkDataArray, vtkOutputWindow, vtkStringOutputWindow
 from vtkmodules.vtkCommonDataModel import vtkImageData
-from vtkmodules.vtkFiltersSources import vtkSphereSource
 
-from vtk_mls.filters import MLSControlPoints
 from vtk_mls.vtk import arrays
 
 # The names of VTK's types of numbers, and their constants.
@@ -90,24 +88,6 @@ _TURN = np.array([[0.75**0.5, -0.5, 0], [0.5, 0.75**0.5, 0], [0, 0, 1]])
 DEFORMED = np.where(REST[:, 2:] > 3, (REST - 4) @ _TURN.T + [4, 4, 4.75], REST)
 
 
-def control_points(rest=REST, deformed=DEFORMED, weights=()):
-    source = MLSControlPoints()
-    source.SetRestPoints(rest)
-    source.SetDeformedPoints(deformed)
-    source.SetWeights(weights)
-    return source
-
-
-def connect(deforming, image, handles):
-    """Connect a filter to an image (data or algorithm) and control points."""
-    for port, source in enumerate((image, handles)):
-        if hasattr(source, "GetOutputPort"):
-            deforming.SetInputConnection(port, source.GetOutputPort())
-        else:
-            deforming.SetInputDataObject(port, source)
-    return deforming
-
-
 def make_image(dimensions=(9, 8, 7), start=(0, 0, 0), direction=None, origin=(0.5, 0.25, 0)):
     """An image without arrays."""
     image = vtkImageData()
@@ -133,54 +113,6 @@ def add_array(attributes, name, values, vtk_type=None):
     array.SetName(name)
     attributes.AddArray(array)
     return array
-
-
-def values_of(image, name):
-    """A point array of an image as (nz, ny, nx) or (nz, ny, nx, components) array."""
-    values = arrays.to_numpy(image.GetPointData().GetArray(name))
-    return values.reshape(image.GetDimensions()[::-1] + values.shape[1:])
-
-
-def update(algorithm):
-    """The output after an update."""
-    assert algorithm.GetExecutive().Update()
-    return algorithm.GetOutputDataObject(0)
-
-
-def ball(center, radius, resolution=30, normals=True):
-    """The surface of a ball."""
-    source = vtkSphereSource()
-    source.SetCenter(*center)
-    source.SetRadius(radius)
-    source.SetThetaResolution(resolution)
-    source.SetPhiResolution(resolution)
-    source.SetGenerateNormals(normals)
-    return update(source)
-
-
-def picture_of(window):
-    """The picture in a vtkRenderWindow: (height, width, 3) float, 0 to 255."""
-    from vtkmodules.vtkRenderingCore import vtkWindowToImageFilter
-
-    grab = vtkWindowToImageFilter()
-    grab.SetInput(window)
-    grab.ReadFrontBufferOff()
-    grab.ShouldRerenderOff()
-    image = update(grab)
-    width, height, _ = image.GetDimensions()
-    pixels = arrays.to_numpy(image.GetPointData().GetScalars())
-    return pixels.reshape(height, width, -1)[..., :3].astype(float)
-
-
-class Executions:
-    """Counts how often an algorithm runs."""
-
-    def __init__(self, algorithm):
-        self.count = 0
-        algorithm.AddObserver("StartEvent", self._add)
-
-    def _add(self, *_):
-        self.count += 1
 
 
 _PROBE = """

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from command_fixtures import WITHOUT, run
 from control_point_sets import DEVICES
-from vtk_fixtures import DEFORMED, FAST, REST, values_of
+from pipelines import values_of
+from vtk_fixtures import DEFORMED, FAST, REST
 
 from vtk_mls import (
     KINDS,

@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from handle_surfaces import ball, displaced, joined, moved, polyline, positions, transform, volume
-from vtk_fixtures import DEFORMED, FAST, REST, add_array, make_image, values_of
+from pipelines import values_of
+from vtk_fixtures import DEFORMED, FAST, REST, add_array, make_image
 
 from vtk_mls import BallMask, Deformation, FixedFace, Plane, SlidingFace, io
 from vtk_mls.commands.cli import main

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from vtk_fixtures import FAST, add_array, values_of
+from pipelines import values_of
+from vtk_fixtures import FAST, add_array
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
 from vtk_mls import Deformation, io

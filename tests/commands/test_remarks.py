@@ -4,7 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from vtk_fixtures import DEFORMED, FAST, REST, add_array, make_image, values_of
+from pipelines import values_of
+from vtk_fixtures import DEFORMED, FAST, REST, add_array, make_image
 from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet
 
 from vtk_mls import Deformation, Grid, io

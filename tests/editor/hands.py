@@ -6,7 +6,7 @@ import sys
 
 import numpy as np
 import vtkmodules.vtkInteractionStyle  # noqa: F401  (registers interactors)
-from vtk_fixtures import ball, picture_of
+from pipelines import ball, picture_of
 from vtkmodules.vtkFiltersCore import vtkTriangleFilter
 from vtkmodules.vtkFiltersSources import vtkCylinderSource
 from vtkmodules.vtkInteractionStyle import vtkInteractorStyleTrackballCamera

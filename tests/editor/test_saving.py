@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from command_fixtures import run, run_script
 from hands import MIDDLE, SIZE, Hands, ball_image, ball_mesh
-from vtk_fixtures import picture_of
+from pipelines import picture_of
 
 from vtk_mls import (
     Ball,

@@ -24,9 +24,10 @@ from pathlib import Path
 
 import numpy as np
 from file_fixtures import MESHES, NRRD, NRRD_DATA
+from pipelines import control_points, update
 from test_mesh_files import collection, many_blocks, write_tetrahedra
 from test_point_files import ANTS, BIGWARP, ELASTIX, IDAV, MINC, SLICER, TRANSFORMIX
-from vtk_fixtures import DEFORMED, REST, add_array, control_points, make_image, update
+from vtk_fixtures import DEFORMED, REST, add_array, make_image
 from vtkmodules.vtkCommonDataModel import vtkRectilinearGrid
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 from vtkmodules.vtkIOGeometry import vtkOBJWriter, vtkSTLWriter

@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from vtk_fixtures import update
+from pipelines import update
 
 from vtk_mls.files import control_point_files
 from vtk_mls.filters import MLSControlPoints

@@ -7,7 +7,8 @@ import pytest
 import SimpleITK as sitk
 import slicer_peer
 from file_fixtures import DIRECTIONS, handles_on
-from vtk_fixtures import DEFORMED, FAST, REST, add_array, make_image, values_of
+from pipelines import values_of
+from vtk_fixtures import DEFORMED, FAST, REST, add_array, make_image
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 
 from vtk_mls import KINDS, Deformation, Grid, io

@@ -7,8 +7,9 @@ import pytest
 import SimpleITK
 import slicer_peer
 from file_fixtures import DRAGGED, HANDLES, RIGHT, as_itk, as_nifti, nrrd_bytes, scalars
+from pipelines import connect, control_points, update
 from slicer_peer import needs_slicer
-from vtk_fixtures import FAST, add_array, connect, control_points, update
+from vtk_fixtures import FAST, add_array
 
 from vtk_mls import io
 from vtk_mls.commands.cli import main

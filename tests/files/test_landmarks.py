@@ -4,7 +4,8 @@ import json
 
 import numpy as np
 import pytest
-from vtk_fixtures import DEFORMED, FAST, REST, control_points, make_image, update
+from pipelines import control_points, update
+from vtk_fixtures import DEFORMED, FAST, REST, make_image
 from vtkmodules.vtkIOXML import vtkXMLPolyDataReader, vtkXMLPolyDataWriter
 
 from vtk_mls import io

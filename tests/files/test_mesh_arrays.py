@@ -4,7 +4,8 @@ import re
 
 import numpy as np
 import pytest
-from vtk_fixtures import DEFORMED, REST, TYPES, add_array, update
+from pipelines import update
+from vtk_fixtures import DEFORMED, REST, TYPES, add_array
 from vtkmodules.vtkCommonCore import VTK_UNSIGNED_CHAR, vtkPoints
 from vtkmodules.vtkCommonDataModel import (
     vtkCellArray,

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from vtk_fixtures import FAST, add_array, connect, control_points, make_image
+from pipelines import connect, control_points
+from vtk_fixtures import FAST, add_array, make_image
 
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
 from vtk_mls.vtk import arrays

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from vtk_fixtures import TURNED, TYPES, add_array, make_image, values_of
+from pipelines import values_of
+from vtk_fixtures import TURNED, TYPES, add_array, make_image
 
 from vtk_mls import Sampling
 from vtk_mls.filters import MLSDeform

@@ -8,7 +8,8 @@ from itertools import product
 import numpy as np
 import pytest
 from mesh_fixtures import mixed, rectilinear, sphere, structured
-from vtk_fixtures import add_array, connect, control_points, make_image, update
+from pipelines import connect, control_points, update
+from vtk_fixtures import add_array, make_image
 
 from vtk_mls import Plane
 from vtk_mls.filters import MLSControlPoints, MLSDeform, MLSDisplacementField

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from vtk_fixtures import add_array, connect, control_points, make_image, values_of
+from pipelines import connect, control_points, values_of
+from vtk_fixtures import add_array, make_image
 from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
 from vtkmodules.vtkCommonCore import VTK_UNSIGNED_CHAR
 from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline

@@ -7,7 +7,8 @@ import mesh_fixtures
 import numpy as np
 import pytest
 from mesh_fixtures import array_of, cells, set_places
-from vtk_fixtures import DEFORMED, REST, add_array, connect, control_points, make_image, update
+from pipelines import connect, control_points, update
+from vtk_fixtures import DEFORMED, REST, add_array, make_image
 from vtkmodules.vtkCommonDataModel import (
     VTK_HEXAHEDRON,
     VTK_TETRA,

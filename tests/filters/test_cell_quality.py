@@ -16,7 +16,8 @@ from mesh_fixtures import (
     sphere,
     structured,
 )
-from vtk_fixtures import REST, control_points, update
+from pipelines import control_points, update
+from vtk_fixtures import REST
 from vtkmodules.vtkCommonDataModel import (
     VTK_EMPTY_CELL,
     VTK_HEXAHEDRON,

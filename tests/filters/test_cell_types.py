@@ -19,7 +19,8 @@ from mesh_fixtures import (
     set_places,
     sizes,
 )
-from vtk_fixtures import REST, TURNED, TYPES, add_array, control_points, update
+from pipelines import control_points, update
+from vtk_fixtures import REST, TURNED, TYPES, add_array
 from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_ID_TYPE, vtkIdList, vtkPoints
 from vtkmodules.vtkCommonDataModel import (
     VTK_EMPTY_CELL,

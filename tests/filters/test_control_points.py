@@ -1,7 +1,7 @@
 """MLSControlPoints makes the polydata that the other filters read."""
 
 import numpy as np
-from vtk_fixtures import update
+from pipelines import update
 
 from vtk_mls.filters import MLSControlPoints
 from vtk_mls.vtk import arrays

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from vtk_fixtures import FAST, add_array, connect, control_points, make_image, update, values_of
+from pipelines import connect, control_points, update, values_of
+from vtk_fixtures import FAST, add_array, make_image
 
 from vtk_mls import CUT_FRAMES, Deformation, HalfPlane, Plane, Sampling
 from vtk_mls.filters import MLSDeform, MLSDisplacementField

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 from opened_images import APART, BOTH, HALF, REST, grid_of, numbers_of, scene, set_half_plane
-from vtk_fixtures import TURNED, add_array, connect, control_points, make_image, update
+from pipelines import connect, control_points, update
+from vtk_fixtures import TURNED, add_array, make_image
 
 from vtk_mls import Deformation, HalfPlane
 from vtk_mls.filters import MLSDeform

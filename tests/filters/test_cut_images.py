@@ -5,16 +5,8 @@ import tracemalloc
 import numpy as np
 import pytest
 from opened_images import APART, BOTH, HALF, REST, grid_of, numbers_of, scene, set_half_plane
-from vtk_fixtures import (
-    FAST,
-    Executions,
-    add_array,
-    connect,
-    control_points,
-    make_image,
-    update,
-    values_of,
-)
+from pipelines import Executions, connect, control_points, update, values_of
+from vtk_fixtures import FAST, add_array, make_image
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkMultiBlockDataSet, vtkPlane, vtkPolyData
 from vtkmodules.vtkCommonExecutionModel import vtkTrivialProducer

@@ -6,7 +6,8 @@ import mesh_fixtures
 import numpy as np
 import pytest
 from mesh_fixtures import CUTS, MESHES, OPENED, as_grid, cells, count, places_of
-from vtk_fixtures import add_array, control_points, update
+from pipelines import control_points, update
+from vtk_fixtures import add_array
 from vtkmodules.vtkCommonDataModel import VTK_TETRA, vtkCellArray, vtkDataSetAttributes
 from vtkmodules.vtkCommonTransforms import vtkTransform
 from vtkmodules.vtkFiltersGeneral import vtkTransformFilter

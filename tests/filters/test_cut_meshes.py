@@ -27,7 +27,8 @@ from mesh_fixtures import (
     split,
 )
 from pairwise import paired
-from vtk_fixtures import REST, add_array, control_points, update
+from pipelines import control_points, update
+from vtk_fixtures import REST, add_array
 from vtkmodules.vtkCommonCore import vtkVersion
 from vtkmodules.vtkCommonDataModel import (
     VTK_BEZIER_WEDGE,

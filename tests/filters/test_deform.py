@@ -2,21 +2,9 @@
 
 import numpy as np
 import pytest
+from pipelines import Executions, connect, control_points, update, values_of
 from smooth_images import PLACES, assert_holds, expected, smooth_image
-from vtk_fixtures import (
-    DEFORMED,
-    FAST,
-    REST,
-    TURNED,
-    TYPES,
-    Executions,
-    add_array,
-    connect,
-    control_points,
-    make_image,
-    update,
-    values_of,
-)
+from vtk_fixtures import DEFORMED, FAST, REST, TURNED, TYPES, add_array, make_image
 from vtkmodules.vtkCommonCore import vtkStringArray
 from vtkmodules.vtkCommonDataModel import vtkDataSetAttributes
 

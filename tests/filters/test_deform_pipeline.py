@@ -4,20 +4,9 @@ import gc
 
 import numpy as np
 import pytest
+from pipelines import Executions, connect, control_points, update, values_of
 from smooth_images import PLACES, assert_holds, expected, smooth_image
-from vtk_fixtures import (
-    DEFORMED,
-    FAST,
-    REST,
-    TURNED,
-    Executions,
-    add_array,
-    connect,
-    control_points,
-    make_image,
-    update,
-    values_of,
-)
+from vtk_fixtures import DEFORMED, FAST, REST, TURNED, add_array, make_image
 from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkDataSetAttributes, vtkMultiBlockDataSet
 from vtkmodules.vtkCommonExecutionModel import vtkTrivialProducer
 from vtkmodules.vtkImagingCore import vtkRTAnalyticSource

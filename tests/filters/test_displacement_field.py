@@ -2,18 +2,9 @@
 
 import numpy as np
 import pytest
+from pipelines import Executions, connect, control_points, update, values_of
 from smooth_images import PLACES, smooth_image
-from vtk_fixtures import (
-    DEFORMED,
-    REST,
-    Executions,
-    add_array,
-    connect,
-    control_points,
-    make_image,
-    update,
-    values_of,
-)
+from vtk_fixtures import DEFORMED, REST, add_array, make_image
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkFiltersHybrid import vtkGridTransform

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 from mesh_fixtures import deforming, explicit_structured
-from vtk_fixtures import DEFORMED, REST, Executions, add_array, connect, control_points, update
+from pipelines import Executions, connect, control_points, update
+from vtk_fixtures import DEFORMED, REST, add_array
 from vtkmodules.util.misc import calldata_type
 from vtkmodules.vtkCommonCore import VTK_STRING, vtkObject, vtkPoints
 from vtkmodules.vtkCommonDataModel import (

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 from mesh_fixtures import CUTS, cells, deforming
-from vtk_fixtures import FAST, add_array, connect, control_points, make_image, update
+from pipelines import connect, control_points, update
+from vtk_fixtures import FAST, add_array, make_image
 from vtkmodules.vtkCommonCore import VTK_FLOAT
 from vtkmodules.vtkCommonDataModel import VTK_TETRA, vtkMultiBlockDataSet
 

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 from handle_surfaces import ball, displaced, joined, moved, polyline, positions, transform, volume
-from vtk_fixtures import FAST, add_array, update
+from pipelines import update
+from vtk_fixtures import FAST, add_array
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import VTK_TETRA, vtkCellArray, vtkMultiBlockDataSet, vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkAppendFilter, vtkDelaunay3D

@@ -5,17 +5,8 @@ from functools import partial
 import numpy as np
 import pytest
 from mesh_fixtures import CUTS, HIGH, LOW, array_of, cells, count, places_of, rectilinear, sphere
-from vtk_fixtures import (
-    DEFORMED,
-    FAST,
-    REST,
-    add_array,
-    connect,
-    control_points,
-    make_image,
-    update,
-    values_of,
-)
+from pipelines import connect, control_points, update, values_of
+from vtk_fixtures import DEFORMED, FAST, REST, add_array, make_image
 from vtkmodules.vtkCommonDataModel import VTK_TETRA
 from vtkmodules.vtkFiltersCore import vtkPolyDataNormals, vtkProbeFilter
 

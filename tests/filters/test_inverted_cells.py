@@ -16,7 +16,8 @@ from mesh_fixtures import (
     sphere,
     structured,
 )
-from vtk_fixtures import REST, add_array, control_points, update
+from pipelines import control_points, update
+from vtk_fixtures import REST, add_array
 from vtkmodules.vtkCommonCore import VTK_UNSIGNED_CHAR
 from vtkmodules.vtkCommonDataModel import (
     VTK_HEXAGONAL_PRISM,

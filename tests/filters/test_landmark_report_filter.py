@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from vtk_fixtures import FAST, control_points, update
+from pipelines import control_points, update
+from vtk_fixtures import FAST
 from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet, vtkPolyData
 
 from vtk_mls.filters import MLSLandmarkReport

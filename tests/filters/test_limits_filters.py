@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from vtk_fixtures import DEFORMED, FAST, REST, add_array, connect, control_points, update, values_of
+from pipelines import connect, control_points, update, values_of
+from vtk_fixtures import DEFORMED, FAST, REST, add_array
 from vtkmodules.vtkCommonCore import VTK_FLOAT, VTK_UNSIGNED_SHORT
 from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPolyData
 from vtkmodules.vtkImagingCore import vtkRTAnalyticSource

@@ -21,7 +21,8 @@ from mesh_fixtures import (
     sphere,
     structured,
 )
-from vtk_fixtures import DEFORMED, REST, add_array, control_points, make_image, update
+from pipelines import control_points, update
+from vtk_fixtures import DEFORMED, REST, add_array, make_image
 from vtkmodules.vtkCommonCore import VTK_FLOAT
 from vtkmodules.vtkCommonDataModel import (
     VTK_HEXAHEDRON,

@@ -2,18 +2,8 @@
 
 import numpy as np
 import pytest
-from vtk_fixtures import (
-    DEFORMED,
-    FAST,
-    REST,
-    Executions,
-    add_array,
-    connect,
-    control_points,
-    make_image,
-    update,
-    values_of,
-)
+from pipelines import Executions, connect, control_points, update, values_of
+from vtk_fixtures import DEFORMED, FAST, REST, add_array, make_image
 
 from vtk_mls import KINDS
 from vtk_mls.filters import MLSDeform, MLSDisplacementField

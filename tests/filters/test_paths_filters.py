@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from vtk_fixtures import FAST, add_array, connect, make_image, update
+from pipelines import connect, update
+from vtk_fixtures import FAST, add_array, make_image
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 

@@ -4,17 +4,8 @@ points and cuts of several processes."""
 import numpy as np
 import pytest
 from pairwise import paired
-from vtk_fixtures import (
-    DEFORMED,
-    FAST,
-    REST,
-    TURNED,
-    add_array,
-    connect,
-    control_points,
-    make_image,
-    update,
-)
+from pipelines import connect, control_points, update
+from vtk_fixtures import DEFORMED, FAST, REST, TURNED, add_array, make_image
 from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
 from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPolyData
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandDrivenPipeline

@@ -2,19 +2,9 @@
 
 import numpy as np
 import pytest
+from pipelines import Executions, connect, control_points, update, values_of
 from smooth_images import PLACES, assert_holds, expected, smooth_image
-from vtk_fixtures import (
-    DEFORMED,
-    FAST,
-    REST,
-    TURNED,
-    Executions,
-    connect,
-    control_points,
-    make_image,
-    update,
-    values_of,
-)
+from vtk_fixtures import DEFORMED, FAST, REST, TURNED, make_image
 from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkImageData, vtkMultiBlockDataSet
 from vtkmodules.vtkCommonExecutionModel import vtkTrivialProducer
 from vtkmodules.vtkFiltersSources import vtkSphereSource

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 from control_point_sets import DEVICES
-from vtk_fixtures import add_array, connect, make_image, update, values_of
+from pipelines import connect, update, values_of
+from vtk_fixtures import add_array, make_image
 from vtkmodules.vtkCommonCore import VTK_FLOAT, VTK_SHORT
 
 from vtk_mls import Deformation, Grid, Sampling

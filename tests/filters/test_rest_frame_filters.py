@@ -3,16 +3,8 @@
 import numpy as np
 import pytest
 from mesh_fixtures import CUTS, MESHES, array_of, as_grid, deforming, places_of, sizes, split
-from vtk_fixtures import (
-    FAST,
-    REST,
-    add_array,
-    connect,
-    control_points,
-    make_image,
-    update,
-    values_of,
-)
+from pipelines import connect, control_points, update, values_of
+from vtk_fixtures import FAST, REST, add_array, make_image
 
 from vtk_mls import Deformation, Grid, HalfPlane, Plane, Sampling, Surface
 from vtk_mls.base.linear_algebra import unit

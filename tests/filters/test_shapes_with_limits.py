@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from mesh_fixtures import places_of, set_places
-from vtk_fixtures import ball, update
+from pipelines import ball, update
 from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPointSet
 
 from vtk_mls import (

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from vtk_fixtures import FAST, add_array, connect, control_points, make_image, update
+from pipelines import connect, control_points, update
+from vtk_fixtures import FAST, add_array, make_image
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import VTK_TETRA
 from vtkmodules.vtkFiltersCore import vtkProbeFilter

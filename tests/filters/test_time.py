@@ -6,7 +6,8 @@ import itertools
 
 import numpy as np
 import pytest
-from vtk_fixtures import FAST, make_image, values_of
+from pipelines import values_of
+from vtk_fixtures import FAST, make_image
 from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
 from vtkmodules.vtkCommonDataModel import (
     vtkDataObject,

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from vtk_fixtures import FAST, connect, control_points, make_image
+from pipelines import connect, control_points
+from vtk_fixtures import FAST, make_image
 
 from vtk_mls import Deformation, HalfPlane
 from vtk_mls.filters import MLSDeform

@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from vtk_fixtures import FAST, add_array, make_image, update, values_of
+from pipelines import update, values_of
+from vtk_fixtures import FAST, add_array, make_image
 from vtkmodules.vtkCommonTransforms import vtkGeneralTransform, vtkTransform
 from vtkmodules.vtkFiltersGeneral import vtkTransformFilter
 from vtkmodules.vtkFiltersSources import vtkSphereSource

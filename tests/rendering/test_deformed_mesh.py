@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from mesh_fixtures import CUTS, FAST, MESHES, OPENED, REST, array_of, deforming, places_of, sphere
 from pairwise import paired
-from vtk_fixtures import add_array, ball, control_points, update
+from pipelines import ball, control_points, update
+from vtk_fixtures import add_array
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet, vtkPolyData, vtkUnstructuredGrid
 from vtkmodules.vtkFiltersCore import vtkPolyDataNormals

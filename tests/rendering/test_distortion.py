@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from drawing import MIDDLE, SIZE, Scene, drawn_volume, image_of, volume_of
 from mesh_fixtures import array_of
-from vtk_fixtures import FAST, ball
+from pipelines import ball
+from vtk_fixtures import FAST
 from vtkmodules.vtkFiltersSources import vtkPlaneSource
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from drawing import MIDDLE, SIZE, Scene, image_of, volume_of
+from pipelines import update
 from test_deformed_volume import CUTS, REST
-from vtk_fixtures import FAST, update
+from vtk_fixtures import FAST
 from vtkmodules.vtkCommonDataModel import vtkPiecewiseFunction
 from vtkmodules.vtkFiltersCore import vtkContourFilter
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper

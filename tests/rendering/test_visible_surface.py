@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from drawing import MIDDLE, PIXELS, SIZE, Scene, image_of, volume_of
-from vtk_fixtures import ball
+from pipelines import ball
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
 from vtk_mls import Deformation, Grid
