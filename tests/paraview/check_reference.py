@@ -46,7 +46,7 @@ assert np.ptp(values) > 50
 with output_messages() as text:
     deform.Reference = wave
     data(deform)
-assert text[0].count("nothing of `Input` arrives on the grid of `Reference`") == 1, text[0]
+assert text[0].count("nothing of the input arrives on the grid of the reference") == 1, text[0]
 assert "Traceback" not in text[0]
 
 # A state has the reference; without it the grid is that of the input again.

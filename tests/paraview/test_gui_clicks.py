@@ -118,5 +118,5 @@ def test_open_has_our_reader_selected(gui):
     gui.until("simple.GetActiveSource() != wavelet")
     assert gui.value("simple.GetActiveSource().SMProxy.GetXMLName()") == "MLSImageReader"
     gui.run("image = simple.FindSource('ras.nrrd'); image.UpdatePipeline()")
-    bounds = gui.value("list(read.GetDataInformation().GetBounds())")
+    bounds = gui.value("list(image.GetDataInformation().GetBounds())")
     assert bounds == [-6, -3, -7, -4, 5, 8]

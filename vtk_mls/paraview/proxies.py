@@ -40,11 +40,11 @@ class _Recovers:
         time = self.GetExecutive().GetPipelineMTime()
         return self._failure is not None and self._failure[0] == time
 
-    def _fail(self, out_info, text):
+    def _fail(self, out_info, error):
         self._empty(out_info)
-        failure = self.GetExecutive().GetPipelineMTime(), text
+        failure = self.GetExecutive().GetPipelineMTime(), str(error)
         if failure != self._failure and not any(map(_has_failed, producers(self))):
-            self._report(text)
+            self._report(error)
         self._failure = failure
         return 1
 
