@@ -7,16 +7,13 @@ from pathlib import Path
 
 import numpy as np
 from vtkmodules.vtkInteractionStyle import vtkInteractorStyleTrackballCamera
-from vtkmodules.vtkIOImage import vtkPNGWriter
-from vtkmodules.vtkRenderingCore import (
-    vtkRenderWindow,
-    vtkRenderWindowInteractor,
-    vtkWindowToImageFilter,
-)
+from vtkmodules.vtkRenderingCore import vtkRenderWindow, vtkRenderWindowInteractor
 
 from vtk_mls import HalfPlane, io
 from vtk_mls.commands import demo
 from vtk_mls.editor import Editor
+from vtk_mls.editor.saving import picture_of
+from vtk_mls.files import vtk_io
 
 SIZE = 1280, 860
 
@@ -49,10 +46,4 @@ editor.select(right)
 editor.hover(int(right[0]))
 editor.scene.set_coarseness(1)
 window.Render()
-grab, writer = vtkWindowToImageFilter(), vtkPNGWriter()
-grab.SetInput(window)
-grab.ReadFrontBufferOff()
-grab.ShouldRerenderOff()
-writer.SetInputConnection(grab.GetOutputPort())
-writer.SetFileName(str(Path(__file__).with_name("editor.png")))
-writer.Write()
+vtk_io.write_png(picture_of(window), Path(__file__).with_name("editor.png"))

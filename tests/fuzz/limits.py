@@ -21,22 +21,7 @@ from vtkmodules.vtkCommonDataModel import (
 )
 from vtkmodules.vtkFiltersSources import vtkCellTypeSource, vtkRandomHyperTreeGridSource
 
-from vtk_mls import (
-    Ball,
-    BallMask,
-    BoxMask,
-    Capsule,
-    CurveHandle,
-    Deformation,
-    FixedFace,
-    Grid,
-    ImageMask,
-    Labels,
-    Plane,
-    RegionHandle,
-    SlidingFace,
-    Solid,
-)
+import vtk_mls
 from vtk_mls.files.block_files import leaves
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
 from vtk_mls.vtk import arrays
@@ -92,7 +77,7 @@ def check_limits(rng, device):
     assert all(line.startswith("Warning: MLS") for line in said), f"{said[:2]}: {case}"
     assert all(any(words in line for words in _SAID) for line in said), f"{said[:2]}: {case}"
     assert done, f"failed: {case}"
-    truth = Deformation(
+    truth = vtk_mls.Deformation(
         rest, deformed, handles=handles, mask=mask, constraints=faces, device="reference"
     )
     for is_done, other in results:
@@ -209,40 +194,42 @@ def _handle(scene):
     rng, (a, b), size = scene.rng, scene.places(2), scene.size * scene.rng.uniform(0.05, 0.2)
     kind = rng.choice(5, p=[0.25, 0.25, 0.2, 0.05, 0.25])  # a Solid takes a second
     if kind == 0:
-        return CurveHandle([a, b], np.array([a, b]) + rng.normal(0, 0.05 * scene.size, (2, 3)))
+        return vtk_mls.CurveHandle(
+            [a, b], np.array([a, b]) + rng.normal(0, 0.05 * scene.size, (2, 3))
+        )
     if kind == 1:
-        shape = Ball(a, size)
+        shape = vtk_mls.Ball(a, size)
     elif kind == 2:
-        shape = Capsule(a, b, size)
+        shape = vtk_mls.Capsule(a, b, size)
     elif kind == 3:
-        shape = Solid(a + size * np.vstack([np.zeros(3), np.eye(3)]), _TETRAHEDRON)
+        shape = vtk_mls.Solid(a + size * np.vstack([np.zeros(3), np.eye(3)]), _TETRAHEDRON)
     else:
         mask = rng.random((4, 3, 2)) < 0.4
         mask[rng.integers(4), 0, 0] = True
-        shape = Labels(mask, Grid((2, 3, 4), a, [size / 2] * 3))
+        shape = vtk_mls.Labels(mask, vtk_mls.Grid((2, 3, 4), a, [size / 2] * 3))
     turn, _ = np.linalg.qr(np.eye(3) + rng.normal(0, 0.2, (3, 3)))
     turn *= np.sign(np.diagonal(turn))
     motion = np.eye(4)
     motion[:3, :3] = turn if np.linalg.det(turn) > 0 else np.eye(3)
     motion[:3, 3] = a - motion[:3, :3] @ a + rng.normal(0, 0.05 * scene.size, 3)
-    return RegionHandle(shape, motion)
+    return vtk_mls.RegionHandle(shape, motion)
 
 
 def _mask(scene):
     rng, (low, high), size = scene.rng, np.sort(scene.places(2), axis=0), scene.size
     kind = rng.integers(4)
     if kind == 0:
-        return BallMask(low, size * rng.uniform(0.1, 1), size * rng.uniform(0.3, 1))
+        return vtk_mls.BallMask(low, size * rng.uniform(0.1, 1), size * rng.uniform(0.3, 1))
     if kind == 1:
-        return BoxMask(low, high, size * rng.uniform(0.3, 1))
+        return vtk_mls.BoxMask(low, high, size * rng.uniform(0.3, 1))
     if kind == 2:
-        grid = Grid((3, 2, 4), scene.low, [size / 2, size, size / 3])
-        return ImageMask(rng.uniform(0.7, 1, grid.shape), grid)  # gentle: few folds
+        grid = vtk_mls.Grid((3, 2, 4), scene.low, [size / 2, size, size / 3])
+        return vtk_mls.ImageMask(rng.uniform(0.7, 1, grid.shape), grid)  # gentle: few folds
     return None
 
 
 def _face(scene):
     rng = scene.rng
-    plane = Plane(scene.places(1)[0], rng.normal(size=3))
-    kind = FixedFace if rng.random() < 0.5 else SlidingFace
+    plane = vtk_mls.Plane(scene.places(1)[0], rng.normal(size=3))
+    kind = vtk_mls.FixedFace if rng.random() < 0.5 else vtk_mls.SlidingFace
     return kind(plane, scene.size * rng.uniform(0.3, 1))
