@@ -9,8 +9,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from control_point_sets import KINDS_AND_DEGREES
+from control_point_sets import DEVICES, KINDS_AND_DEGREES
 from pairwise import few_with_each_value
+
+from vtk_mls.engine import dispatch, opencl_engine
 
 _FEW_CASES = {}  # cases that run and all cases, by test
 
@@ -23,6 +25,16 @@ def kind_and_degree(request):
 @pytest.fixture
 def rng():
     return np.random.default_rng(20240229)
+
+
+@pytest.fixture
+def device_memory(monkeypatch):
+    """The memory of a device that does not work in the host's."""
+    memory = opencl_engine.on(dispatch.choose(DEVICES[0])).memory
+    memory._resident.clear()
+    monkeypatch.setattr(memory, "in_place", False)
+    yield memory
+    memory._resident.clear()
 
 
 @pytest.hookimpl(tryfirst=True)

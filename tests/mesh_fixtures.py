@@ -28,7 +28,7 @@ from vtkmodules.vtkFiltersCore import (
 )
 from vtkmodules.vtkFiltersGeneral import vtkTransformFilter
 from vtkmodules.vtkFiltersSources import vtkCellTypeSource, vtkSphereSource
-from vtkmodules.vtkFiltersVerdict import vtkCellSizeFilter
+from vtkmodules.vtkFiltersVerdict import vtkCellSizeFilter, vtkMeshQuality
 
 from vtk_mls import Deformation, HalfPlane, Plane, Surface
 from vtk_mls.filters import MLSDeform
@@ -215,6 +215,16 @@ def deforming(mesh, handles=None, device=FAST, cut=None, **properties):
 
 def array_of(dataset, name, data="Point"):
     return arrays.to_numpy(getattr(dataset, f"Get{data}Data")().GetArray(name))
+
+
+def scaled_jacobians_of(mesh):
+    """The quality of cells, by VTK."""
+    quality = vtkMeshQuality()
+    quality.SetInputData(mesh)
+    for name in ("Triangle", "Quad", "Tet", "Hex", "Wedge", "Pyramid"):
+        getattr(quality, f"Set{name}QualityMeasureToScaledJacobian")()
+    quality.Update()
+    return array_of(quality.GetOutput(), "Quality", "Cell")
 
 
 def count(dataset, name):

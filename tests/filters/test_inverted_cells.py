@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from mesh_fixtures import (
     QUADRATIC,
-    array_of,
     cells,
     count,
     deforming,
@@ -12,6 +11,7 @@ from mesh_fixtures import (
     places_of,
     polyhedra,
     rectilinear,
+    scaled_jacobians_of,
     set_places,
     sphere,
     structured,
@@ -35,7 +35,6 @@ from vtkmodules.vtkCommonDataModel import (
     vtkStructuredGrid,
     vtkUnstructuredGrid,
 )
-from vtkmodules.vtkFiltersVerdict import vtkMeshQuality
 
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.orientation import _find_faces_in_stream, _structured, count_inverted
@@ -76,24 +75,13 @@ def solid(kind):
     return prisms(kind) if kind in (VTK_PENTAGONAL_PRISM, VTK_HEXAGONAL_PRISM) else cells(kind, 6)
 
 
-def scaled_jacobians(grid):
-    quality = vtkMeshQuality()
-    quality.SetInputData(grid)
-    quality.SetHexQualityMeasureToScaledJacobian()
-    quality.SetTetQualityMeasureToScaledJacobian()
-    quality.SetQuadQualityMeasureToArea()
-    quality.SetTriangleQualityMeasureToArea()
-    quality.Update()
-    return array_of(quality.GetOutput(), "Quality", "Cell")
-
-
 @pytest.mark.parametrize("push", [0.3, 2.5, 4.0])
 @pytest.mark.parametrize("kind", [VTK_TETRA, VTK_HEXAHEDRON])
 def test_bad_cells_are_those_of_vtk(kind, push):
     output, inverted, unchecked = judged(cells(kind, 14), pinch(push))
     # cells of vtkCellTypeSource may be inside out at rest
-    rest = np.sign(scaled_jacobians(cells(kind, 14)))
-    assert inverted == (scaled_jacobians(output) * rest <= 0).sum()
+    rest = np.sign(scaled_jacobians_of(cells(kind, 14)))
+    assert inverted == (scaled_jacobians_of(output) * rest <= 0).sum()
     assert unchecked == 0
     assert (inverted > 0) == (push > 1)
 

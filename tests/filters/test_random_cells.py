@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from mesh_fixtures import array_of, cells, places_of, set_places
+from mesh_fixtures import cells, places_of, scaled_jacobians_of, set_places
 from vtkmodules.vtkCommonCore import vtkIdList
 from vtkmodules.vtkCommonDataModel import (
     VTK_HEXAGONAL_PRISM,
@@ -22,7 +22,6 @@ from vtkmodules.vtkCommonDataModel import (
     vtkStructuredGrid,
     vtkUnstructuredGrid,
 )
-from vtkmodules.vtkFiltersVerdict import vtkMeshQuality
 
 from vtk_mls.vtk.orientation import count_inverted
 
@@ -100,15 +99,6 @@ def assert_inverted(grid, before, after, expected):
     assert 0 < expected.sum() < len(expected)
 
 
-def scaled_jacobians(grid):
-    quality = vtkMeshQuality()
-    quality.SetInputData(grid)
-    for name in ("Triangle", "Quad", "Tet", "Hex", "Wedge", "Pyramid"):
-        getattr(quality, f"Set{name}QualityMeasureToScaledJacobian")()
-    quality.Update()
-    return array_of(quality.GetOutput(), "Quality", "Cell")
-
-
 def at_simple_corners(kind, corners):
     """The least scaled Jacobian of the tetrahedra at the corners with three of VTK's edges."""
     cell = grid_of(kind, corners[:1]).GetCell(0)
@@ -116,8 +106,8 @@ def at_simple_corners(kind, corners):
     least = np.full(len(corners), np.inf)
     for corner in range(corners.shape[1]):
         ends = [sum(edge) - corner for edge in edges if corner in edge]
-        quality = scaled_jacobians(grid_of(VTK_TETRA, corners[:, [corner, *ends]]))
-        rest = scaled_jacobians(grid_of(VTK_TETRA, CORNERS[kind][None, [corner, *ends]]))
+        quality = scaled_jacobians_of(grid_of(VTK_TETRA, corners[:, [corner, *ends]]))
+        rest = scaled_jacobians_of(grid_of(VTK_TETRA, CORNERS[kind][None, [corner, *ends]]))
         least = np.minimum(least, quality * np.sign(rest))
     return least
 
@@ -135,9 +125,9 @@ def deformed(kind, rng, spread):
 @pytest.mark.parametrize("kind", [VTK_TETRA, VTK_HEXAHEDRON, VTK_WEDGE, VTK_PYRAMID])
 def test_solid_cells_by_the_scaled_jacobian(kind, spread, rng):
     rest, moved = deformed(kind, rng, spread)
-    expected = scaled_jacobians(grid_of(kind, moved)) <= 0
+    expected = scaled_jacobians_of(grid_of(kind, moved)) <= 0
     assert_inverted(grid_of(kind, moved), rest, moved, expected)
-    assert (scaled_jacobians(grid_of(kind, rest)) > 0).all()
+    assert (scaled_jacobians_of(grid_of(kind, rest)) > 0).all()
     if kind == VTK_HEXAHEDRON:
         voxels = [x[:, VOXEL_ORDER] for x in (rest, moved)]
         assert_inverted(grid_of(VTK_VOXEL, voxels[1]), *voxels, expected)
@@ -155,14 +145,14 @@ def test_prisms_by_the_scaled_jacobian_at_their_corners(kind, rng):
 def test_polyhedra_are_judged_as_the_same_cells(kind, rng):
     rest, moved = deformed(kind, rng, 0.4)
     grid = grid_of(kind, moved)
-    assert_inverted(as_polyhedra(grid), rest, moved, scaled_jacobians(grid) <= 0)
+    assert_inverted(as_polyhedra(grid), rest, moved, scaled_jacobians_of(grid) <= 0)
 
 
 def test_polyhedra_with_four_edges_at_a_corner(rng):
     """Pyramids: the tip is looked at, too."""
     rest, moved = deformed(VTK_PYRAMID, rng, 0.3)
     grid = grid_of(VTK_PYRAMID, moved)
-    at_base = scaled_jacobians(grid) <= 0
+    at_base = scaled_jacobians_of(grid) <= 0
     edges = moved - moved.mean(axis=1, keepdims=True)
     sides = [edges[:, [i, (i + 1) % 4, 4]] for i in range(4)]
     at_tip = np.min([np.linalg.det(side) for side in sides], axis=0) <= 0
@@ -174,7 +164,7 @@ def test_quads_by_the_scaled_jacobian_and_their_side(kind, rng):
     """VTK's measure tells whether they are concave, the area whether they are turned over."""
     rest, moved = deformed(kind, rng, 0.4)
     quads = moved if kind == VTK_QUAD else moved[:, VOXEL_ORDER[:4]]
-    expected = (scaled_jacobians(grid_of(VTK_QUAD, quads)) <= 0) | (areas(quads) <= 0)
+    expected = (scaled_jacobians_of(grid_of(VTK_QUAD, quads)) <= 0) | (areas(quads) <= 0)
     assert_inverted(grid_of(kind, moved), rest, moved, expected)
 
 
@@ -204,7 +194,7 @@ def test_structured_grids_by_the_scaled_jacobian(extent, rng):
     rest = np.stack([x, y, z], axis=-1).reshape(-1, 3)
     moved = rest + rng.normal(0, 0.2, rest.shape)
     set_places(grid, moved)
-    expected = (scaled_jacobians(grid) <= 0).sum()
+    expected = (scaled_jacobians_of(grid) <= 0).sum()
     jacobian = np.broadcast_to(np.eye(3), (len(rest), 3, 3))
     assert count_inverted(grid, rest, moved, jacobian) == (expected, 0)
     assert 0 < expected < grid.GetNumberOfCells()
@@ -214,10 +204,10 @@ def test_cells_that_were_inside_out_keep_their_side(rng):
     """Cells of vtkCellTypeSource. Some have a negative scaled Jacobian at rest."""
     grid = cells(VTK_TETRA, 5)
     before = places_of(grid).copy()
-    rest = scaled_jacobians(grid)
+    rest = scaled_jacobians_of(grid)
     after = before + rng.normal(0, 0.4, before.shape)
     set_places(grid, after)
-    expected = (scaled_jacobians(grid) * np.sign(rest) <= 0).sum()
+    expected = (scaled_jacobians_of(grid) * np.sign(rest) <= 0).sum()
     jacobian = np.broadcast_to(np.eye(3), (len(before), 3, 3))
     assert count_inverted(grid, before, after, jacobian) == (expected, 0)
     assert expected > 0

@@ -8,8 +8,6 @@ from vtk_fixtures import add_array, make_image
 from vtkmodules.vtkCommonCore import VTK_FLOAT, VTK_SHORT
 
 from vtk_mls import Deformation, Grid, Sampling
-from vtk_mls.engine import dispatch
-from vtk_mls.engine import opencl_engine as engine
 from vtk_mls.filters import MLSControlPoints, MLSDeform
 
 pytestmark = pytest.mark.skipif(not DEVICES, reason="no OpenCL device that computes right")
@@ -18,17 +16,7 @@ HANDLES = [(1, 2, 3), (7, 6, 5)], [(1.5, 2, 3), (7, 5.5, 5)]
 
 
 @pytest.fixture
-def memory(monkeypatch):
-    """The memory of a device that does not work in the host's."""
-    memory = engine.on(dispatch.choose(DEVICES[0])).memory
-    memory._resident.clear()
-    monkeypatch.setattr(memory, "in_place", False)
-    yield memory
-    memory._resident.clear()
-
-
-@pytest.fixture
-def uploads(memory, monkeypatch):
+def uploads(device_memory, monkeypatch):
     """Sizes of the arrays of images that went to the device."""
     sizes = []
 
@@ -41,7 +29,7 @@ def uploads(memory, monkeypatch):
         return note
 
     for name in ("input_buffer", "constant"):
-        monkeypatch.setattr(memory, name, noted(getattr(memory, name)))
+        monkeypatch.setattr(device_memory, name, noted(getattr(device_memory, name)))
     return sizes
 
 
@@ -97,15 +85,15 @@ def test_what_is_written_into_an_array_is_uploaded(who_tells, uploads):
     assert not np.array_equal(values_of(deform.GetOutput(), "values"), before)
 
 
-def test_arrays_that_are_not_used_make_room(memory, monkeypatch, rng):
+def test_arrays_that_are_not_used_make_room(device_memory, monkeypatch, rng):
     deformation = Deformation(*HANDLES, device=DEVICES[0])
     images = [rng.normal(size=GRID.shape).astype(np.float32) for _ in range(4)]
-    monkeypatch.setattr(memory, "limit", 2 * 2.5 * images[0].nbytes)
+    monkeypatch.setattr(device_memory, "limit", 2 * 2.5 * images[0].nbytes)
     expected = [deformation.resample([image], GRID)[0] for image in images]
-    assert not memory._resident
+    assert not device_memory._resident
     for _ in range(2):
         for version, image in enumerate(images):
             (found,) = deformation.resample([image], Sampling(GRID, versions=[version]))
             np.testing.assert_array_equal(found, expected[version])
-            assert len(memory._resident) <= 2
-    assert {version for version, *_ in memory._resident} == {2, 3}
+            assert len(device_memory._resident) <= 2
+    assert {version for version, *_ in device_memory._resident} == {2, 3}

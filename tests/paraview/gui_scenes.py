@@ -26,14 +26,20 @@ from paraview.modules.vtkRemotingSettings import vtkPVGeneralSettings
 simple.LoadPlugin("paraview_plugin/vtk_mls_plugin.py", ns=vars(simple))
 settings = vtkPVGeneralSettings.GetInstance()
 """
-WAVELET = """
-wavelet = simple.Wavelet()
-wavelet.UpdatePipeline()
-simple.Show(wavelet, view)
+
+
+def _shown(name, source):
+    return f"""
+{name} = {source}
+{name}.UpdatePipeline()
+simple.Show({name}, view)
 view.ResetCamera()
 simple.Render(view)
-simple.SetActiveSource(wavelet)
+simple.SetActiveSource({name})
 """
+
+
+WAVELET = _shown("wavelet", "simple.Wavelet()")
 VALUES = "volume = values(wavelet).copy()\n"
 SETUP = LOAD + WAVELET + VALUES
 AS_VOLUME = """
@@ -45,15 +51,8 @@ LIVE = f"""{AS_VOLUME}
 from vtk_mls.rendering import DeformedVolume
 record_updates(DeformedVolume)
 """
-BALL = """
-simple.Delete(wavelet)
-ball = simple.Sphere(Radius=10, ThetaResolution=90, PhiResolution=90)
-ball.UpdatePipeline()
-simple.Show(ball, view)
-view.ResetCamera()
-simple.SetActiveSource(ball)
-simple.Render(view)
-"""
+_SPHERE = "simple.Sphere(Radius=10, ThetaResolution=90, PhiResolution=90)"
+BALL = f"simple.Delete(wavelet){_shown('ball', _SPHERE)}"
 BRAIN = "file = simple.GetActiveSource(); volume = values(file).copy()\n"
 
 

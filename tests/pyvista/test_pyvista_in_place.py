@@ -9,14 +9,15 @@ import pytest
 from control_point_sets import DEVICES
 
 from vtk_mls import Deformation, Grid, Plane
-from vtk_mls.engine import dispatch
-from vtk_mls.engine import opencl_engine as engine
 from vtk_mls.vtk import arrays
 
 pyvista = pytest.importorskip("pyvista", "0.48", reason="PyVista is not installed")
 importlib.import_module("vtk_mls.pyvista")  # registers `mesh.mls`
 
-pytestmark = pytest.mark.skipif(not DEVICES, reason="no OpenCL device that computes right")
+pytestmark = [
+    pytest.mark.skipif(not DEVICES, reason="no OpenCL device that computes right"),
+    pytest.mark.usefixtures("device_memory"),
+]
 REST = np.array([(0, 0, 0), (9, 0, 0), (0, 9, 0), (0, 0, 9)], float)
 DEFORMED = REST + 0.3 * np.eye(4, 3)
 CHANGES = {
@@ -25,16 +26,6 @@ CHANGES = {
     "fill": lambda values: values.fill(7),
     "view": lambda values: np.asarray(values).__setitem__(slice(5, None), 7),
 }
-
-
-@pytest.fixture(autouse=True)
-def memory(monkeypatch):
-    """The memory of a device that does not work in the host's."""
-    memory = engine.on(dispatch.choose(DEVICES[0])).memory
-    memory._resident.clear()
-    monkeypatch.setattr(memory, "in_place", False)
-    yield memory
-    memory._resident.clear()
 
 
 def image():
@@ -68,9 +59,9 @@ def test_values_with_a_gradient():
     np.testing.assert_array_equal(found["Gradient"], 0)
 
 
-def test_no_image_stays_on_the_device(memory):
+def test_no_image_stays_on_the_device(device_memory):
     deformed(image())
-    assert not memory._resident
+    assert not device_memory._resident
 
 
 @pytest.mark.parametrize("cuts", [(), Plane((0.1, 0, 0), (1, 0, 0))], ids=["whole", "cut"])

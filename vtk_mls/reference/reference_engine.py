@@ -21,7 +21,7 @@ from vtk_mls.queries import first_guesses as guesses
 from vtk_mls.queries import vector_fields, void_cells
 from vtk_mls.queries.direct_inverses import direct_inverses
 from vtk_mls.queries.newton import newton
-from vtk_mls.queries.vector_fields import sampled_parts
+from vtk_mls.queries.vector_fields import bounds_of_parts, indices_of_parts, sampled_parts
 from vtk_mls.reference import rest_frame
 from vtk_mls.reference.fit import StepFit, fit_of
 from vtk_mls.reference.weights import EvaluationPoints
@@ -292,14 +292,11 @@ def void_distance_listed(deformation, grid, indices, progress=SILENT):
 
 
 def source_bounds(deformation, sampling, progress=SILENT):
-    bounds = interpolation.NO_BOUNDS
-    for _, index, *_ in _sources(deformation, sampling, progress):
-        bounds = interpolation.joined_bounds(bounds, index, sampling.source.whole)
-    return bounds
+    return bounds_of_parts(_sources(deformation, sampling, progress), sampling)
 
 
 def source_index(deformation, sampling, progress=SILENT):
-    return np.concatenate([index for _, index, *_ in _sources(deformation, sampling, progress)])
+    return indices_of_parts(_sources(deformation, sampling, progress))
 
 
 def _sources(deformation, sampling, progress, with_jacobian=False):

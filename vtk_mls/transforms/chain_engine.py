@@ -7,12 +7,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from vtk_mls.base import interpolation
 from vtk_mls.base.linear_algebra import transformed
 from vtk_mls.base.progress import SILENT
 from vtk_mls.engine.dispatch import engine_for
 from vtk_mls.queries import fields
-from vtk_mls.queries.vector_fields import sampled_parts
+from vtk_mls.queries.vector_fields import bounds_of_parts, indices_of_parts, sampled_parts
 from vtk_mls.reference import reference_engine as reference
 
 NAME = "pointwise (numpy, float64)"
@@ -66,14 +65,11 @@ def void_distance_listed(transform, grid, indices, progress=SILENT):
 
 
 def source_bounds(transform, sampling, progress=SILENT):
-    bounds = interpolation.NO_BOUNDS
-    for _, index, *_ in _sources(transform, sampling, progress):
-        bounds = interpolation.joined_bounds(bounds, index, sampling.source.whole)
-    return bounds
+    return bounds_of_parts(_sources(transform, sampling, progress), sampling)
 
 
 def source_index(transform, sampling, progress=SILENT):
-    return np.concatenate([index for _, index, *_ in _sources(transform, sampling, progress)])
+    return indices_of_parts(_sources(transform, sampling, progress))
 
 
 def _version(sampling, index):
