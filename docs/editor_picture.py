@@ -6,24 +6,11 @@ Run: python docs/editor_picture.py
 from pathlib import Path
 
 import numpy as np
-from vtkmodules.vtkInteractionStyle import vtkInteractorStyleTrackballCamera
-from vtkmodules.vtkRenderingCore import vtkRenderWindow, vtkRenderWindowInteractor
+from brain_editor import open_editor, save_picture
 
-from vtk_mls import HalfPlane, io
-from vtk_mls.commands import demo
-from vtk_mls.editor import Editor
-from vtk_mls.editor.saving import picture_of
-from vtk_mls.files import vtk_io
+from vtk_mls import HalfPlane
 
-SIZE = 1280, 860
-
-window, interactor = vtkRenderWindow(), vtkRenderWindowInteractor()
-window.SetOffScreenRendering(True)
-window.SetSize(SIZE)
-window.SetMultiSamples(0)
-interactor.SetRenderWindow(window)
-interactor.SetInteractorStyle(vtkInteractorStyleTrackballCamera())
-editor = Editor(interactor, io.read_dataset(demo.brain_file()))
+editor, window = open_editor()
 low, high = editor.scene.bounds
 middle = (low + high) / 2
 camera = editor.scene.renderer.GetActiveCamera()
@@ -44,6 +31,4 @@ editor.change(state)
 right = np.flatnonzero((state.rest[:, 0] > middle[0] + 5) & top)
 editor.select(right)
 editor.hover(int(right[0]))
-editor.scene.set_coarseness(1)
-window.Render()
-vtk_io.write_png(picture_of(window), Path(__file__).with_name("editor.png"))
+save_picture(editor, window, Path(__file__).with_name("editor.png"))

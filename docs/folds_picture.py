@@ -6,26 +6,12 @@ Run: python docs/folds_picture.py
 from pathlib import Path
 
 import numpy as np
-from vtkmodules.vtkInteractionStyle import vtkInteractorStyleTrackballCamera
-from vtkmodules.vtkRenderingCore import vtkRenderWindow, vtkRenderWindowInteractor
+from brain_editor import open_editor, save_picture
 
-from vtk_mls import io
-from vtk_mls.commands import demo
-from vtk_mls.editor import Editor
-from vtk_mls.editor.saving import picture_of
-from vtk_mls.files import vtk_io
-
-SIZE = 1280, 860
 # Drags: a rest position in fractions of the half size from the middle, and a displacement in mm.
 DRAGS = ((1, 0, 0), (26, 0, 6)), ((0, -1, 0.6), (0, 42, 20)), ((-1, 0, 0), (22, -8, 0))
 
-window, interactor = vtkRenderWindow(), vtkRenderWindowInteractor()
-window.SetOffScreenRendering(True)
-window.SetSize(SIZE)
-window.SetMultiSamples(0)
-interactor.SetRenderWindow(window)
-interactor.SetInteractorStyle(vtkInteractorStyleTrackballCamera())
-editor = Editor(interactor, io.read_dataset(demo.brain_file()))
+editor, window = open_editor()
 low, high = editor.scene.bounds
 middle, half = (low + high) / 2, (high - low) / 2
 camera = editor.scene.renderer.GetActiveCamera()
@@ -41,6 +27,4 @@ editor.change(state)
 editor.set_distortion(3)  # what key J would do in three steps
 editor.say("")
 editor.move_slices(middle + (0, -2, 10))
-editor.scene.set_coarseness(1)
-window.Render()
-vtk_io.write_png(picture_of(window), Path(__file__).with_name("folds.png"))
+save_picture(editor, window, Path(__file__).with_name("folds.png"))

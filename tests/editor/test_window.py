@@ -82,6 +82,14 @@ class Window:
         _, stderr = self._process.communicate(timeout=_TIMEOUT)
         return self._process.returncode, stderr
 
+    def save(self, folder):
+        """Save, and end the window; the folder with the files."""
+        self.press("s")
+        self.wait_for(folder / "deform.py")
+        status, stderr = self.end()
+        assert (status, stderr.replace("\n", "")) == (0, "")
+        return folder
+
     def close(self):
         """Close the window as by its button; (exit status, stderr)."""
         [number, *_] = self._search()
@@ -158,11 +166,7 @@ def test_clicks_on_both_sides_place_a_pair(folder):
     with window(folder, "ball.vtp", "--target", "ball.vtp") as viewer:
         viewer.click((300, 425))
         viewer.click((940, 395))
-        viewer.press("s")
-        edited = folder / "ball-edited"
-        viewer.wait_for(edited / "deform.py")
-        status, stderr = viewer.end()
-    assert (status, stderr.replace("\n", "")) == (0, "")
+        edited = viewer.save(folder / "ball-edited")
     rest, deformed, _ = control_point_files.read(edited / "handles.csv")
     assert len(rest) == 1
     assert 2 < np.linalg.norm(deformed - rest) < 8
@@ -175,11 +179,8 @@ def test_drag_undo_add_save_and_quit(name, folder):
         viewer.press("z", "y")
         viewer.do("mousemove", 560, 470)
         time.sleep(0.3)
-        viewer.press("a", "s")
-        edited = folder / "ball-edited"
-        viewer.wait_for(edited / "deform.py")
-        status, stderr = viewer.end()
-    assert (status, stderr.replace("\n", "")) == (0, "")
+        viewer.press("a")
+        edited = viewer.save(folder / "ball-edited")
     rest, deformed, _ = control_point_files.read(edited / "handles.csv")
     assert len(rest) == 4
     assert np.flatnonzero((rest != deformed).any(axis=1)).tolist()[0] == 0
