@@ -105,7 +105,8 @@ def test_exact_pairs_are_not_accused(rng):
     # pairs that are off by a tenth of their distances are found
     off = rng.choice(400, 4, replace=False)
     q[off] += (1, 0.5, 0.5)
-    assert report(p, q, device=DEVICE).outlier[off].all()
+    pairs = PointPairs(p, q, np.ones(400))
+    assert outliers.find(pairs, value.recommended)[0][off].all()
 
 
 def test_sparse_exact_pairs_are_not_accused():
