@@ -9,14 +9,14 @@ def slopes(d, v, step=1e-6):
     return np.stack([(after - before) / (2 * step) for after, before in pairs], axis=2)
 
 
-def check_kernels(kernels, specification, v, degree):
+def check_kernels(kernels, specification, v, degree, slope_bound=1e-4):
     """Kernels agree with the specification at `v` (m, 3)."""
     error = np.abs(kernels.backward(v) - specification.backward(v)).max(axis=1)
     # with cuts both sides may reach a point in the void, and rounding decides
     assert np.quantile(error, 0.98) < 1e-5 * (10 if degree == 3 else 1)
     assert np.mean(error > 1e-4) < (0.02 if kernels.cuts else 1e-9)
     error = np.abs(kernels.jacobian(v[:200]) - specification.jacobian(v[:200])).max(axis=(1, 2))
-    assert np.quantile(error, 0.95) < 2e-4
+    assert np.quantile(error, 0.95) < slope_bound
 
 
 def check_jacobian(d, v):
@@ -27,10 +27,9 @@ def check_jacobian(d, v):
 
 
 def check_inverse(d, v):
-    """The forward map undoes the backward map at `v` (m, 3), where the map does not fold."""
+    """The forward map undoes the backward map at `v` (m, 3)."""
+    v = v[d.void_distance(v) > 1e-3] if d.cuts else v
     x = d.backward(v)
-    upright = np.linalg.det(d.jacobian(v)) > 0.2
-    x = x[upright & (d.void_distance(v) > 1e-3)] if d.cuts else x[upright]
     back = d.forward(x)
     found = np.isfinite(back).all(axis=1)
     assert found.mean() > 0.9

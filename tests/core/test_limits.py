@@ -75,7 +75,7 @@ def test_kernels_agree_with_the_specification(limit, kind, cuts, device, rng):
         scene(np.random.default_rng(seed), kind, where, 25, **options)
         for where in (device, "reference")
     )
-    check_kernels(kernels, specification, rng.uniform(-1, 1, (2000, 3)), kind[1])
+    check_kernels(kernels, specification, rng.uniform(-1, 1, (2000, 3)), kind[1], 2e-4)
 
 
 @paired(limit=LIMITS, kind=KINDS_AND_DEGREES, cuts=CUTS)
@@ -87,7 +87,8 @@ def test_jacobian_is_the_slope(limit, kind, cuts, rng):
 @paired(limit=LIMITS, kind=KINDS_AND_DEGREES[:4], cuts=CUTS, device=EVERYWHERE)
 def test_forward_undoes_backward(limit, kind, cuts, device, rng):
     d = scene(rng, kind, device, 25, **LIMITS[limit](), **CUTS[cuts])
-    check_inverse(d, rng.uniform(-1, 1, (60, 3)))
+    v = rng.uniform(-1, 1, (60, 3))
+    check_inverse(d, v[np.linalg.det(d.jacobian(v)) > 0.2])  # where the map does not fold
 
 
 @paired(mask=["ball", "box", "image"], kind=KINDS_AND_DEGREES, device=EVERYWHERE)

@@ -88,6 +88,16 @@ def test_linear_functions_come_through_exactly(device, rng):
         np.testing.assert_allclose(got[inside], expected[inside], rtol=0, atol=1e-4)
 
 
+def test_integers_are_rounded_and_clamped(device):
+    grid, target = Grid((5, 1, 1)), Grid((4, 1, 1), origin=(0.75, 0, 0))
+    image = np.array([0, 10, 255, 255, 0], np.uint8).reshape(grid.shape)
+    d = Deformation([[0, 0, 0]], [[0, 0, 0]], device=device)
+    (linear,) = d.resample([image], Sampling(grid, target))
+    np.testing.assert_array_equal(linear.ravel(), [8, 194, 255, 64])  # 7.5, 193.75, 255, 63.75
+    (cubic,) = d.resample([image], Sampling(grid, target, "cubic"))
+    assert cubic.ravel()[2] == 255  # would overshoot
+
+
 def test_background_begins_half_a_voxel_outside(device):
     grid = Grid((3, 1, 1))
     image = np.array([1.0, 2.0, 3.0]).reshape(grid.shape)

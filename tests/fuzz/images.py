@@ -43,9 +43,7 @@ def _check_place(image, path, case):
     ends = [peer.TransformIndexToPhysicalPoint(i)[:3] for i in ([0] * len(last), last)]
     extent = np.abs(np.subtract(*ends)).max() + np.abs(ends).max()
     error = np.abs(grid.points()[[0, -1]] - ends).max()
-    # three float32 of a quaternion tell a turn near a half one to the root of their rounding
-    bound = 1e-5 if ".nii" not in path.suffixes else 5e-4
-    assert error <= bound * extent, f"off by {error:g} of {extent:g}: {case}"
+    assert error <= 1e-5 * extent, f"off by {error:g} of {extent:g}: {case}"
 
 
 def _write_nifti(rng, folder):
@@ -57,6 +55,9 @@ def _write_nifti(rng, folder):
     affine[:3, :3] = turn * rng.uniform(0.5, 3, 3)
     affine[:3, 3] = rng.normal(0, 50, 3)
     unit, codes = str(rng.choice(_UNITS)), rng.integers(0, 5, 2)
+    rotation = turn * (1, 1, np.linalg.det(turn))
+    if 1 + np.trace(rotation) < 0.01:  # near half turns, float32 do not tell the quaternion
+        codes[:] = 0, 1
     if not codes.any():
         codes[0] = 1  # without a code ITK and nibabel do not agree
     image = nibabel.Nifti1Image(values, None)

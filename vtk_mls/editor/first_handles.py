@@ -14,7 +14,7 @@ def handles_on(items, bounds, count):
     """Points (n, 3) of a lattice; those outside the data are moved to the nearest point of them.
 
     `items` have a method `nearest`, `bounds` (2, 3) are corners of the lattice, and `count` is the
-    number of points along each axis, of which flat or narrow data get fewer.
+    number of points along each axis. Flat or narrow data get fewer points.
     """
     nodes = lattice((count,) * 3, bounds.T.ravel())
     nearest = np.stack([item.nearest(nodes) for item in items])
