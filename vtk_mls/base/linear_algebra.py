@@ -21,6 +21,11 @@ def transformed(matrix, vectors):
     return np.einsum("ij,...j->...i", matrix, vectors)
 
 
+def distances(a, b):
+    """The distances (m, n) of points `a` (m, 3) from points `b` (n, 3)."""
+    return np.sqrt(sum((x[:, None] - y) ** 2 for x, y in zip(a.T, b.T)))
+
+
 def unit(vectors):
     """Unit vectors along `vectors` (..., 3); 0 for 0."""
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)

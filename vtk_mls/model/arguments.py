@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vtk_mls.base.errors import InputError
 from vtk_mls.base.validation import as_float, points, short_repr
+from vtk_mls.model.handles.region import RegionHandle
 
 # Largest coordinate of control points, world units: displacements are float32, up to 3.4e38.
 MAX_COORDINATE = 1e37
@@ -60,6 +61,25 @@ def positive_weights(value: ArrayLike | None, count: int) -> NDArray[np.float64]
             argument="weights",
         )
     return weights
+
+
+def check_kind(parameters, kind):
+    """Raise ValueError for what a `Kind` cannot have among `MapParameters`."""
+    if kind.is_local:
+        if parameters.smoothing < 0:
+            raise InputError(
+                f"must be a number from 0 on for the kind {kind.name}, got 'auto'",
+                argument="smoothing",
+            )
+        return
+    regions = any(isinstance(handle, RegionHandle) for handle in parameters.handles)
+    if parameters.cuts or regions:
+        what = "rigid regions" if regions else "cuts"
+        raise InputError(
+            f"must be one of rigid, similarity, affine, polynomial with {what}, got {kind.name}; "
+            "a control point of a spline acts everywhere",
+            argument="kind",
+        )
 
 
 def check_cut_distances(cuts, regions):

@@ -32,6 +32,7 @@ class MapParameters:
     alpha: float = named("alpha").default
     smoothing: float = named("smoothing").default
     degree: int = named("degree").default
+    order: int = named("order").default
     steps: int = named("steps").default
     path: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 0, 3)))
     handles: tuple[Handle, ...] = ()
@@ -53,8 +54,9 @@ class MapParameters:
         kind: str = named("kind").default,
         *,
         alpha: float = named("alpha").default,
-        smoothing: float = named("smoothing").default,
+        smoothing: float | str = named("smoothing").default,
         degree: int = named("degree").default,
+        order: int | str = named("order").default,
         steps: int | str = named("steps").default,
         path: ArrayLike | None = None,
         weights: ArrayLike | None = None,
@@ -80,6 +82,7 @@ class MapParameters:
             degree=degree,
             alpha=alpha,
             smoothing=smoothing,
+            order=order,
             steps=steps,
             cut_frame=cut_frame,
             nu=nu,
@@ -107,10 +110,14 @@ class MapParameters:
                 f"got {len(self.obstacles)}; join surfaces into one",
                 argument="cuts",
             )
-        kind = kinds.named(self.kind, self.degree)
+        kind = kinds.named(
+            self.kind, degree=self.degree, order=self.order, smoothing=self.smoothing
+        )
+        arguments.check_kind(self, kind)
         in_rest_frame = self.cut_frame == "rest"
         points = self.rest, self.deformed, self.weights
-        handle_set = HandleSet.of(*points, self.handles, kind.proxy_order, self.alpha, self.path)
+        handle_set = HandleSet.of(*points, self.handles, kind, self.alpha, self.path)
+        kind = kind.chosen(handle_set)
         handle_set = handle_set.split_by(self.obstacles, in_rest_frame)
         regions = split_by_planes(
             *(self.planes, handle_set, in_rest_frame, kind),
@@ -136,6 +143,16 @@ class MapParameters:
         """Number of steps; a multiple of the lines of the path."""
         legs = len(self.path) + 1
         return legs * -(-self.steps // legs)
+
+    @property
+    def order_used(self) -> int:
+        """The order of the spline; 0 for other kinds."""
+        return getattr(self.regions[0].control_points.kind, "order", 0)
+
+    @property
+    def smoothing_used(self) -> float:
+        """The smoothing, world units, chosen if it is automatic."""
+        return getattr(self.regions[0].control_points.kind, "smoothing", self.smoothing)
 
     @property
     def planes(self) -> list[Plane]:

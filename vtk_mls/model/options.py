@@ -17,6 +17,8 @@ from vtk_mls.base.errors import InputError
 from vtk_mls.base.validation import as_float, short_repr
 from vtk_mls.model import kinds
 
+# Splines with a name of their own: order and smoothing of each.
+_NAMED_SPLINES = {"auto": (0, -1.0), "tps": (1, 0.0)}
 CUT_FRAMES = ("rest", "deformed")
 MAX_STEPS = 256
 
@@ -94,8 +96,10 @@ OPTIONS = (
         "Kind",
         """How the space between the control points deforms. rigid keeps sizes and angles as well as
         it can, similarity allows a change of size, affine allows shear, and polynomial bends most
-        freely.""",
-        choices=tuple(kinds.KINDS),
+        freely. spline is the smoothest map through the control points, and best for landmarks:
+        it has neither cuts nor rigid regions. auto is the spline whose order and smoothing predict
+        control points left out best. tps is the thin-plate spline of VTK and ITK.""",
+        choices=(*kinds.KINDS, *_NAMED_SPLINES),
     ),
     Option(
         "degree",
@@ -105,6 +109,17 @@ OPTIONS = (
         choices=(1, 2, 3),
         expected="1, 2 or 3",
         needs=("kind", "polynomial"),
+    ),
+    Option(
+        "order",
+        0,
+        "Order (0: automatic)",
+        """Order of the spline: 1 for r, 2 for r^2 log r, 3 for r^3, the smoothest. auto, or 0, takes
+        the one that predicts control points left out best.""",
+        spellings={"auto": 0},
+        is_valid=lambda order: order in range(4),
+        expected='1, 2, 3 or "auto"',
+        needs=("kind", "spline"),
     ),
     Option(
         "alpha",
@@ -122,10 +137,13 @@ OPTIONS = (
         "smoothing",
         0.0,
         "Smoothing",
-        """Length in world units. Weights are 1 / (r^2 + smoothing^2)^alpha. 0 meets the control
-        points exactly. Above 0, the deformation passes close to them, for noisy landmarks.""",
-        is_valid=lambda length: length >= 0,
-        expected="a number from 0 on",
+        """Length in world units. 0 meets the control points exactly. Above 0, the deformation passes
+        close to them, for noisy landmarks. Weights are 1 / (r^2 + smoothing^2)^alpha; a spline
+        has smoothing^order / weight on the diagonal of its equations. auto, or -1, is for splines:
+        it predicts control points left out best.""",
+        spellings={"auto": -1},
+        is_valid=lambda length: length >= 0 or length == -1,
+        expected='a number from 0 on, or "auto" for splines',
     ),
     Option(
         "steps",
@@ -213,8 +231,12 @@ DEFORMATION_OPTIONS = tuple(option for option in OPTIONS if option is not BLEND)
 
 
 def check_options(**values: Any) -> dict[str, Any]:
-    """`Option.checked` values of a deformation, by name."""
-    return {option.name: option.checked(values[option.name]) for option in DEFORMATION_OPTIONS}
+    """`Option.checked` values of a deformation, by name; kinds "auto" and "tps" as "spline"."""
+    checked = {option.name: option.checked(values[option.name]) for option in DEFORMATION_OPTIONS}
+    if checked["kind"] in _NAMED_SPLINES:
+        order, smoothing = _NAMED_SPLINES[checked["kind"]]
+        checked |= {"kind": "spline", "order": order, "smoothing": smoothing}
+    return checked
 
 
 def values_of(source: Any, options: tuple[Option, ...] = OPTIONS) -> dict[str, Any]:

@@ -40,7 +40,6 @@ class ControlPoints:
     center: np.ndarray
     scale: float
     mean_displacement: np.ndarray
-    determined: object
     _steps: tuple[ControlPoints, ...] = field(default=(), init=False)
 
     def __init__(self, handles, kind, extent, has_zero_mean=False):
@@ -58,7 +57,6 @@ class ControlPoints:
             center=center,
             scale=scale,
             mean_displacement=mean,
-            determined=kind.determined(rest, deformed, (deformed - center) / scale),
         )
 
     @property
@@ -90,7 +88,6 @@ class ControlPoints:
         return self._steps
 
     def _step(self, handles):
-        rest, deformed = handles.positions
         step = object.__new__(ControlPoints)
         freeze(
             step,
@@ -100,9 +97,18 @@ class ControlPoints:
             center=self.center,
             scale=self.scale,
             mean_displacement=self.mean_displacement,
-            determined=self.kind.determined(rest, deformed, self.local(deformed)),
         )
         return step
+
+    @property
+    def positions(self) -> tuple[np.ndarray, np.ndarray]:
+        """Those of `HandleSet`."""
+        return self.handles.positions
+
+    @functools.cached_property
+    def determined(self):
+        """The part of the map that the control points determine."""
+        return self.kind.determined(self)
 
     @functools.cached_property
     def affine(self) -> tuple[np.ndarray, np.ndarray]:

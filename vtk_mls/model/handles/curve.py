@@ -16,6 +16,8 @@ from vtk_mls.model.shape_fields import ShapeField
 INTEGRATED_ALPHAS = (1, 2, 3)
 # Control points in place of a segment for other values of alpha: Gauss-Legendre nodes.
 _QUADRATURE = 16
+# Control points in place of a segment for splines, at equal distances.
+_EVENLY = 8
 # Where positions of a segment are sampled: they determine polynomials up to degree 3 on it.
 _SAMPLES = np.array([0, 1 / 3, 2 / 3, 1])
 # Pieces of a segment that are searched for a crossing of a cut, and halvings of a piece.
@@ -169,6 +171,11 @@ class Segments:
         at, share = np.polynomial.legendre.leggauss(_QUADRATURE)
         weights = np.outer(self.weights, share / 2).ravel()
         return *self._at((1 + at) / 2), weights
+
+    def evenly(self):
+        """The same, evenly along each segment, as splines need them."""
+        at = (np.arange(_EVENLY) + 0.5) / _EVENLY
+        return *self._at(at), np.repeat(self.weights / _EVENLY, _EVENLY)
 
     def _at(self, t):
         """Points at the shares `t` (k,) of the segments' lengths (s k, 3), rest and deformed."""

@@ -27,21 +27,23 @@ class HandleSet:
     rest_anchors: np.ndarray | None = None  # of `anchors` of steps, (n + s, 3)
 
     @classmethod
-    def of(cls, rest, deformed, weights, handles=(), order=1, alpha=1, path=None) -> HandleSet:
+    def of(cls, rest, deformed, weights, handles=(), kind=None, alpha=1, path=None) -> HandleSet:
         """Points `rest` and `deformed` (n, 3) with `weights` (n,), and the `handles`.
 
         `path` (k, n, 3) are intermediate places of the points.
 
-        Proxies determine polynomials of degree `order`. Segments whose weights have no integral in
-        closed form for `alpha` are replaced by points along them.
+        Proxies determine polynomials of the `proxy_order` of the `kind`. Segments whose weights
+        have no integral in closed form for `alpha`, and those of splines, are replaced by points
+        along them.
         """
         regions = tuple(handle for handle in handles if isinstance(handle, RegionHandle))
         curves = [handle for handle in handles if isinstance(handle, CurveHandle)]
-        proxies = [region.proxies(order) for region in regions]
+        proxies = [region.proxies(kind.proxy_order) for region in regions]
         segments = Segments.of(curves)
         path = np.zeros((0, len(rest), 3)) if path is None else path
-        if alpha not in INTEGRATED_ALPHAS:
-            more = p, q, _ = segments.quadrature()
+        is_local = kind is None or kind.is_local
+        if alpha not in INTEGRATED_ALPHAS or not is_local:
+            more = p, q, _ = segments.quadrature() if is_local else segments.evenly()
             rest, deformed, weights = map(np.concatenate, zip((rest, deformed, weights), more))
             shares = np.arange(1, len(path) + 1)[:, None, None] / (len(path) + 1)
             path = np.concatenate([path, p + shares * (q - p)], axis=1)

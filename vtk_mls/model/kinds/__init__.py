@@ -10,6 +10,6 @@ _KINDS = {kind.name: kind for kind in sorted(_found, key=lambda kind: (kind.equa
 KINDS = tuple(_KINDS)
 
 
-def named(name, degree) -> Kind:
-    """The kind `name`, one of `KINDS`; `degree` is that of polynomials."""
-    return _KINDS[name](degree)
+def named(name, **settings) -> Kind:
+    """The kind `name`, one of `KINDS`, with the settings of `Kind`."""
+    return _KINDS[name](**settings)

@@ -23,7 +23,8 @@ class Kind:
     """A kind of maps.
 
     A kind is a subclass with a `name` in any file of this folder, and a kernel file with the
-    functions of "Kinds" in opencl/README.md. `degree` is that of polynomials.
+    functions of "Kinds" in opencl/README.md. `degree` is that of polynomials, `order` and
+    `smoothing` (world units) are those of splines.
     """
 
     name = None  # as in `Deformation`; None for a base class
@@ -31,24 +32,23 @@ class Kind:
     equation = math.inf  # the first one in the paper, by which kinds are sorted
     has_degree = False  # whether the kind depends on `degree`
     proxy_order = 1  # degree of polynomials that the proxies of a rigid region must determine
+    # whether a map is fitted around each point, so that cuts and rigid regions can act on weights
+    is_local = True
 
     @property
     def segment_points(self):
         """Points by which a segment of a curve is summed, with the moments that a fit needs."""
         return self.proxy_order + 1
 
-    def __init__(self, degree):
+    def __init__(self, **settings):
         pass
 
-    def determined(self, rest, deformed, local):
-        """The part of the map that control points determine, for `ControlPoints.determined`.
+    def chosen(self, handles):
+        """The kind with its automatic settings chosen for a `HandleSet`."""
+        return self
 
-        Parameters
-        ----------
-        rest, deformed : (n, 3) float64, world coordinates
-        local : (n, 3) float64
-            `deformed` in the local frame.
-        """
+    def determined(self, points):
+        """The part of the map that `points`, `ControlPoints`, determine."""
         return None
 
     def fit(self, weighted) -> Fit:
@@ -59,7 +59,7 @@ class Kind:
         """Number of functions that are summed for each control point, beside its position."""
         return 0
 
-    def needs_float64(self, alpha) -> bool:
+    def needs_float64(self, alpha, points) -> bool:
         """Whether the kernels may sum in double on devices that support it."""
         return False
 

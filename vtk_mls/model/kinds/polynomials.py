@@ -35,11 +35,11 @@ class Polynomial(Kind):
     equation = 23
     has_degree = True
 
-    def __init__(self, degree):
+    def __init__(self, degree=2, **_):
         self.degree = self.proxy_order = degree
 
-    def determined(self, rest, deformed, local):
-        return Basis.on(local, self.degree)
+    def determined(self, points):
+        return Basis.on(points.local(points.positions[1]), self.degree)
 
     def fit(self, weighted):
         return _polynomial_fit(weighted)
@@ -47,7 +47,7 @@ class Polynomial(Kind):
     def functions(self, control_points):
         return len(control_points.determined)
 
-    def needs_float64(self, alpha):
+    def needs_float64(self, alpha, points):
         return alpha > 1 or self.degree == 3
 
     def constants(self):
@@ -85,7 +85,7 @@ class Affine(Polynomial):
     equation = 5
     has_degree = False
 
-    def __init__(self, degree):
+    def __init__(self, **_):
         super().__init__(1)
 
 

@@ -29,8 +29,8 @@ class Rigid(Kind):
     equation = 8
     scales = False  # whether the fitted map has a uniform factor
 
-    def determined(self, rest, deformed, local):
-        return RotationRank(*_rotation_rank(rest, deformed))
+    def determined(self, points):
+        return RotationRank(*_rotation_rank(*points.positions))
 
     def fit(self, weighted):
         fit = _RotationFit(weighted, self.scales)

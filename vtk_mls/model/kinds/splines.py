@@ -1,0 +1,228 @@
+"""Polyharmonic splines: the smoothest map through the control points.
+
+``G(v) = v + A [1, v] + sum_i c_i phi(|v - q_i|)`` with ``phi = -r``, ``r^2 log r`` or ``r^3``, and
+weights c that vanish on affine functions (Duchon 1977). `smoothing` s adds ``s^order / weight_i`` to
+the diagonal of the system (Wahba 1990). One decomposition of the system gives, for every s, the
+error at each control point of the spline without it (Rippa 1999).
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from vtk_mls.base.errors import InputError
+from vtk_mls.base.linear_algebra import distances
+from vtk_mls.model.kinds.kind import Fit, Kind
+from vtk_mls.model.kinds.polynomials import RANK_TOLERANCE
+
+AUTOMATIC = 0
+MAX_POINTS = 5000
+# Above this number of control points, order and smoothing are chosen from so many of them.
+_MAX_CHOSEN_FROM = 2000
+# Smoothings that are tried, as additions to the diagonal in local units.
+_TRIED = np.append(0, 10.0 ** np.arange(-9, 1.1, 0.25))
+# Additions to the diagonal, relative to its bound, that no rounding can make singular.
+_FLOOR = 1e-15
+# Bound of the rounding of float sums, local units, above which kernels sum in double.
+_MAX_ROUNDING = 1e-6
+
+
+@dataclass(frozen=True)
+class _Radial:
+    """A radial function, positive definite where weights vanish on affine functions."""
+
+    value: Callable[[np.ndarray], np.ndarray]
+    slope: Callable[[np.ndarray], np.ndarray]  # phi'(r) / r; 0 in the cone of r
+
+
+def _log(r):
+    return np.log(np.where(r > 0, r, 1))
+
+
+_RADIAL = {
+    1: _Radial(lambda r: -r, lambda r: np.where(r > 0, -1 / np.where(r > 0, r, 1), 0)),
+    2: _Radial(lambda r: r * r * _log(r), lambda r: np.where(r > 0, 2 * _log(r) + 1, 0)),
+    3: _Radial(lambda r: r**3, lambda r: 3 * r),
+}
+ORDERS = tuple(_RADIAL)
+
+
+class Spline(Kind):
+    """Polyharmonic splines of an order 1, 2 or 3, with a smoothing in world units."""
+
+    name = "spline"
+    kernel = "fit_spline.cl"
+    is_local = False
+
+    def __init__(self, order=AUTOMATIC, smoothing=0.0, **_):
+        self.order, self.smoothing = order, smoothing
+
+    def chosen(self, handles):
+        if self.order != AUTOMATIC and self.smoothing >= 0:
+            return self
+        orders = ORDERS if self.order == AUTOMATIC else (self.order,)
+        choice = best_choice(
+            *(handles.deformed, handles.rest - handles.deformed, handles.weights, orders),
+            self.smoothing if self.smoothing >= 0 else None,
+        )
+        return Spline(order=choice.order, smoothing=choice.smoothing)
+
+    def determined(self, points):
+        if len(points) > MAX_POINTS:
+            raise InputError(
+                f"must be at most {MAX_POINTS} control points for the kind spline, got "
+                f"{len(points)}; take the kind affine, or fewer points",
+                argument="rest",
+            )
+        u = (points.rest - points.deformed - points.mean_displacement) / points.scale
+        q = points.local(points.deformed)
+        system = _System(q, points.weights, self.order)
+        return system.solved(u, (self.smoothing / points.scale) ** self.order)
+
+    def fit(self, weighted):
+        points = weighted.control_points
+        spline = points.determined
+        displacement, slope = spline(points.local(weighted.v))
+        none = np.broadcast_to(0.0, (*weighted.w.shape, 3))
+        return Fit(
+            points.scale * displacement + points.mean_displacement,
+            np.eye(3) + slope,
+            lambda: none,  # no weight depends on v
+        )
+
+    def needs_float64(self, alpha, points):
+        return points.determined.rounding > _MAX_ROUNDING
+
+    def constants(self):
+        return {"ORDER": self.order}
+
+    def table(self, points):
+        """The affine part, then q and c of each control point; then what float32 lost of these."""
+        spline = points.determined
+        exact = np.append(spline.affine.T, np.hstack([spline.q, spline.c]))
+        rounded = exact.astype(np.float32)
+        return np.concatenate([rounded, (exact - rounded).astype(np.float32)])
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """The displacement of a spline, in local units."""
+
+    order: int
+    q: np.ndarray  # (n, 3)
+    c: np.ndarray  # (n, 3)
+    affine: np.ndarray  # (4, 3): of 1, x, y and z
+
+    def __call__(self, x):
+        """The displacements (m, 3) at `x` (m, 3), and their derivatives (m, 3, 3)."""
+        radial = _RADIAL[self.order]
+        r = distances(x, self.q)
+        value = self.affine[0] + x @ self.affine[1:] + radial.value(r) @ self.c
+        slope = radial.slope(r)
+        # sum_i c_i slope_i (x - q_i)^T
+        outer = np.einsum("mi,ia,ib->mab", slope, self.c, -self.q)
+        outer += np.einsum("ma,mb->mab", slope @ self.c, x)
+        return value, self.affine[1:].T + outer
+
+    @property
+    def rounding(self):
+        """The expected error of sums in float32 over the box of the control points."""
+        terms = self.c * np.abs(_RADIAL[self.order].value(np.array(2.0)))
+        return 4 * np.finfo(np.float32).eps * np.linalg.norm(terms)
+
+
+class _System:
+    """The equations of a spline through `q` (n, 3), local units, with `weights` (n,).
+
+    Each row and column has the factor sqrt(weight), so the diagonal gets the same addition. Affine
+    functions that the points do not determine (of points on a plane, those across it) are left out:
+    so the map is the identity there.
+    """
+
+    def __init__(self, q, weights, order):
+        self.q, self.order, self.root = q, order, np.sqrt(weights)[:, None]
+        affine = np.column_stack([np.ones(len(q)), q])
+        u, singular, v = np.linalg.svd(self.root * affine, full_matrices=False)
+        rank = int((singular > RANK_TOLERANCE * singular[0]).sum())
+        self.affine, self._to_affine = u[:, :rank], v[:rank].T / singular[:rank]
+        self.matrix = self.root * _RADIAL[order].value(distances(q, q)) * self.root.T
+        bound = np.abs(self.matrix).sum(axis=1).max() or 1.0
+        self.shift, self.floor = 2 * bound, _FLOOR * bound
+        # affine functions have an eigenvalue of their own, above all others
+        inner = self._projected(self._projected(self.matrix).T)
+        self._regular = inner + self.shift * self.affine @ self.affine.T
+
+    def _projected(self, values):
+        """`values` (n, k) less their affine part."""
+        return values - self.affine @ (self.affine.T @ values)
+
+    def solved(self, u, addition):
+        """The spline with displacements `u` (n, 3), and an `addition` to the diagonal."""
+        addition = max(addition, self.floor)
+        matrix = self._regular + addition * np.eye(len(u))
+        values = self.root * u
+        c = self._projected(np.linalg.solve(matrix, self._projected(values)))
+        rest = values - self.matrix @ c - addition * c
+        affine = self._to_affine @ (self.affine.T @ rest)
+        return Solution(self.order, self.q, self.root * c, affine)
+
+    @functools.cached_property
+    def _spectrum(self):
+        """Eigenvalues (k,) and eigenvectors (n, k) where weights vanish on affine functions."""
+        values, vectors = np.linalg.eigh(self._regular)
+        count = len(values) - self.affine.shape[1]
+        return np.maximum(values[:count], self.floor), vectors[:, :count]
+
+    def left_out(self, u, additions):
+        """Errors (k, n, 3) at each point of the spline without it, for each of the `additions`."""
+        values, vectors = self._spectrum
+        data = vectors.T @ (self.root * u)
+        inverse = 1 / (values + np.maximum(additions, self.floor)[:, None])
+        # where a point alone determines an affine function, nothing predicts it
+        diagonal = np.maximum(inverse @ (vectors**2).T, np.finfo(float).tiny)
+        c = vectors @ (inverse[:, :, None] * data)
+        return c / diagonal[:, :, None] / self.root
+
+
+@dataclass(frozen=True, eq=False)
+class Choice:
+    """An order and a smoothing, and the errors of control points left out."""
+
+    order: int
+    smoothing: float  # world units
+    left_out: np.ndarray  # (n, 3), world units
+
+
+def best_choice(q, u, weights, orders=ORDERS, smoothing=None) -> Choice:
+    """The order and smoothing with the least error of control points left out.
+
+    Parameters
+    ----------
+    q, u, weights : (n, 3), (n, 3) and (n,) float64
+        Control points, displacements and weights, world coordinates.
+    orders : sequence of int
+        The orders to choose from.
+    smoothing : float, optional
+        The smoothing, world units; None to choose it.
+    """
+    rows = slice(None)
+    if len(q) > _MAX_CHOSEN_FROM:
+        rows = np.random.default_rng(0).permutation(len(q))[:_MAX_CHOSEN_FROM]
+    q, u, weights = q[rows], u[rows], weights[rows]
+    center = q.mean(axis=0)
+    scale = np.abs(q - center).max() or 1.0
+    best = None
+    for order in orders:
+        system = _System((q - center) / scale, weights, order)
+        tried = _TRIED if smoothing is None else np.array([(smoothing / scale) ** order])
+        for addition, errors in zip(tried, system.left_out(u, tried)):
+            size = np.linalg.norm(errors, axis=1)
+            # the mean alone follows a few wrong pairs
+            score = np.median(size) + size.mean()
+            if best is None or score < best[0]:
+                best = score, Choice(order, scale * addition ** (1 / order), errors)
+    return best[1]
