@@ -42,35 +42,57 @@ HOT spline_vec spline_offset(const map_t *map, int i, spline_vec v, sum_t *squar
   return x;
 }
 
-// log(x), finite for x = 0.
-inline sum_t spline_log(sum_t x) {
-#ifdef USE_FP64
-  return log(x < (SUM)FLT_MIN ? (sum_t)(FLT_MIN) : x);
-#else
-  return (SUM)M_LN2_F * fast_log2(fast_max(x, (real)(FLT_MIN)));
-#endif
+// 1 / sqrt(x) and log(x), finite for x = 0. In double vectors of 2^-126 and more they are Newton's from
+// those in float, within 1e-13, and a series within 2e-12; the built-in functions take three times as long.
+#if defined(USE_FP64) && LANES > 1
+inline sum_t spline_rsqrt(sum_t x) {
+  const sum_t y = TO_SUM(fast_rsqrt(fast_max(SUM_TO_REAL(x), (real)(FLT_MIN))));
+  return y * fma((SUM)-0.5 * x * y, y, (sum_t)(1.5));
 }
+
+inline sum_t spline_log(sum_t x) {
+  const real rounded = fast_max(SUM_TO_REAL(x), (real)(FLT_MIN));
+  const integer exponent = (AS_INTEGER(rounded) - 0x3f3504f3) >> 23;  // as in fast_log2
+  const sum_t f = x * TO_SUM(AS_REAL((127 - exponent) << 23)) - 1;
+  sum_t inverse = TO_SUM(1 / (2 + SUM_TO_REAL(f)));
+  inverse = inverse * fma(-inverse, 2 + f, (sum_t)(2));
+  const sum_t s = f * inverse, t = s * s;  // log(1 + f) = 2 artanh(s)
+  sum_t series = 2.0 / 13;
+  series = fma(series, t, (sum_t)(2.0 / 11));
+  series = fma(series, t, (sum_t)(2.0 / 9));
+  series = fma(series, t, (sum_t)(2.0 / 7));
+  series = fma(series, t, (sum_t)(2.0 / 5));
+  series = fma(series, t, (sum_t)(2.0 / 3));
+  series = fma(series, t, (sum_t)(2));
+  return fma(series, s, TO_SUM(TO_REAL(exponent)) * M_LN2);
+}
+#elif defined(USE_FP64)
+#define spline_rsqrt(x) rsqrt(fmax(x, (SUM)FLT_MIN))
+#define spline_log(x) log(fmax(x, (SUM)FLT_MIN))
+#else
+#define spline_rsqrt(x) fast_rsqrt(fast_max(x, (real)(FLT_MIN)))
+#define spline_log(x) (M_LN2_F * fast_log2(fast_max(x, (real)(FLT_MIN))))
+#endif
 
 // phi(r) by the square of r.
 inline sum_t spline_phi(sum_t square) {
 #if ORDER == 1
-  return -sqrt(square);
+  return -square * spline_rsqrt(square);
 #elif ORDER == 2
   return (SUM)0.5f * square * spline_log(square);
 #else
-  return square * sqrt(square);
+  return square * square * spline_rsqrt(square);
 #endif
 }
 
 // phi'(r) / r; 0 in the cone of r.
 inline sum_t spline_slope(sum_t square) {
 #if ORDER == 1
-  const sum_t slope = -1 / sqrt(square);
-  return square > 0 ? slope : (sum_t)(0);
+  return square > 0 ? -spline_rsqrt(square) : (sum_t)(0);
 #elif ORDER == 2
   return square > 0 ? spline_log(square) + 1 : (sum_t)(0);
 #else
-  return 3 * sqrt(square);
+  return 3 * square * spline_rsqrt(square);
 #endif
 }
 

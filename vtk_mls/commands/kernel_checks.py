@@ -9,10 +9,11 @@ from pathlib import Path
 
 import numpy as np
 
-from vtk_mls import KINDS, Deformation, Grid, HalfPlane, Sampling
+from vtk_mls import Deformation, Grid, HalfPlane, Sampling
 from vtk_mls.engine.device import devices
 from vtk_mls.engine.device.device_check import SPEED, STEP, description
 from vtk_mls.engine.opencl_engine import Engine
+from vtk_mls.model.kinds import ALL_KINDS
 from vtk_mls.reference import reference_engine as reference
 
 EXTENT = 40.0
@@ -94,7 +95,7 @@ def checks(engine):
         return lambda module: [module.backward(d, points) / EXTENT]
 
     checked = [d.kind for d in (coarse, polynomial, similarity, rigid)]
-    kinds_left = [kind for kind in KINDS if kind not in checked]
+    kinds_left = [kind for kind in ALL_KINDS if kind not in checked]
     return [
         ("similarity inverse", inverse, 1e-4),
         ("images, rigid, cut", images, 1e-3),

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from vtk_mls.base.errors import InputError
 from vtk_mls.base.validation import as_float, points, short_repr
 from vtk_mls.model.handles.region import RegionHandle
+from vtk_mls.model.kinds import KINDS
 
 # Largest coordinate of control points, world units: displacements are float32, up to 3.4e38.
 MAX_COORDINATE = 1e37
@@ -76,8 +77,8 @@ def check_kind(parameters, kind):
     if parameters.cuts or regions:
         what = "rigid regions" if regions else "cuts"
         raise InputError(
-            f"must be one of rigid, similarity, affine, polynomial with {what}, got {kind.name}; "
-            "a control point of a spline acts everywhere",
+            f"must be one of {', '.join(KINDS)} with {what}, got {kind.name!r}; control points of "
+            "a spline act everywhere",
             argument="kind",
         )
 

@@ -99,7 +99,7 @@ OPTIONS = (
         freely. spline is the smoothest map through the control points, and best for landmarks:
         it has neither cuts nor rigid regions. auto is the spline whose order and smoothing predict
         control points left out best. tps is the thin-plate spline of VTK and ITK.""",
-        choices=(*kinds.KINDS, *_NAMED_SPLINES),
+        choices=(*kinds.ALL_KINDS, *_NAMED_SPLINES),
     ),
     Option(
         "degree",
@@ -114,8 +114,8 @@ OPTIONS = (
         "order",
         0,
         "Order (0: automatic)",
-        """Order of the spline: 1 for r, 2 for r^2 log r, 3 for r^3, the smoothest. auto, or 0, takes
-        the one that predicts control points left out best.""",
+        """Order of the spline: 1 for r, 2 for r^2 log r, 3 for r^3, the smoothest. auto, or 0,
+        takes the one that predicts control points left out best.""",
         spellings={"auto": 0},
         is_valid=lambda order: order in range(4),
         expected='1, 2, 3 or "auto"',
@@ -137,10 +137,10 @@ OPTIONS = (
         "smoothing",
         0.0,
         "Smoothing",
-        """Length in world units. 0 meets the control points exactly. Above 0, the deformation passes
-        close to them, for noisy landmarks. Weights are 1 / (r^2 + smoothing^2)^alpha; a spline
-        has smoothing^order / weight on the diagonal of its equations. auto, or -1, is for splines:
-        it predicts control points left out best.""",
+        """Length in world units. 0 meets the control points exactly. Above 0, the deformation
+        passes close to them, for noisy landmarks. Weights are 1 / (r^2 + smoothing^2)^alpha; a
+        spline has smoothing^order / weight on the diagonal of its equations. auto, or -1, is for
+        splines: it predicts control points left out best.""",
         spellings={"auto": -1},
         is_valid=lambda length: length >= 0 or length == -1,
         expected='a number from 0 on, or "auto" for splines',

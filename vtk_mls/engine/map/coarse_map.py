@@ -101,7 +101,9 @@ class CoarseMap:
         is_inaccurate, spreads, is_elsewhere = (
             flags & CONSTANTS[name] != 0 for name in ("INACCURATE", "SPREADS", "OTHER_REGION")
         )
-        is_inaccurate |= dilated(spreads) | near_handles(map_, whole, box, STEP)
+        is_inaccurate |= dilated(spreads)
+        if map_.control_points.kind.has_peaks:
+            is_inaccurate |= near_handles(map_, whole, box, STEP)
         inaccurate = (is_inaccurate & ~is_elsewhere)[box.rows(own)]
         self._inaccurate = ListedCells(map_.memory, own, inaccurate)
 
@@ -112,6 +114,8 @@ def _has_few_nodes(whole):
 
 
 def _has_few_near_cells(map_, whole):
+    if not map_.control_points.kind.has_peaks:
+        return True
     handles = map_.control_points.handles
     count = len(handles) if len(handles.segments) == 0 else np.inf
     bound = 27 * count / np.prod(box_of(whole, STEP).cells)

@@ -184,7 +184,11 @@ class RegionMap:
             *_feature("LIMIT", "limits", bool(deformation.limits)),
             *(("STEPS", int(len(steps) > 1)), ("STEP_FILE", _STEP_FILES[len(steps) > 1])),
             ("LANES", device.lanes),
-            *(FLOAT64 if device.has_float64 and any(kind.needs_float64(alpha, step) for step in steps) else ()),
+            *(
+                FLOAT64
+                if device.has_float64 and any(kind.needs_float64(alpha, step) for step in steps)
+                else ()
+            ),
             *kind.constants().items(),
         ]
         of_cuts, cut_params, cut_table = NO_CUTS, _NO_CUTS, None

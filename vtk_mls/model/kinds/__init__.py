@@ -7,9 +7,10 @@ from vtk_mls.model.kinds.kind import Kind
 
 _found = [kind for kind in classes_in(__name__, __path__, Kind) if kind.name]
 _KINDS = {kind.name: kind for kind in sorted(_found, key=lambda kind: (kind.equation, kind.name))}
-KINDS = tuple(_KINDS)
+KINDS = tuple(name for name, kind in _KINDS.items() if kind.is_local)  # of the paper
+ALL_KINDS = tuple(_KINDS)
 
 
 def named(name, **settings) -> Kind:
-    """The kind `name`, one of `KINDS`, with the settings of `Kind`."""
+    """The kind `name`, one of `ALL_KINDS`, with the settings of `Kind`."""
     return _KINDS[name](**settings)

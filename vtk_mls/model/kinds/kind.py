@@ -34,6 +34,8 @@ class Kind:
     proxy_order = 1  # degree of polynomials that the proxies of a rigid region must determine
     # whether a map is fitted around each point, so that cuts and rigid regions can act on weights
     is_local = True
+    # whether the map may have a peak or a kink at a control point, which nodes do not see
+    has_peaks = True
 
     @property
     def segment_points(self):

@@ -1,8 +1,8 @@
 """Polyharmonic splines: the smoothest map through the control points.
 
 ``G(v) = v + A [1, v] + sum_i c_i phi(|v - q_i|)`` with ``phi = -r``, ``r^2 log r`` or ``r^3``, and
-weights c that vanish on affine functions (Duchon 1977). `smoothing` s adds ``s^order / weight_i`` to
-the diagonal of the system (Wahba 1990). One decomposition of the system gives, for every s, the
+weights c that vanish on affine functions (Duchon 1977). A smoothing s adds ``s^order / weight_i``
+to the diagonal of the equations (Wahba 1990). One decomposition of these gives, for every s, the
 error at each control point of the spline without it (Rippa 1999).
 """
 
@@ -28,7 +28,7 @@ _TRIED = np.append(0, 10.0 ** np.arange(-9, 1.1, 0.25))
 # Additions to the diagonal, relative to its bound, that no rounding can make singular.
 _FLOOR = 1e-15
 # Bound of the rounding of float sums, local units, above which kernels sum in double.
-_MAX_ROUNDING = 1e-6
+_MAX_ROUNDING = 3e-6
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,17 @@ class Spline(Kind):
     def __init__(self, order=AUTOMATIC, smoothing=0.0, **_):
         self.order, self.smoothing = order, smoothing
 
+    @property
+    def has_peaks(self):
+        return self.order == 1
+
     def chosen(self, handles):
+        if len(handles) > MAX_POINTS:
+            raise InputError(
+                f"must be at most {MAX_POINTS} control points for the kind spline, got "
+                f"{len(handles)}; take the kind affine, or fewer points",
+                argument="rest",
+            )
         if self.order != AUTOMATIC and self.smoothing >= 0:
             return self
         orders = ORDERS if self.order == AUTOMATIC else (self.order,)
@@ -72,12 +82,6 @@ class Spline(Kind):
         return Spline(order=choice.order, smoothing=choice.smoothing)
 
     def determined(self, points):
-        if len(points) > MAX_POINTS:
-            raise InputError(
-                f"must be at most {MAX_POINTS} control points for the kind spline, got "
-                f"{len(points)}; take the kind affine, or fewer points",
-                argument="rest",
-            )
         u = (points.rest - points.deformed - points.mean_displacement) / points.scale
         q = points.local(points.deformed)
         system = _System(q, points.weights, self.order)
