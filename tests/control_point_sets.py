@@ -34,7 +34,7 @@ def _sound_devices():
     found = list_devices()
     results = dict(zip(found, device_check.results(found)))
     sound = [d for d in found if not results[d].failure]
-    sound.sort(key=lambda d: (not drivers.is_fastest(d.platform), -results[d].speed))
+    sound.sort(key=lambda d: drivers.rank(d.platform))
     pocl = next((d.key.partition(":")[0] for d in sound if d.platform == POCL), None)
     return [d for d in sound if d.platform != POCL or d.key.partition(":")[0] == pocl]
 

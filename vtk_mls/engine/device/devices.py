@@ -299,6 +299,8 @@ def _built(device, name, text):
         warnings.simplefilter("ignore")
         # warnings are about the driver's choice of instructions
         program = cl.Program(context(device), text)
+        if any(fault.has_cache for fault in quirks.faults(device)):
+            program.get_info(cl.program_info.CONTEXT)  # before the build: pyopencl keeps no kernel
         options = ["-w", *quirks.options(device)]
         return cl.Kernel(program.build(options=options, cache_dir=caches.kernel_folder()), name)
 
