@@ -24,7 +24,7 @@ def engine_for(name=None):
     if name == "reference":
         return reference
     try:
-        chosen = choose(name)
+        chosen = _chosen(name, os.getpid())
     except NoDevice as error:
         if name is not None:
             raise
@@ -36,6 +36,12 @@ def engine_for(name=None):
 
 
 _warn_once = lazy.cached(warn)
+
+
+@lazy.cached
+def _chosen(name, process):
+    """The device for a name in a process; a fork must not use that of its parent."""
+    return choose(name)
 
 
 def choose(name: str | None = None, is_checked: bool = True) -> devices.Device:

@@ -212,8 +212,8 @@ DEGREE, ALPHA, NU, BLEND, CUT_FRAME, MAP_TOLERANCE = map(
 DEFORMATION_OPTIONS = tuple(option for option in OPTIONS if option is not BLEND)
 
 
-def check_options(**values: Any) -> dict[str, Any]:
-    """`Option.checked` values of a deformation, by name."""
+def check_options(values: Mapping[str, Any]) -> dict[str, Any]:
+    """`Option.checked` values of a deformation, by name; other values do not matter."""
     return {option.name: option.checked(values[option.name]) for option in DEFORMATION_OPTIONS}
 
 
