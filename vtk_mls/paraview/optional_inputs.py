@@ -1,4 +1,4 @@
-"""Changes of optional inputs, in the panel and in any other way, that ParaView would not survive."""
+"""Changes of optional inputs that ParaView does not survive."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ class OptionalInputs:
 
     The output of the proxy cannot be its own input: it is disconnected again.
 
-    Where ParaView's pipeline browser removes the link of an input, it takes that of a source further
-    down, such as the Transform of a surface, if there is one, and crashes when the other input
-    changes. So DeformedControlPoints is disconnected before ControlPoints changes, and connected
-    again afterwards. Without ControlPoints it has no meaning, and stays disconnected.
+    ParaView's pipeline browser removes the link of an input wrongly if another input is further
+    down, such as the Transform of a surface, and crashes when that one changes. So
+    DeformedControlPoints is disconnected before ControlPoints changes, and connected again
+    afterwards. Without ControlPoints it stays disconnected.
     """
 
     def __init__(self, proxy, observers):
