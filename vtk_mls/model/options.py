@@ -38,7 +38,8 @@ class Option:
     expected: str = ""  # valid values, for errors; by default the list of the choices
     slider: tuple | None = None  # usual range (low, high, step), for sliders and keys
     interactive_default: Any = None  # in ParaView and in the editor; `default` if not given
-    section: str = "map"  # of panels: "map", "cut" or "computing", which is advanced
+    section: str = "map"  # of panels: "map", "cut" or "computing"
+    is_advanced: bool = False  # whether ParaView shows it only among advanced properties
     needs: tuple | None = None  # name and value of another option, without which it has no effect
 
     def __post_init__(self):
@@ -109,7 +110,7 @@ OPTIONS = (
     Option(
         "alpha",
         2.0,
-        "Alpha",
+        "Locality (alpha)",
         """How local the influence of a control point is. Its weight at distance r is 1 / r^(2
         alpha). Use 1.5 to 2 to drag a few handles, and 3 for many landmarks with the affine kind or
         polynomials of degree 2. Up to 1.5, the influence of far control points does not fade in
@@ -126,11 +127,12 @@ OPTIONS = (
         points exactly. Above 0, the deformation passes close to them, for noisy landmarks.""",
         is_valid=lambda length: length >= 0,
         expected="a number from 0 on",
+        is_advanced=True,
     ),
     Option(
         "steps",
         1,
-        "Steps (0: automatic)",
+        "Steps (0 prevents folds)",
         """Number of steps in which the control points go from p to q, each with its own map. Many
         small steps rarely fold. 1 is the single map of the paper. auto, or 0, doubles the number,
         up to 256, until no determinant at sampled points near the control points is below 0.1. The
@@ -166,7 +168,7 @@ OPTIONS = (
     Option(
         "nu",
         2.0,
-        "How sharply it parts (nu)",
+        "Parting of cuts (nu)",
         """How fast the influence of control points behind a cut falls with the length of the detour
         around it. Must be greater than 1.""",
         more="The damping exponent of Eq. 28.",
