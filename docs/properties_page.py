@@ -93,6 +93,8 @@ def _panel(each):
     """What is to be said of the property in ParaView."""
     if isinstance(each, (Value, Values)):
         yield _IN_PARAVIEW[each.name]
+    if each.only_for:
+        yield f"only for {each.only_for}"
     if each.is_advanced:
         yield "among ParaView's advanced properties"
     if each.shown_when:

@@ -65,7 +65,7 @@ def few_with_each_value(rows):
 
     The next row is always the one with most new values, and among these the one whose other values
     come first: so tests have many pairs in common, and a kernel that one of them builds is there
-    for the others.
+    for the others. Lists of kinds, cuts and alphas have the same order in all tests for this.
     """
     order = [{value: i for i, value in enumerate(dict.fromkeys(column))} for column in zip(*rows)]
     ranks = [[places[value] for places, value in zip(order, row)] for row in rows]
@@ -73,9 +73,9 @@ def few_with_each_value(rows):
     while left:
 
         def rank(i):
-            is_new = [pair not in found for pair in enumerate(rows[i])]
-            needed = sum(new and value not in ALIKE for new, value in zip(is_new, rows[i]))
-            return needed, sum(is_new), -sum(r for r, new in zip(ranks[i], is_new) if not new)
+            pairs = enumerate(rows[i])
+            is_new = [pair not in found and pair[1] not in ALIKE for pair in pairs]
+            return sum(is_new), -sum(r for r, new in zip(ranks[i], is_new) if not new)
 
         best = max(left, key=rank)
         if not rank(best)[0] and few:

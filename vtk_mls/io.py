@@ -23,6 +23,7 @@ from vtkmodules.vtkCommonDataModel import (
 )
 
 from vtk_mls.base import validation
+from vtk_mls.base.errors import InputError
 from vtk_mls.files import (
     control_point_files,
     field_files,
@@ -87,9 +88,10 @@ def read_dataset(path: _PathLike) -> vtkDataObject:
     """
     times, read = open_dataset(path)
     if len(times) > 1:
-        raise ValueError(
-            f"`{path}` has {len(times)} time steps, expected one; write one of them to a file, for "
-            "only the input of `vtk-mls deform` may have several"
+        raise InputError(
+            f"has {len(times)} time steps, expected one; write one of them to a file, for only the "
+            "input of `vtk-mls deform` may have several",
+            path=path,
         )
     return read(0)
 
@@ -148,7 +150,7 @@ def write_dataset(dataset: vtkDataObject, path: _PathLike) -> None:
     path = check_writable(path, dataset)
     line = _writable(path, dataset)
     if isinstance(dataset, vtkImageData) and dataset.GetNumberOfPoints() == 0:
-        raise ValueError(f"`{path}` is not written: the image is empty; has its filter failed?")
+        raise InputError("is not written: the image is empty; has its filter failed?", path=path)
     parts = blocks(dataset)
     if formats.BLOCKS not in line.writes and len(parts) == 1:
         dataset = parts[0]
@@ -460,7 +462,7 @@ def read_surface(path: _PathLike) -> vtkPolyData:
     line = formats.choose(path, "read a surface from", reads=(formats.SURFACE,))
     polydata: vtkPolyData = _checked(lambda: line.read(path), path, vtkPolyData, "no surface")
     if not (polydata.GetNumberOfPolys() or polydata.GetNumberOfStrips()):
-        raise ValueError(f"`{path}` holds no surface")
+        raise InputError("holds no surface", path=path)
     return polydata
 
 
@@ -496,7 +498,7 @@ def _checked(
         dataset = read()
     parts = blocks(dataset) if isinstance(dataset, kind) else []
     if not any(part.GetNumberOfPoints() for part in parts):
-        raise ValueError(f"`{path}` holds {absent}")
+        raise InputError(f"holds {absent}", path=path)
     with failures_named(path):
         for part in parts:
             validity.check(part)

@@ -1,22 +1,14 @@
-"""Deforms an OME-Zarr that is larger than memory should be: python tests/benchmarks/large.py
+"""Deforms an OME-Zarr on disk by the command.
 
-Makes a compressed image on disk, deforms it by the command, and reports the largest memory, whether
-a part is equal to the bit to the image deformed in memory, whether the files are the same after
-some kills and from two workers of dask, and the throughput against copying the files and deforming
-in memory.
+Reports the largest memory, and the throughput against copying the files and deforming in memory.
 """
 
 from __future__ import annotations
 
-import argparse
 import concurrent.futures
 import contextlib
-import hashlib
 import multiprocessing
 import os
-import random
-import shutil
-import signal
 import subprocess
 import sys
 import tempfile
@@ -26,7 +18,7 @@ from pathlib import Path
 import numpy as np
 import zarr
 
-from vtk_mls import Deformation, Sampling
+from vtk_mls import Deformation
 from vtk_mls.blocks.image_blocks import DeformedBlocks
 from vtk_mls.blocks.unfinished import copy_metadata
 from vtk_mls.files.ome_zarr import open_image, read, write
@@ -78,30 +70,6 @@ def start(source, target, *options):
     return subprocess.Popen(command, start_new_session=True, stdout=subprocess.DEVNULL)
 
 
-def digests(folder):
-    """A hash of each file, by its name."""
-    return {
-        str(file.relative_to(folder)): hashlib.sha256(file.read_bytes()).hexdigest()
-        for file in Path(folder).rglob("*")
-        if file.is_file()
-    }
-
-
-def is_equal_in_memory(source, target, d, side=256):
-    """Whether a part in the middle of the output is `Deformation.resample` to the bit."""
-    image, found = open_image(source).finest, open_image(target).finest
-    size = np.array(image.grid.dimensions)
-    part = image.grid.part(np.maximum(size - side, 0) // 2, np.minimum(side, size))
-    low, high = d.source_bounds(Sampling(image.grid, part))
-    low = np.clip(np.floor(low) - 4, 0, size - 1).astype(int)
-    high = np.clip(np.ceil(high) + 4, 0, size - 1).astype(int)
-    rows = tuple(slice(a, b + 1) for a, b in zip(low[::-1], high[::-1]))
-    known = image.grid.part(low, high - low + 1)
-    (expected,) = d.resample([image.array[rows]], Sampling(known, part))
-    rows = tuple(slice(a, a + n) for a, n in zip(part.first[::-1], part.shape))
-    return np.array_equal(found.array[rows], expected) and bool(expected.any())
-
-
 def copy(source, target):
     """Read and write all resolutions in the blocks of the command; seconds."""
     begin, image = time.perf_counter(), open_image(source)
@@ -127,30 +95,6 @@ def in_memory(source, d):
     begin = time.perf_counter()
     d.resample([values], level.grid)
     return time.perf_counter() - begin
-
-
-def killed(whole_time, count):
-    """Deform with some kills at random moments; how many there were."""
-    kills, rng = 0, random.Random(2)
-    while True:
-        process = start("in.ome.zarr", "killed.ome.zarr")
-        try:
-            is_last = kills == count
-            process.wait(None if is_last else rng.uniform(0.5, 2.5) * whole_time / count + 2)
-            return kills
-        except subprocess.TimeoutExpired:
-            os.killpg(process.pid, signal.SIGKILL)
-            process.wait()
-            kills += 1
-
-
-def by_workers():
-    """Deform by two worker processes of dask."""
-    import distributed
-
-    with distributed.LocalCluster(2, threads_per_worker=1, dashboard_address=None) as cluster:
-        process = start("in.ome.zarr", "workers.ome.zarr", "--scheduler", cluster.scheduler_address)
-        assert process.wait() == 0
 
 
 def prepare(size):
@@ -192,32 +136,3 @@ def table(size):
         d = prepare(size)
         seconds, peak = by_command()
         return {" x ".join(map(str, size)): {**throughput(d, seconds), "memory, GiB": peak}}
-
-
-def main():
-    """Print a line for each question."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--size", default="2048,2048,512", help="NX,NY,NZ; default: %(default)s")
-    parser.add_argument("--kills", type=int, default=10, help="default: %(default)s")
-    parser.add_argument("--folder", default="build/large", help="default: %(default)s")
-    options = parser.parse_args()
-    size = [int(part) for part in options.size.split(",")]
-    shutil.rmtree(options.folder, ignore_errors=True)
-    Path(options.folder).mkdir(parents=True)
-    os.chdir(options.folder)
-    d = prepare(size)
-    seconds, peak = by_command()
-    print(f"deformed in {seconds:.0f} s, at most {peak:.2f} GiB of memory", flush=True)
-    equal = is_equal_in_memory("in.ome.zarr", "out.ome.zarr", d)
-    print(f"equal to the bit in memory: {equal}", flush=True)
-    for name, value in throughput(d, seconds).items():
-        print(f"{name}: {value:.3g}", flush=True)
-    expected = digests("out.ome.zarr")
-    kills = killed(seconds, options.kills)
-    print(f"killed {kills} times: same files {digests('killed.ome.zarr') == expected}", flush=True)
-    by_workers()
-    print(f"two workers: same files {digests('workers.ome.zarr') == expected}", flush=True)
-
-
-if __name__ == "__main__":
-    main()

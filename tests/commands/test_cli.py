@@ -30,11 +30,11 @@ from vtk_mls.vtk.arrays import ImageGeometry
 @pytest.mark.parametrize("kind", KINDS)
 def test_deform(files, kind, capsys):
     options = ["--kind", kind, "--alpha", "1", "--degree", "1", "--smoothing", "0.5"]
-    options += ["--background", "-2"]
-    assert main(["deform", "in.vti", "handles.csv", "out.vti", *options, "--device", FAST]) == 0
+    options += ["--background", "-2", "--device", "reference"]
+    assert main(["deform", "in.vti", "handles.csv", "out.vti", *options]) == 0
     image, output = io.read_dataset("in.vti"), io.read_dataset("out.vti")
     map_options = {"alpha": 1, "degree": 1, "smoothing": 0.5}
-    value = Deformation(REST, DEFORMED, kind, **map_options, device=FAST)
+    value = Deformation(REST, DEFORMED, kind, **map_options, device="reference")
     sampling = Sampling(ImageGeometry.of_image(image).grid, background=-2)
     (expected,) = value.resample([values_of(image, "values")], sampling)
     np.testing.assert_array_equal(values_of(output, "values"), expected)
@@ -57,15 +57,9 @@ def test_deform_with_cuts_and_a_gradient(files):
         "vertex 3.9 4 90\nendloop\nendfacet\nendsolid cut\n"
     )
     options = ["--cut-plane", "4.3,0,0,1,0,0", "--cut-surface", "cut.stl", "--nu", "3"]
-    options += [
-        "--cut-half-plane",
-        "0,4.2,3,0,1,0,0,0,1",
-        "--gradient",
-        "values",
-        "--background",
-        "0",
-    ]
-    assert main(["deform", "in.vti", "handles.csv", "out.vti", *options, "--device", FAST]) == 0
+    options += ["--cut-half-plane", "0,4.2,3,0,1,0,0,0,1", "--gradient", "values"]
+    options += ["--background", "0", "--device", "reference"]
+    assert main(["deform", "in.vti", "handles.csv", "out.vti", *options]) == 0
     cuts = [
         Plane((4.3, 0, 0), (1, 0, 0)),
         HalfPlane((0, 4.2, 3), (0, 1, 0), (0, 0, 1)),
@@ -73,7 +67,7 @@ def test_deform_with_cuts_and_a_gradient(files):
     ]
     image, output = io.read_dataset("in.vti"), io.read_dataset("out.vti")
     grid = ImageGeometry.of_image(image).grid
-    value = Deformation(REST, DEFORMED, cuts=cuts, nu=3, device=FAST)
+    value = Deformation(REST, DEFORMED, cuts=cuts, nu=3, device="reference")
     void = value.void(grid.points())
     assert void.any()
     np.testing.assert_array_equal(values_of(output, "Void").ravel(), void)

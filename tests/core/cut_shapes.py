@@ -8,9 +8,10 @@ from vtk_mls import CUT_FRAMES, HalfPlane, Plane, Surface
 
 HALF_PLANE = HalfPlane((128, 128, 128), (0.2, 0.1, 1), (1, 0.3, 0))
 SHAPES = {
+    "crossing half-planes": (HALF_PLANE, HalfPlane((128, 100, 128), (1, 0, 0.3), (0, 1, 0))),
     "half-plane": (HALF_PLANE,),
-    "plane": (Plane((128, 128, 128), (0.1, 0.2, 1)),),
     "polygon": (Surface.polygon([(40, 40, 120), (200, 40, 130), (220, 200, 140), (30, 180, 130)]),),
+    "plane": (Plane((128, 128, 128), (0.1, 0.2, 1)),),
     "concave polygon": (
         Surface.polygon([(40, 40, 128), (220, 40, 128), (128, 90, 128), (220, 220, 128)]),
     ),
@@ -20,7 +21,6 @@ SHAPES = {
             [(0, 1, 2), (1, 3, 2), (2, 3, 4)],
         ),
     ),
-    "crossing half-planes": (HALF_PLANE, HalfPlane((128, 100, 128), (1, 0, 0.3), (0, 1, 0))),
     "crossing planes": (Plane((128, 128, 128), (0.1, 0.2, 1)), Plane((100, 128, 100), (1, 0, 0.1))),
     "plane and half-plane": (Plane((128, 128, 100), (0.1, 0, 1)), HALF_PLANE),
     "outside": (HalfPlane((900, 128, 128), (0, 0, 1), (1, 0, 0)),),

@@ -8,7 +8,7 @@ from map_checks import slopes
 from vtk_mls import CurveHandle, Deformation, Grid, HalfPlane, Plane
 
 ALPHAS = [2, 1, 3]
-KINDS = [("rigid", 2), ("similarity", 2), ("affine", 2), ("polynomial", 2), ("polynomial", 3)]
+KINDS = [("rigid", 2), ("affine", 2), ("similarity", 2), ("polynomial", 2), ("polynomial", 3)]
 EVERY_KIND = pytest.mark.parametrize(("kind", "degree"), KINDS)
 EVERY_ALPHA = pytest.mark.parametrize("alpha", ALPHAS)
 EXTENT = 2.0

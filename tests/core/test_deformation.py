@@ -4,10 +4,9 @@ import dataclasses
 
 import numpy as np
 import pytest
-from control_point_sets import DEVICES, random_handles
 
 import vtk_mls
-from vtk_mls import Aborted, Deformation, Grid, HalfPlane, Plane, Sampling, Surface
+from vtk_mls import Deformation, Grid, HalfPlane, Plane, Sampling, Surface
 
 GOOD = {"rest": np.eye(3), "deformed": np.eye(3) + 1, "device": "reference"}
 
@@ -101,13 +100,6 @@ def test_needs_neither_vtk_nor_opencl_to_import():
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
-@pytest.mark.parametrize("device", ["reference", *DEVICES])
-def test_no_points_give_no_points(device):
-    d = Deformation(np.eye(3), np.eye(3) + 1, device=device)
-    assert d.backward([]).shape == (0, 3)
-    assert d.jacobian(np.empty((0, 3))).shape == (0, 3, 3)
-
-
 def test_points_are_checked():
     d = Deformation(**GOOD)
     with pytest.raises(ValueError, match=r"`points` must have the shape \(n, 3\), got \(3,\)"):
@@ -195,30 +187,6 @@ def test_shapes_are_of_real_numbers(make, message):
 @pytest.mark.parametrize("length", [1e-200, 1e-5, 1e200])
 def test_a_direction_may_have_any_length(length):
     np.testing.assert_allclose(Plane((0, 0, 0), (3 * length, 0, 4 * length)).normal, (0.6, 0, 0.8))
-
-
-@pytest.mark.parametrize("device", ["reference", *DEVICES])
-def test_progress_can_stop_the_work(device, rng):
-    d = Deformation(*random_handles(rng, 2000), device=device)
-    fractions = []
-
-    def stop_at_once(fraction):
-        fractions.append(fraction)
-        return fraction > 0
-
-    grid = Grid((300, 200, 10))
-    for work in (
-        lambda: d.displacement_field(grid.dimensions, progress=stop_at_once),
-        lambda: d.resample([np.zeros(grid.shape)], grid, progress=stop_at_once),
-        lambda: d.backward(np.ones((400_000, 3)), progress=stop_at_once),
-    ):
-        fractions.clear()
-        with pytest.raises(Aborted, match="as `progress` asked"):
-            work()
-        assert fractions[0] == 0
-        assert len(fractions) == 2
-        assert 0 < fractions[1] < 1
-    assert d.backward([[1, 2, 3]]).shape == (1, 3)  # and it works again
 
 
 def test_public_names():

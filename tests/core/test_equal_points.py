@@ -16,10 +16,10 @@ from vtk_mls.engine.device import devices as opencl
 CUTS = {
     "none": (),
     "half-plane": (HalfPlane((128, 128, 128), (0.2, 0.1, 1), (1, 0.3, 0)),),
-    "plane": (Plane((128, 128, 128), (0.1, 0.2, 1)),),
     "polygon": (Surface.polygon([(40, 40, 120), (200, 40, 130), (220, 200, 140), (30, 180, 130)]),),
+    "plane": (Plane((128, 128, 128), (0.1, 0.2, 1)),),
 }
-KINDS = [("rigid", 1), ("similarity", 1), ("affine", 1), ("polynomial", 2), ("polynomial", 3)]
+KINDS = [("rigid", 1), ("affine", 1), ("similarity", 1), ("polynomial", 2), ("polynomial", 3)]
 # Control points moved past each other, so that some points have no inverse.
 SHIFT = 14
 
@@ -97,8 +97,7 @@ class TestOnDevices:
     def test_one_point_for_each_work_item(self, key, rng, monkeypatch):
         """As GPUs do."""
         monkeypatch.setattr(opencl.Device, "lanes", property(lambda self: 1))
-        options = {"cuts": CUTS["half-plane"], "cut_frame": "deformed"}
-        d = deformation(*random_handles(rng, 40, SHIFT), ("rigid", 1), key, **options)
+        d = deformation(*random_handles(rng, 40, SHIFT), ("rigid", 1), key, cuts=CUTS["half-plane"])
         points = scattered(rng, 500)
         whole = forward(d, points)
         for some, rows in calls(points, rng):
@@ -118,7 +117,7 @@ import sys
 import numpy as np
 from vtk_mls import Deformation
 rest, deformed, points = np.load(sys.argv[1]).values()
-d = Deformation(rest, deformed, alpha=1.3, device=sys.argv[2])
+d = Deformation(rest, deformed, device=sys.argv[2])
 np.save(sys.argv[3], d.forward(points))
 """
 
@@ -127,7 +126,7 @@ np.save(sys.argv[3], d.forward(points))
 def test_another_process(device, rng, tmp_path):
     rest, deformed = random_handles(rng, 12, SHIFT)
     points = scattered(rng, 60)
-    d = deformation(rest, deformed, ("rigid", 1), device, alpha=1.3)
+    d = deformation(rest, deformed, ("rigid", 1), device)
     np.savez(tmp_path / "scene.npz", rest, deformed, points[20:40])
     arguments = [str(tmp_path / "scene.npz"), device, str(tmp_path / "found.npy")]
     subprocess.run([sys.executable, "-c", ANOTHER, *arguments], check=True, timeout=300)

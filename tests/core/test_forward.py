@@ -8,13 +8,10 @@ from control_point_sets import (
     KINDS_AND_DEGREES,
     deformation,
     random_handles,
-    random_rotation,
 )
 from pairwise import paired, rare
 
-from vtk_mls import Aborted, Deformation, HalfPlane, Plane, Surface
-from vtk_mls.engine import dispatch
-from vtk_mls.engine import opencl_engine as engine
+from vtk_mls import Deformation, HalfPlane, Plane, Surface
 from vtk_mls.engine.device import devices as opencl
 
 EVERYWHERE = ["reference", *DEVICES]
@@ -127,20 +124,6 @@ class TestManyPoints:
         expected = few.forward_field(x[::700])
         error = np.linalg.norm(field.displacement[::700] - expected.displacement, axis=1)
         assert error.max() <= 1e-5 * EXTENT
-
-    def test_in_slabs_with_progress_and_abort(self, device, rng, monkeypatch):
-        rest, deformed = random_handles(rng, 15, 4)
-        d = deformation(rest, deformed, ("rigid", 1), device)
-        x = rng.uniform(0, EXTENT, (70_000, 3)).astype(np.float32)
-        whole, steps = d.forward_field(x), []
-        monkeypatch.setattr(engine.on(dispatch.choose(device)).memory, "limit", 4 * 64 * 4096)
-        slabs = d.forward_field(x, progress=steps.append)
-        assert len(steps) > 10
-        assert steps == [*sorted(steps[:-1]), 1]
-        np.testing.assert_array_equal(slabs.found, whole.found)
-        np.testing.assert_allclose(slabs.displacement, whole.displacement, rtol=0, atol=1e-4)
-        with pytest.raises(Aborted, match="stopped at 0%"):
-            d.forward_field(x, progress=lambda done: True)
 
     @pytest.mark.matrix
     def test_where_broydens_method_overflows(self, device):
@@ -264,14 +247,6 @@ def test_carries_control_points_to_where_they_were_dragged(kind_and_degree, devi
     np.testing.assert_allclose(got, deformed, rtol=0, atol=1e-5 * EXTENT)
 
 
-def test_identity_and_no_points(kind_and_degree, device, rng):
-    _, deformed = random_handles(rng, 9)
-    d = deformation(deformed, deformed, kind_and_degree, device)
-    x = rng.uniform(0, EXTENT, (50, 3))
-    np.testing.assert_allclose(d.forward(x), x, rtol=0, atol=1e-4)
-    assert d.forward([]).shape == (0, 3)
-
-
 def pressed(device, cut_frame="deformed"):
     """Two halves that are pressed by 3 each towards a plane, where they lose what comes to it."""
     deformed = np.array([(-9, 0, 5), (9, 0, 5), (0, 9, 6), (-9, 0, -5), (9, 0, -5), (0, 9, -6)])
@@ -326,14 +301,6 @@ def test_folds_without_cuts_lose_next_to_nothing(key, rng):
     rest, deformed = random_handles(rng, 60, 25)
     x = rng.uniform(0, EXTENT, (70_000, 3))
     assert deformation(rest, deformed, ("rigid", 1), key).forward_field(x).found.mean() >= 0.9998
-
-
-def test_turns_and_scales_come_back(device, rng):
-    rotation = random_rotation(rng)
-    deformed = rng.uniform(0, EXTENT, (10, 3))
-    d = Deformation(0.5 * deformed @ rotation.T + 40, deformed, "similarity", device=device)
-    x = rng.uniform(0, EXTENT, (100, 3))
-    np.testing.assert_allclose(d.forward(x), (x - 40) @ rotation / 0.5, rtol=0, atol=2e-5 * EXTENT)
 
 
 def scaled_world(world, cut, device, kind="rigid", count=9, seed=61):

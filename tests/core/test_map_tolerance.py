@@ -2,7 +2,15 @@
 
 import numpy as np
 import pytest
-from control_point_sets import DEVICES, HARD_SETS, deformation, random_handles, random_rotation
+from control_point_sets import (
+    DEVICES,
+    HARD_SETS,
+    KINDS_AND_DEGREES,
+    deformation,
+    random_handles,
+    random_rotation,
+)
+from pairwise import paired, rare
 
 from vtk_mls import CUT_FRAMES, Deformation, Grid, HalfPlane, Plane, Sampling, Surface
 from vtk_mls.engine.device import devices
@@ -30,6 +38,9 @@ def uneven(rng):
     return rest, deformed, np.exp(rng.normal(0, 2, 30))
 
 
+PEAKS = {"half a voxel apart": half_a_voxel_apart, "uneven": uneven}
+
+
 @pytest.mark.parametrize("device", DEVICES)
 @pytest.mark.parametrize("name", SETS)
 def test_it_keeps_to_the_tolerance_on_hard_sets(device, name, kind_and_degree, rng):
@@ -40,11 +51,14 @@ def test_it_keeps_to_the_tolerance_on_hard_sets(device, name, kind_and_degree, r
     assert distance(GRID, found, exact.displacement_field(GRID).displacement) <= TOLERANCE
 
 
-@pytest.mark.parametrize("device", DEVICES)
-@pytest.mark.parametrize("alpha", [0.5, 0.75, 1, 2, 3])
-@pytest.mark.parametrize("handles", [half_a_voxel_apart, uneven])
+@paired(
+    alpha=[2, 0.5, *rare(0.75, 1, 3)],
+    handles=["half a voxel apart", "uneven"],
+    kind_and_degree=KINDS_AND_DEGREES,
+    device=DEVICES,
+)
 def test_peaks_between_nodes_are_not_missed(device, alpha, handles, kind_and_degree, rng):
-    rest, deformed, *weights = handles(rng)
+    rest, deformed, *weights = PEAKS[handles](rng)
     options = {"alpha": alpha, "weights": weights[0] if weights else None}
     exact = deformation(rest, deformed, kind_and_degree, device, **options)
     for tolerance in (0.005, 0.1):
@@ -124,8 +138,11 @@ def jacobians(deformation, grid):
     return to_world.T @ np.stack(columns, axis=-1) @ np.linalg.inv(to_world).T
 
 
-@pytest.mark.parametrize("device", DEVICES)
-@pytest.mark.parametrize("name", SETS)
+@paired(
+    name=SETS,
+    kind_and_degree=[("rigid", 1), ("affine", 1), *rare(*KINDS_AND_DEGREES[2:])],
+    device=DEVICES,
+)
 def test_gradients_keep_to_the_tolerance_from_point_to_point(device, name, kind_and_degree, rng):
     rest, deformed = HARD_SETS[name](rng)
     grid = Grid((35, 31, 33), (-8.0, 265.0, 3.0), (7.7, -8.6, 7.6))
@@ -170,13 +187,13 @@ CUT_GRID = Grid((60, 57, 63), (-4.0, -8.0, -2.0), (4.4, 4.6, 4.1))
 PENTAGON = [(128, 128, 128), (128, 220, 140), (120, 190, 215), (131, 70, 200), (125, 50, 90)]
 CUTS = {
     "plane": [Plane((128, 120, 131), (1, 0.2, 0.1))],
-    "two planes": [Plane((128, 120, 131), (1, 0.2, 0.1)), Plane((100, 128, 90), (0, 1, -0.3))],
     "half-plane": [HalfPlane((128, 130, 120), (1, 0.1, 0.2), (0, 1, 0.1))],
-    "polygon": [Surface(PENTAGON, [(0, 1, 2), (0, 2, 3), (0, 3, 4)])],
+    "two planes": [Plane((128, 120, 131), (1, 0.2, 0.1)), Plane((100, 128, 90), (0, 1, -0.3))],
     "plane and half-plane": [
         Plane((60, 120, 131), (1, 0.2, 0.1)),
         HalfPlane((158, 130, 120), (1, 0.1, 0.2), (0, 1, 0.1)),
     ],
+    "polygon": [Surface(PENTAGON, [(0, 1, 2), (0, 2, 3), (0, 3, 4)])],
 }
 
 
@@ -213,8 +230,10 @@ def test_parts_of_cut_volumes_are_those_of_the_whole(cuts, frame, rng):
         np.testing.assert_array_equal(found.void_distance, whole.void_distance[k, j, i])
 
 
-@pytest.mark.parametrize("frame", CUT_FRAMES)
-@pytest.mark.parametrize("cuts", CUTS)
+@paired(
+    cuts=["plane", "half-plane", "two planes", "plane and half-plane", *rare("polygon")],
+    frame=["rest", *rare("deformed")],
+)
 def test_images_that_are_cut_follow_it(cuts, frame, rng):
     exact, coarse = cut_fields(cuts, frame, ("rigid", 2), (0, TOLERANCE), rng)
     smooth = np.sin(CUT_GRID.points() @ [0.02, 0.03, 0.01]).astype("f4").reshape(CUT_GRID.shape)
@@ -234,7 +253,7 @@ def test_images_that_are_cut_follow_it(cuts, frame, rng):
     ("steps", "kind", "cuts", "lanes"),
     [
         (8, "rigid", (), None),
-        (16, "affine", (), 1),
+        pytest.param(16, "affine", (), 1, marks=pytest.mark.matrix),  # `make drivers` has it
         pytest.param(8, "rigid", CUTS["half-plane"], None, marks=pytest.mark.matrix),
     ],
 )

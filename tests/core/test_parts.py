@@ -10,7 +10,7 @@ from control_point_sets import (
     random_handles,
     random_rotation,
 )
-from pairwise import paired
+from pairwise import paired, rare
 
 from vtk_mls import INTERPOLATIONS, Grid, HalfPlane, Plane, Sampling, Surface
 from vtk_mls.engine import dispatch
@@ -71,7 +71,11 @@ def needed(d, source, target, reach):
 
 
 @pytest.mark.parametrize("key", DEVICES)
-@paired(kind_and_degree=KINDS_AND_DEGREES, cuts=CUTS, lanes=["vectors", "scalars"])
+@paired(
+    kind_and_degree=[("rigid", 1), ("affine", 1), *rare(*KINDS_AND_DEGREES[2:])],
+    cuts=CUTS,
+    lanes=["vectors", "scalars"],
+)
 def test_a_part_is_the_whole_to_the_bit(key, kind_and_degree, cuts, lanes, grid, rng, monkeypatch):
     if lanes == "scalars":
         monkeypatch.setattr(device.Device, "lanes", property(lambda self: 1))

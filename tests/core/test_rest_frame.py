@@ -44,13 +44,13 @@ def _closed_box(low, high):
 
 
 SHAPES = {
-    "plane": [PLANE],
+    "crossing half-planes": [HALF_PLANE, HalfPlane((2, 1, 0.4), (0.3, 1, 0), (0, 0, -1))],
     "half-plane": [HALF_PLANE],
     "polygon": [Surface.polygon([(2, 0.3, 0.2), (2, 1.7, 0.2), (2, 1.7, 0.8), (2, 0.3, 0.8)])],
+    "plane": [PLANE],
     "bent surface": [_cap()],
     "two planes": [PLANE, Plane(MIDDLE, (0, 1, 0.2))],
     "plane and half-plane": [PLANE, HalfPlane(MIDDLE, (0, 1, 0), (0, 0, 1))],
-    "crossing half-planes": [HALF_PLANE, HalfPlane((2, 1, 0.4), (0.3, 1, 0), (0, 0, -1))],
     "closed box": [_closed_box((0.5, 0.3, 0.15), (3, 1.7, 0.85))],
 }
 EVERYWHERE = ["reference", *DEVICES]
@@ -103,7 +103,7 @@ def _origin_map(kind, rng):
     return origin
 
 
-@paired(shape=SHAPES, kind=["rigid", "similarity", "affine", "polynomial"], device=EVERYWHERE)
+@paired(shape=SHAPES, kind=["rigid", "affine", "similarity", "polynomial"], device=EVERYWHERE)
 def test_a_motion_of_everything_loses_no_material(shape, kind, device, rng):
     cuts, origin = SHAPES[shape], _origin_map(kind, rng)
     deformed = rng.uniform(*BOX, (120, 3))
@@ -264,14 +264,11 @@ def test_without_cuts_both_frames_are_the_same(kind_and_degree, device, rng):
         np.testing.assert_array_equal(*answers)
 
 
-GRID = Grid((23, 13, 5), (-0.1, -0.1, -0.1), (0.19, 0.18, 0.25))
-
-
 # Kernels do as the specification
 
 
 @pytest.mark.parametrize("key", DEVICES)
-@paired(shape=SHAPES, kind_and_degree=KINDS_AND_DEGREES, alpha_and_nu=[(1, 2), (1.6, 3)])
+@paired(shape=SHAPES, kind_and_degree=KINDS_AND_DEGREES, alpha_and_nu=[(2, 2), (1, 2), (1.6, 3)])
 def test_devices_agree_with_the_specification(key, shape, kind_and_degree, alpha_and_nu, rng):
     cuts, (alpha, nu) = SHAPES[shape], alpha_and_nu
     # inside the closed box they must tell all cubic polynomials
@@ -296,22 +293,6 @@ def test_devices_agree_with_the_specification(key, shape, kind_and_degree, alpha
     assert error.max() <= 1e-3 * max(1, np.abs(jacobians[0]).max())
     places = rest[:5]
     np.testing.assert_allclose(got.forward(places), deformed[:5], rtol=0, atol=1e-5 * SIZE)
-
-
-@pytest.mark.parametrize("key", DEVICES)
-@pytest.mark.parametrize("shape", SHAPES)
-def test_grids_agree_with_points(key, shape, rng):
-    d = rest_frame(*bent(rng), device=key, cuts=SHAPES[shape])
-    field, v = d.displacement_field(GRID), GRID.points()
-    origin, void_distance = d.backward(v), d.void_distance(v)
-    clear = np.abs(void_distance) > 1e-5 * SIZE
-    for got, exact, tolerance in (
-        (field.displacement.reshape(-1, 3), origin - v, 1e-3 / EXTENT * SIZE),
-        (field.void_distance.ravel(), void_distance, 1e-3 / EXTENT * SIZE),
-        (d.jacobian_field(GRID).reshape(-1, 3, 3), d.jacobian(v), 2e-3),
-    ):
-        error = np.abs(got - exact).reshape(len(v), -1).max(axis=1)
-        assert error[clear].max() <= tolerance
 
 
 @pytest.mark.parametrize("key", DEVICES)
@@ -354,17 +335,6 @@ def test_devices_agree_on_images(key, shape, rng):
     np.testing.assert_allclose(*gradients, rtol=0, atol=1e-4)
     bounds = [d._engine.source_bounds(d, sampling, SILENT) for d in devices]
     np.testing.assert_allclose(*bounds, rtol=0, atol=1e-4)
-
-
-@paired(shape=SHAPES, kind_and_degree=KINDS_AND_DEGREES[1:4])
-def test_jacobian_is_the_derivative(shape, kind_and_degree, rng):
-    d = rest_frame(*bent(rng), kind_and_degree, cuts=SHAPES[shape])
-    v, step = rng.uniform(*BOX, (12, 3)), 1e-5
-    steps = step * np.repeat(np.eye(3), 2, axis=0) * np.tile([[1], [-1]], (3, 1))
-    moved = d.backward((v[:, None] + steps).reshape(-1, 3)).reshape(-1, 3, 2, 3)
-    slopes = np.moveaxis(moved[:, :, 0] - moved[:, :, 1], 1, 2) / (2 * step)
-    error = np.abs(d.jacobian(v) - slopes).max(axis=(1, 2))
-    assert np.percentile(error, 90) <= 1e-6  # a kink may be within a step
 
 
 @pytest.mark.parametrize("device", EVERYWHERE)

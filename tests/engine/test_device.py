@@ -6,13 +6,14 @@ import types
 
 import pyopencl as cl
 import pytest
-from control_point_sets import DEVICES, LOCAL_POINTS
+from control_point_sets import DEVICES, LOCAL_POINTS, OTHER_DEVICES
+from pyopencl import characterize
 
 from vtk_mls import Deformation, DeviceError
 from vtk_mls.base.resources import resource
 from vtk_mls.engine import dispatch
 from vtk_mls.engine import opencl_engine as engine
-from vtk_mls.engine.device import device_check, drivers, quirks
+from vtk_mls.engine.device import caches, device_check, quirks
 from vtk_mls.engine.device import devices as device
 from vtk_mls.engine.launch.launcher import Launcher
 from vtk_mls.reference import reference_engine as reference
@@ -20,7 +21,7 @@ from vtk_mls.reference import reference_engine as reference
 ONE = ([[0, 0, 0]], [[1, 0, 0]])
 GPU = device.Device("0:0", "Fast", "Some", "gpu", "OpenCL 3.0", None)
 CPU = device.Device("1:0", "Slow", "Other", "cpu", "OpenCL 3.0", None)
-GOOD = device_check.Result(speed=1.0)
+GOOD = device_check.Result()
 BAD = device_check.Result("it is broken")
 
 needs_device = pytest.mark.skipif(
@@ -52,24 +53,36 @@ def test_first_gpu_else_fastest_cpu(found):
     assert key_of(dispatch.choose("1:0")) == CPU.key
     found(CPU)
     assert key_of(dispatch.choose()) == CPU.key
-    faster = dataclasses.replace(CPU, key="2:0", name="Faster")
-    found(CPU, faster, faster=device_check.Result(speed=2.0))
-    assert key_of(dispatch.choose()) == key_of(dispatch.choose("cpu")) == faster.key
 
 
-def test_the_fastest_driver_is_checked_first(found, monkeypatch):
-    monkeypatch.setattr(drivers, "is_fastest", lambda platform: platform == "Fastest")
-    fastest = dataclasses.replace(CPU, key="2:0", name="Fastest", platform="Fastest")
-    checked, quick = [], device_check.Result(speed=2.0)
-    found(CPU, fastest, slow=quick)
-    results = device_check.results
-    monkeypatch.setattr(
-        device_check, "results", lambda devices: checked.extend(devices) or results(devices)
+def test_no_driver_is_checked_after_the_first_that_works(found, monkeypatch):
+    intel, pocl = (
+        dataclasses.replace(CPU, key=key, name=name, platform=platform)
+        for key, name, platform in (("3:0", "Intel", quirks.INTEL), ("2:0", "PoCL", quirks.POCL))
     )
-    assert key_of(dispatch.choose()) == fastest.key
-    assert checked == [fastest]
-    found(CPU, fastest, fastest=BAD)
-    assert key_of(dispatch.choose()) == CPU.key
+    checked = []
+
+    def choose(name=None, **bad):
+        found(CPU, pocl, intel, **bad)
+        results = device_check.results
+        monkeypatch.setattr(
+            device_check, "results", lambda devices: checked.extend(devices) or results(devices)
+        )
+        checked.clear()
+        return dispatch.choose(name)
+
+    for name in (None, "cpu"):
+        assert choose(name) == intel
+        assert checked == [intel]
+        assert choose(name, intel=BAD) == pocl
+        assert checked == [intel, pocl]
+        assert choose(name, intel=BAD, pocl=BAD) == CPU
+    choose(intel=BAD)
+    checked.clear()
+    assert dispatch.choose(is_checked=False) == pocl
+    monkeypatch.setattr(device_check, "cached_result", lambda device: None)
+    assert dispatch.choose(is_checked=False) == intel
+    assert checked == []
 
 
 def test_a_device_that_fails_is_skipped(found):
@@ -231,6 +244,16 @@ def test_a_broken_cache_entry_is_rebuilt(monkeypatch):
     )
     assert len(texts) == 2
     assert texts[0] != texts[1]
+
+
+@needs_device
+@pytest.mark.parametrize("key", DEVICES + OTHER_DEVICES)
+def test_pyopencl_keeps_no_kernels_of_pocl(key, monkeypatch, tmp_path):
+    monkeypatch.setattr(characterize, "has_src_build_cache", lambda _: False)  # as in old versions
+    monkeypatch.setattr(caches, "kernel_folder", lambda: str(tmp_path))
+    chosen = dispatch.choose(key)
+    device.kernel(chosen, "local_points", (*LOCAL_POINTS, ("UNLIKE_OTHERS", 1)))
+    assert any(tmp_path.iterdir()) == (chosen.platform != quirks.POCL)
 
 
 def driver_error(kind, code):

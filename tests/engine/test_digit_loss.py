@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from control_point_sets import DEVICES, EXTENT, TOLERANCE, deformation, places, random_handles
-from pairwise import paired
+from pairwise import paired, rare
 
 from vtk_mls import HalfPlane
 from vtk_mls.engine import dispatch
@@ -94,14 +94,14 @@ def check(key, handles, kind_and_degree, alpha, rng):
     assert error.max() <= 2e-3
 
 
-@pytest.mark.parametrize("alpha", [1.5, 2, 3])
+@pytest.mark.parametrize("alpha", [2, 1.5, 3])
 @pytest.mark.parametrize("kind_and_degree", KINDS)
 @pytest.mark.parametrize("name", UNEVEN_SETS)
 def test_few_that_outweigh_the_others(key, name, kind_and_degree, alpha, rng):
     check(key, UNEVEN_SETS[name](rng), kind_and_degree, alpha, rng)
 
 
-@paired(name=EVEN_SETS, kind_and_degree=KINDS, alpha=[1.5, 2, 3, 4, 6])
+@paired(name=EVEN_SETS, kind_and_degree=KINDS, alpha=[2, 1.5, 3, 4, 6])
 def test_sets_that_are_hard_for_float(key, name, kind_and_degree, alpha, rng):
     check(key, EVEN_SETS[name](rng), kind_and_degree, alpha, rng)
 
@@ -114,7 +114,9 @@ def test_sums_are_the_same_in_one_lane_and_in_vectors(key, kind_and_degree, rng)
     np.testing.assert_array_equal(engine.backward(d, v), d.backward(v))
 
 
-@paired(width=[2, 4, 8, 16], kind_and_degree=KINDS, cut_frame=[None, "rest", "deformed"])
+@paired(
+    width=[4, 16, *rare(2, 8)], kind_and_degree=KINDS, cut_frame=[None, "rest", *rare("deformed")]
+)
 def test_points_do_not_depend_on_neighbors_in_double(key, width, kind_and_degree, cut_frame, rng):
     """In any order and in vectors of any width, though about every fourth point needs double."""
     cut = HalfPlane((128, 128, 128), (0.2, 0.1, 1), (1, 0.3, 0))

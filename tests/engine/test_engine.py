@@ -45,7 +45,7 @@ def voxels(difference, points):
     return np.linalg.norm(difference, axis=-1) / size * EXTENT
 
 
-@paired(kind_and_degree=KINDS_AND_DEGREES, count=[15, 200], alpha=[0.5, 1, 1.3, 1.5, 2, 3])
+@paired(kind_and_degree=KINDS_AND_DEGREES, count=[15, 200], alpha=[0.5, 1.3, 1, 1.5, 2, 3])
 def test_backward_on_random_sets(key, kind_and_degree, alpha, count, rng):
     rest, deformed = random_handles(rng, count)
     v = places(rng, deformed, 2000)
@@ -111,6 +111,28 @@ def test_jacobian(key, kind_and_degree, name, alpha, rng):
     assert error.max() <= (1e-2 if nearly_open else 1e-3)
 
 
+def test_degree_3(key, rng):
+    """Other tests leave it to `make matrix`, for most of its code is that of degree 2."""
+    rest, deformed = random_handles(rng, 80, 2)
+    v = places(rng, deformed, 500)
+    expected, got = (
+        deformation(rest, deformed, ("polynomial", 3), device) for device in ("reference", key)
+    )
+    x = expected.backward(v)
+    error = voxels(got.backward(v) - x, deformed)
+    largest, p99 = TOLERANCE["polynomial", 3]
+    assert np.percentile(error, 99) <= p99
+    assert error.max() <= largest
+    slopes = expected.jacobian(v)
+    np.testing.assert_allclose(got.jacobian(v), slopes, rtol=0, atol=1e-3 * np.abs(slopes).max())
+    inside = (np.linalg.det(slopes) > 0.3) & (np.abs(v / EXTENT - 0.5) < 0.4).all(axis=1)
+    assert inside.sum() > 100
+    field = got.forward_field(x[inside])
+    assert field.found.all()
+    origins = expected.backward(x[inside] + field.displacement)
+    assert voxels(origins - x[inside], deformed).max() <= 1e-5 * EXTENT
+
+
 @pytest.mark.parametrize("dimensions", [(1, 1, 1), (1, 7, 1), (3, 1, 50), (17, 5, 4), (64, 3, 3)])
 def test_grids_of_every_shape(key, dimensions, rng):
     """Rows shorter and longer than a vector, oriented anyhow."""
@@ -133,9 +155,8 @@ def test_a_hundred_thousand_control_points(key, rng):
     assert voxels(got - expected, deformed).max() <= 2e-4
 
 
-def test_small_memory_gives_the_same_in_slabs(key, kind_and_degree, rng, monkeypatch):
-    rest, deformed = random_handles(rng, 15)
-    d = deformation(rest, deformed, kind_and_degree, key)
+def test_small_memory_gives_the_same_in_slabs(key, rng, monkeypatch):
+    d = Deformation(*random_handles(rng, 15), device=key)
     grid = Grid((40, 30, 20), spacing=(6, 8, 12))
     image = rng.normal(size=grid.shape).astype(np.float32)
     whole = d.displacement_field(grid.dimensions, spacing=grid.spacing).displacement
@@ -156,7 +177,7 @@ def test_points_on_both_sides_of_a_plane_go_in_slabs(key, rng, monkeypatch):
     d = deformation(*random_handles(rng, 15), ("rigid", 1), key, cuts=[cut])
     v = rng.uniform(0, EXTENT, (5000, 3))
     whole = d.backward(v)
-    monkeypatch.setattr(engine.on(dispatch.choose(key)), "memory", 4 * 24 * 1024)
+    monkeypatch.setattr(engine.on(dispatch.choose(key)).memory, "limit", 4 * 24 * 1024)
     np.testing.assert_allclose(d.backward(v), whole, rtol=0, atol=1e-4)
 
 
@@ -178,8 +199,11 @@ def test_a_source_larger_than_the_memory_goes_in_slices(key, rng, monkeypatch):
     np.testing.assert_array_equal(d.resample_gradients(vectors, grid), gradients)
 
 
-@pytest.mark.parametrize("alpha", [1, 2, 3])
-@pytest.mark.parametrize("name", [name for name in HARD_SETS if name[:2] != "at"])
+@paired(
+    name=[name for name in HARD_SETS if name[:2] != "at"],
+    kind_and_degree=KINDS_AND_DEGREES,
+    alpha=[2, 1, *rare(3)],
+)
 def test_covariant_vectors_are_products_with_the_jacobian(key, name, alpha, kind_and_degree, rng):
     """Kernels sum these products without a Jacobian where a map has only control points."""
     d = deformation(*HARD_SETS[name](rng), kind_and_degree, key, alpha=alpha)
@@ -194,9 +218,11 @@ def test_covariant_vectors_are_products_with_the_jacobian(key, name, alpha, kind
     assert (error / size).max() < 1e-3
 
 
-@pytest.mark.parametrize("normalise", [False, True])
-@pytest.mark.parametrize("method", ["nearest", "linear", "cubic"])
-@pytest.mark.parametrize("width", [1, 2, 4, 8, 16])
+@paired(
+    width=[1, 16, 4, *rare(2, 8)],
+    method=["nearest", "linear", "cubic"],
+    normalise=[False, True],
+)
 def test_a_vector_does_not_depend_on_its_neighbors(key, width, method, normalise, rng):
     """Vectors at borders, on grid points and outside take another branch than the others."""
     chosen = engine.Engine(replace(dispatch.choose(key), width=width))
@@ -227,10 +253,12 @@ def test_a_vector_does_not_depend_on_its_neighbors(key, width, method, normalise
         assert is_clear.sum() > 1000
 
 
-@pytest.mark.parametrize("components", [1, 3])
-@pytest.mark.parametrize("dtype", ["uint8", "int32", "float32"])
-@pytest.mark.parametrize("method", ["nearest", "linear", "cubic"])
-@pytest.mark.parametrize("width", [1, 2, 4, 8, 16])
+@paired(
+    width=[1, 16, 4, *rare(2, 8)],
+    method=["nearest", "linear", "cubic"],
+    dtype=["uint8", "int32", "float32"],
+    components=[1, 3],
+)
 def test_a_value_does_not_depend_on_its_neighbors(key, width, method, dtype, components, rng):
     """Points at borders, on grid points and outside take another branch than the others."""
     launcher = Launcher(replace(dispatch.choose(key), width=width))
@@ -342,7 +370,7 @@ def test_one_point_per_work_item(key, kind_and_degree, options, rng, monkeypatch
     np.testing.assert_allclose(*resampled, rtol=0, atol=1e-3)
 
 
-@paired(kind_and_degree=KINDS_AND_DEGREES, alpha=[1, 2])
+@paired(kind_and_degree=KINDS_AND_DEGREES, alpha=[2, 1])
 def test_a_device_without_float64(key, kind_and_degree, alpha, rng, monkeypatch):
     """Sums are taken in float32 then: enough while no few control points outweigh the others."""
     monkeypatch.setattr(device.Device, "has_float64", property(lambda self: False))

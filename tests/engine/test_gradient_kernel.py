@@ -5,24 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from control_point_sets import DEVICES, random_rotation
+from pairwise import paired, rare
 
 from vtk_mls import Grid
 from vtk_mls.engine import dispatch
 from vtk_mls.engine.sample import differences
 from vtk_mls.queries import vector_fields
 
-DTYPES = [
-    "int8",
-    "uint8",
-    "int16",
-    "uint16",
-    "int32",
-    "uint32",
-    "int64",
-    "uint64",
-    "float32",
-    "float64",
-]
+DTYPES = ["float32", "float64", "int16", "uint64"]
+DTYPES += rare("int8", "uint8", "uint16", "int32", "uint32", "int64")  # which images have, too
 SPACING = 0.5, -2.0, 3.0
 
 pytestmark = pytest.mark.skipif(not DEVICES, reason="no OpenCL device that computes right")
@@ -41,7 +32,7 @@ def check(engine, array, grid):
     np.testing.assert_allclose(got / scale, expected / scale, atol=1e-6)
 
 
-@pytest.mark.parametrize("dtype", DTYPES)
+@paired(dtype=DTYPES)
 def test_arrays_of_every_type(dtype, engine, rng):
     grid = Grid((37, 6, 7), (1, 2, 3), SPACING, random_rotation(rng))
     values = rng.uniform(0, 120, grid.shape)

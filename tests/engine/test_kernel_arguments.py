@@ -10,7 +10,7 @@ from control_point_sets import DEVICES, OTHER_DEVICES
 pytest.importorskip("pyopencl", reason="there is no OpenCL without pyopencl")
 
 from vtk_mls.engine.device import devices as device
-from vtk_mls.engine.launch.structs import CONSTANTS, STRUCTS
+from vtk_mls.engine.launch.kernel_arguments import CONSTANTS, STRUCTS
 from vtk_mls.queries import void_cells
 
 _KERNEL = """

@@ -40,7 +40,7 @@ def scene(request, tmp_path, monkeypatch):
 
 def run(command, path, *options, source="in.mha"):
     """Call the command with a file and handles.csv."""
-    arguments = [command, source, "handles.csv", path, "--device", FAST, *options]
+    arguments = [command, source, "handles.csv", path, "--device", "reference", *options]
     assert main(list(map(str, arguments))) == 0
 
 

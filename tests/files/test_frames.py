@@ -6,8 +6,6 @@ import pytest
 import SimpleITK
 import slicer_peer
 from file_fixtures import (
-    DRAGGED,
-    HANDLES,
     LEFT,
     ORIGIN,
     RIGHT,
@@ -21,8 +19,6 @@ from file_fixtures import (
 from slicer_peer import needs_slicer
 
 from vtk_mls import io
-from vtk_mls.commands.cli import main
-from vtk_mls.files import control_point_files
 from vtk_mls.vtk.arrays import ImageGeometry
 
 
@@ -81,22 +77,6 @@ def test_every_format_becomes_every_other(tmp_path, source, direction, suffix):
     write_source(path, source[1], direction)
     io.write_dataset(io.read_dataset(path), other)
     assert_same_in_itk(path, other)
-
-
-def test_the_same_handles_deform_all_alike(tmp_path, source, direction):
-    path, reference = tmp_path / f"x{source[0]}", tmp_path / "reference.mha"
-    write_source(path, source[1], direction)
-    SimpleITK.WriteImage(as_itk(direction), str(reference))
-    control_point_files.write(tmp_path / "h.csv", HANDLES, DRAGGED)
-    outputs = []
-    for name in (path, reference):
-        outputs.append(tmp_path / f"out-{name.name}")
-        arguments = ["deform", name, tmp_path / "h.csv", outputs[-1], "--device", "reference"]
-        assert main(list(map(str, arguments))) == 0
-    if source[1] not in ("SimpleITK", "nibabel"):
-        assert f"\nspace: {source[1]}\n".encode() in outputs[0].read_bytes()
-    assert np.ptp(scalars(io.read_dataset(outputs[1])) - VALUES.ravel()) > 100
-    assert_same_in_itk(*outputs, rounding=1)  # places of NIfTI are float32
 
 
 SLICER_VALUE = """

@@ -5,7 +5,7 @@ import tracemalloc
 import numpy as np
 import pytest
 from opened_images import APART, BOTH, HALF, REST, grid_of, numbers_of, scene, set_half_plane
-from pipelines import Executions, connect, control_points, update, values_of
+from pipelines import connect, control_points, update, values_of
 from vtk_fixtures import FAST, add_array, make_image
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkMultiBlockDataSet, vtkPlane, vtkPolyData
@@ -191,24 +191,6 @@ def test_each_surface_is_a_cut():
     # two parallel surfaces together are not as if there were none
     deforming.SetInputConnection(2, first.GetOutputPort())
     assert not np.array_equal(values_of(update(deforming), "values"), together)
-
-
-@BOTH
-def test_nothing_is_done_twice(kind):
-    deforming, source = scene(kind), rectangle()
-    runs = [Executions(source), Executions(deforming)]
-
-    def counts():
-        update(deforming)
-        return [run.count for run in runs]
-
-    assert counts() == counts() == [0, 1]
-    deforming.SetInputConnection(2, source.GetOutputPort())
-    assert counts() == counts() == [1, 2]
-    source.SetPoint1(3.9, 80, 2.6)
-    assert counts() == counts() == [2, 3]
-    deforming.AddCut(Plane((0, 0, 0), (0, 0, 1)))
-    assert counts() == counts() == [2, 4]
 
 
 def test_fitted_grid_knows_the_cuts():

@@ -131,12 +131,6 @@ def test_field_data_passes(reference):
     assert output.GetFieldData().GetArray("patient").GetValue(0) == 17
 
 
-def test_an_image_without_arrays_gives_one(reference):
-    output = update(connect(reference, make_image(), control_points()))
-    assert output.GetDimensions() == (9, 8, 7)
-    assert output.GetPointData().GetNumberOfArrays() == 0
-
-
 def test_weights_count(deform, device):
     image, weights = smooth_image(), np.arange(1.0, 9.0)
     output = update(connect(deform, image, control_points(weights=weights)))

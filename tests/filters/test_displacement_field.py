@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from pipelines import Executions, connect, control_points, update, values_of
+from pipelines import connect, control_points, update, values_of
 from smooth_images import PLACES, smooth_image
 from vtk_fixtures import DEFORMED, REST, add_array, make_image
 from vtkmodules.vtkCommonCore import vtkPoints
@@ -79,25 +79,6 @@ def test_one_cell_of_the_image_is_requested(field):
     field.UpdateExtent((2, 4, 2, 4, 2, 4))
     assert field.GetOutputDataObject(0).GetExtent() == (2, 4, 2, 4, 2, 4)
     assert source.GetOutput().GetExtent() == (0, 1, 0, 1, 0, 1)
-
-
-def test_nothing_is_done_twice(field):
-    source, handles = vtkSphereSource(), control_points()
-    runs = [Executions(algorithm) for algorithm in (source, handles, field)]
-    connect(field, source, handles)
-
-    def counts():
-        update(field)
-        return [run.count for run in runs]
-
-    assert counts() == counts() == [1, 1, 1]
-    for _ in range(2):
-        field.SetSampleDimensions(4, 4, 4)
-        assert counts() == [1, 1, 2]
-    handles.SetWeights([2.0] * 8)
-    assert counts() == counts() == [1, 2, 3]
-    source.SetRadius(3)
-    assert counts() == counts() == [2, 2, 4]
 
 
 @pytest.mark.parametrize("start", [(0, 0, 0), (3, -2, 5)])

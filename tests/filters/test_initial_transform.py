@@ -200,8 +200,8 @@ def test_meshes_are_split_in_the_space_between(name, initial):
     back = places_of(output) - array_of(output, "ForwardDisplacement")
     assert (back > LOW - 1e-3).all()
     assert (back < HIGH + 1e-3).all()
-    deform.SetAlpha(1.5)  # by the mesh that was divided before
-    alone.SetAlpha(1.5)
+    deform.SetBlend(0.5)  # by the mesh that was divided before
+    alone.SetBlend(0.5)
     np.testing.assert_allclose(places_of(update(deform)), places_of(update(alone)), atol=1e-4)
 
 

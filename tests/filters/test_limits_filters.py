@@ -77,7 +77,7 @@ def test_a_changed_mask_is_used():
 
 @pytest.mark.parametrize("kind", [MLSDeform, MLSDisplacementField])
 def test_held_handles_are_reported_once(kind, messages):
-    deform, source = scene(kind)
+    deform, source = scene(kind, "reference")
     update(deform)
     messages.assert_none()
     deform.SetMaskBall(4, 4, 4, 1.5, 1)

@@ -86,6 +86,13 @@ def table(name):
     return _enabled(_table(name))
 
 
+def properties_beside(name):
+    """The names of the visible properties in the part of the panel with a visible property."""
+    panel = next(w for w in _visible(QtWidgets.QWidget) if w.objectName() == name).parentWidget()
+    shown = [widget for widget in panel.children() if widget.inherits("pqPropertyWidget")]
+    return sorted(widget.objectName() for widget in shown if widget.isVisible())
+
+
 def widen(name, width):
     """Set the width of a dock."""
     (dock,) = (dock for dock in _visible(QtWidgets.QDockWidget) if dock.objectName() == name)

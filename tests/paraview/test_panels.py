@@ -99,6 +99,13 @@ def test_a_property_is_shown_while_it_has_an_effect():
     assert (hint.get("property"), hint.get("value")) == ("Kind", "polynomial")
     (hint,) = found["CutOrigin"].iter("PropertyWidgetDecorator")
     assert (hint.get("property"), hint.get("inverse")) == ("CutType", "1")
+    for name, is_excluded in (
+        ("Background", "0"),
+        ("Reference", "0"),
+        ("GenerateCellQuality", "1"),
+    ):
+        (hint,) = found[name].iter("PropertyWidgetDecorator")
+        assert (hint.get("type"), hint.get("exclude")) == ("InputDataTypeDecorator", is_excluded)
 
 
 @pytest.mark.parametrize(

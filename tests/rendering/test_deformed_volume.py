@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 import pytest
 from drawing import MIDDLE, SIZE, Scene, assert_alike, drawn_volume, image_of, phantom, volume_of
-from pairwise import one_of, paired
+from pairwise import one_of, paired, rare
 from vtk_fixtures import FAST, TURNED
 from vtkmodules.vtkCommonDataModel import vtkPiecewiseFunction, vtkPlane
 from vtkmodules.vtkFiltersSources import vtkSphereSource
@@ -241,7 +241,7 @@ def test_masks(is_label_map):
 # Maps
 
 
-@pytest.mark.parametrize("kind", one_of(2, KINDS))
+@pytest.mark.parametrize("kind", one_of(len(KINDS), KINDS))
 def test_every_kind(kind):
     assert_alike(*pictures(deformation(kind=kind)))
 
@@ -249,7 +249,7 @@ def test_every_kind(kind):
 @paired(
     cut=CUTS,
     moved=[((-5, 0, 0), (5, 0, 0)), ((0, 0, 0), (10, 2, 0)), ((5, 0, 2), (7, 0, 2))],
-    kind=["rigid", "affine"],
+    kind=["rigid", *rare("affine")],
 )
 def test_voids_of_every_cut(cut, moved, kind):
     d = deformation(*moved, kind, cuts=CUTS[cut])

@@ -223,11 +223,11 @@ def test_shapes_and_names_by_the_panel(page):
 
 def test_cuts_and_the_map_by_the_panel(page):
     page.tab.get_by_role("button", name="Half-plane").click()
-    page.tab.get_by_text("How sharply it parts").wait_for()
+    page.tab.get_by_text("Parting of cuts").wait_for()
     page.tab.get_by_role("button", name="None").click()
-    page.tab.get_by_text("How sharply it parts").wait_for(state="detached")
+    page.tab.get_by_text("Parting of cuts").wait_for(state="detached")
     page.tab.keyboard.press("c")
-    page.tab.get_by_text("How sharply it parts").wait_for()
+    page.tab.get_by_text("Parting of cuts").wait_for()
     page.tab.keyboard.press("Control+z")
     page.tab.keyboard.press("k")
     page.status("similarity")
@@ -272,7 +272,7 @@ def test_an_image_with_a_mesh_slices_and_a_line_cut(browser, folder, monkeypatch
         for x in (0.42, 0.48, 0.54):
             page.tab.mouse.click(*page.pixel((x, 0.4)))
         page.tab.keyboard.press("p")
-        page.tab.get_by_text("How sharply it parts").wait_for()
+        page.tab.get_by_text("Parting of cuts").wait_for()
         page.tab.keyboard.press("s")
         page.tab.get_by_role("link", name="ball-deformed.nii.gz").wait_for()
         saved = folder / "both" / "saved"
@@ -368,7 +368,7 @@ def test_a_phone(browser, address):
     page.swipe((0.5, 0.5), (50, -30))
     page.status("1 selected")
     assert not np.allclose(page.moved_row(0, before), before)
-    panel = page.tab.get_by_text("Alpha", exact=True)
+    panel = page.tab.get_by_text("Locality (alpha)", exact=True)
     assert panel.bounding_box()["x"] > 390, "the panel is in the picture's way"
     page.tab.get_by_role("button", name="Panel").tap()
     page.tab.wait_for_function(f"{_PANEL_AT} < 390")

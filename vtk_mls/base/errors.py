@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager
+
 
 class InputError(ValueError):
     """A wrong argument or file: one sentence that begins with its name.
@@ -33,3 +35,19 @@ class InputError(ValueError):
         """A copy of the error, which begins as a dict says by argument."""
         name = names.get(self.argument, self.name)
         return InputError(self.predicate, argument=self.argument, path=self.path, name=name)
+
+
+@contextmanager
+def of_file(path):
+    """A block in which a file is read or written: an InputError without a name gets its path."""
+    try:
+        yield
+    except UnicodeDecodeError as error:
+        byte = error.object[error.start]
+        raise InputError(
+            f"is not UTF-8 text: its byte {error.start} is {byte}", path=path
+        ) from None
+    except InputError as error:
+        if error.name:
+            raise
+        raise InputError(error.predicate, path=path) from error

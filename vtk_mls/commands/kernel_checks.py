@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import threading
 import time
 from functools import partial
 from pathlib import Path
@@ -11,7 +12,7 @@ import numpy as np
 
 from vtk_mls import Deformation, Grid, HalfPlane, Sampling
 from vtk_mls.engine.device import devices
-from vtk_mls.engine.device.device_check import SPEED, STEP, description
+from vtk_mls.engine.device.device_check import PARTS, SECONDS, STEP, description
 from vtk_mls.engine.opencl_engine import Engine
 from vtk_mls.model.kinds import ALL_KINDS
 from vtk_mls.reference import reference_engine as reference
@@ -23,10 +24,10 @@ _FINE_GRID = Grid((33, 30, 30), spacing=(1.25, 1.3, 1.4))
 _SPEED_GRID = Grid((64, 64, 64), spacing=(0.6, 0.6, 0.6))
 
 
-def main(folder, requested):
-    """Check the device with the `description` that is requested.
+def main(folder, requested, part):
+    """Do a part of the check of the device with the `description` that is requested.
 
-    Writes the step that begins and at the end the speed to `folder`. An exception before the first
+    Writes the step that begins and the processor time to `folder`. An exception before the first
     step is not the fault of the device.
 
     Raises
@@ -36,15 +37,22 @@ def main(folder, requested):
     found = [device for device in devices.list_devices() if description(device) == requested]
     if not found:
         raise LookupError("the child process does not find the device")
+    threading.Thread(target=_count_seconds, args=(folder,), daemon=True).start()
     Path(folder, STEP).write_text("first use")
     engine = Engine(found[0])
-    for step, results, bound in checks(engine):
+    for step, results, bound in checks(engine)[part::PARTS]:
         Path(folder, STEP).write_text(step)
         off = error(engine, results)
         if not off <= bound:  # NaN, too
             raise ArithmeticError(f"wrong numbers, off by {off:.2g}")
-    Path(folder, SPEED).write_text(str(speed(engine)))
     os._exit(0)  # drivers may crash or hang at the end
+
+
+def _count_seconds(folder):
+    with open(Path(folder, SECONDS), "w", buffering=1) as file:
+        while True:
+            file.write(f"{time.process_time()}\n")
+            time.sleep(1)
 
 
 def checks(engine):

@@ -24,7 +24,7 @@ def engine_for(name=None):
     if name == "reference":
         return reference
     try:
-        chosen = choose(name)
+        chosen = _chosen(name, os.getpid())
     except NoDevice as error:
         if name is not None:
             raise
@@ -38,14 +38,24 @@ def engine_for(name=None):
 _warn_once = lazy.cached(warn)
 
 
-def choose(name: str | None = None) -> devices.Device:
+@lazy.cached
+def _chosen(name, process):
+    """The device for a name in a process; a fork must not use that of its parent."""
+    return choose(name)
+
+
+def choose(name: str | None = None, is_checked: bool = True) -> devices.Device:
     """The device for `name`, which passed the check.
+
+    Devices are checked in the order of preference, and none after the first that passes.
 
     Parameters
     ----------
     name : {"gpu", "cpu", "platform:device"}, optional
         The default is the first GPU, else the fastest CPU driver. MPI processes take the GPUs of
         their node in turn.
+    is_checked : bool, optional
+        Without it a device is chosen that has not failed a check yet, and none is checked now.
 
     Raises
     ------
@@ -53,19 +63,19 @@ def choose(name: str | None = None) -> devices.Device:
         If the device is missing or fails the check; it lists the devices found.
     """
     found, problem = devices.find()
-    for device in found:
-        if name == device.key and (working := _working([device])):
-            return working[0]
-    gpus = [device for device in found if device.kind == "gpu"]
+    candidates = [device for device in found if device.key == name]
     if name in ("gpu", None):
-        for device in devices.shared_out(gpus):
-            if working := _working([device]):
-                return working[0]
-    cpus = [device for device in found if device.kind == "cpu" and devices.is_free(device)]
-    for is_fastest in (True, False) if name in ("cpu", None) else ():  # which saves checks
-        alike = [device for device in cpus if drivers.is_fastest(device.platform) == is_fastest]
-        if working := _working(alike):
-            return working[0]
+        candidates += devices.shared_out([device for device in found if device.kind == "gpu"])
+    if name in ("cpu", None):
+        cpus = [device for device in found if device.kind == "cpu" and devices.is_free(device)]
+        candidates += sorted(cpus, key=lambda device: drivers.rank(device.platform))
+    for device in candidates:
+        if is_checked:
+            (result,) = device_check.results([device])
+        else:
+            result = device_check.cached_result(device)
+        if not (result and result.failure):
+            return device
     missing = "no OpenCL device" + (f" `{name}`" if name else " that works")
     if name and any(name in (device.key, device.kind) for device in found):
         missing += " that works"
@@ -75,13 +85,6 @@ def choose(name: str | None = None) -> devices.Device:
         f"{missing}{listed}; install your GPU's driver, or one for the CPU: {drivers.advice()}; or "
         f'use {others}device="reference"'
     )
-
-
-def _working(found):
-    """Devices that pass the check, the fastest first."""
-    checked = zip(device_check.results(found), found)
-    working = [(result.speed, device) for result, device in checked if not result.failure]
-    return [device for _, device in sorted(working, key=lambda pair: -pair[0])]
 
 
 def _with_failure(device):

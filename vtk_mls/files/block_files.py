@@ -16,6 +16,7 @@ from vtkmodules.vtkCommonDataModel import (
 )
 from vtkmodules.vtkIOXML import vtkXMLDataObjectWriter, vtkXMLMultiBlockDataWriter
 
+from vtk_mls.base.errors import InputError
 from vtk_mls.files import vtk_io
 
 COMPOSITE = (vtkMultiBlockDataSet, vtkPartitionedDataSet, vtkPartitionedDataSetCollection)
@@ -66,19 +67,19 @@ def joined(datasets):
     return data
 
 
-def _check_datasets(data, path):
-    """Raise ValueError for a dataset that a file of blocks cannot hold: VTK would leave it out."""
+def _check_datasets(data):
+    """Raise InputError for a dataset that a file of blocks cannot hold: VTK would leave it out."""
     for leaf in leaves(data):
         if isinstance(leaf, vtkDataSet) and block_writer(leaf) is None:
-            raise ValueError(
-                f"`{path}` cannot hold a {leaf.GetClassName()}; make an unstructured grid of it "
-                "(by vtkAppendFilter)"
+            raise InputError(
+                f"cannot hold a {leaf.GetClassName()}; make an unstructured grid of it (by "
+                "vtkAppendFilter)"
             )
 
 
 def write_blocks(data, path):
     """Write a .vtm file and a folder with its blocks."""
-    _check_datasets(data, path)
+    _check_datasets(data)
     if not isinstance(data, vtkMultiBlockDataSet):
         from vtkmodules.vtkFiltersCore import vtkConvertToMultiBlockDataSet
 
@@ -91,7 +92,7 @@ def write_partitions(data, path):
 
     VTK's own writer ends the process when the disk is full.
     """
-    _check_datasets(data, path)
+    _check_datasets(data)
     if not isinstance(data, vtkPartitionedDataSetCollection):
         from vtkmodules.vtkFiltersCore import vtkConvertToPartitionedDataSetCollection
 
@@ -133,9 +134,9 @@ def write_hdf(data, path):
     try:
         from vtkmodules.vtkIOHDF import vtkHDFWriter
     except ImportError:
-        raise ValueError(
-            f"`{path}` cannot be written by VTK {vtkVersion.GetVTKVersion()}, only from 9.4 on; "
-            "write .vtu, .vtp or .vtm instead"
+        raise InputError(
+            f"cannot be written by VTK {vtkVersion.GetVTKVersion()}, only from 9.4 on; write .vtu, "
+            ".vtp or .vtm instead"
         ) from None
     vtk_io.write(vtkHDFWriter(), data, path)
     with path.open("rb") as file:

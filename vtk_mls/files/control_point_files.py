@@ -20,6 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
+from vtk_mls.base.errors import InputError, of_file
 from vtk_mls.files import formats, markups, point_lists, point_tables
 from vtk_mls.files.frames import signs
 from vtk_mls.files.landmarks import Landmarks, Pairs, paired
@@ -68,17 +69,13 @@ def read_landmarks(
     """The `Landmarks` of a file of `formats.POINTS` in LPS, as of `io.read_landmarks`."""
     path = existing_file(path)
     read_file = formats.choose(path, "read points from", **_READ).read
-    try:
+    with of_file(path):
         is_table = _reader(path) is point_tables.read
         landmarks: Landmarks = (
             point_tables.read(path, is_alone, time) if is_table else read_file(path)
         )
-    except UnicodeDecodeError as error:
-        raise ValueError(
-            f"`{path}` is not UTF-8 text: its byte {error.start} is {error.object[error.start]}"
-        ) from None
-    if len(landmarks.positions) == 0:
-        raise ValueError(f"`{path}` holds no control points")
+        if len(landmarks.positions) == 0:
+            raise InputError("holds no control points")
     return landmarks.in_lps(space)
 
 
@@ -122,7 +119,7 @@ def write_landmarks(path, points, source=None, space="LPS"):
     line = formats.choose(path, "write points to", **_WRITE)
     source = source and Path(source)
     old = source and formats.find(source, **_READ)
-    with _new_text_file(path) as file:
+    with _new_text_file(path) as file, of_file(source):
         if old and line.read is old.read is markups.read_json:
             return markups.rewrite_json(source, file, points.positions)
         if line.frame != formats.CALLER:

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from vtk_mls.base.errors import InputError
 from vtk_mls.files import formats, image_files
 from vtk_mls.files.volumes import Volume
 
@@ -51,9 +52,9 @@ def _series(path):
             )
         _check_complete(folder, series)
         if len(series) > 1:
-            raise ValueError(
-                f"`{path}` has {len(series)} series: {_listed(series)}; name a file of one of them "
-                "in place of the folder"
+            raise InputError(
+                f"has {len(series)} series: {_listed(series)}; name a file of one of them in place "
+                "of the folder"
             )
         return next(iter(series.values()))
     uid = _information(path).get(_SERIES, "")

@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from vtk_mls.base.errors import InputError
 from vtk_mls.base.grid import Grid
 from vtk_mls.files import formats, meta_image, nifti, nrrd, volumes
 from vtk_mls.files.volumes import Volume
@@ -112,9 +113,10 @@ def read_volume(name: str, path: Path) -> Field:
     """
     module, _ = _FORMATS[name]
     series = module.open_file(path)
-    content = _content_in_ras(series.read(0).header) if module is nifti else ""
-    volume = volumes.single(series, path)
-    values = volume.values
+    volume = series.read(0)
+    content, values = _content_in_ras(volume.header) if module is nifti else "", volume.values
+    if len(series.times) > 1:
+        raise InputError(f"is a series of {len(series.times)} volumes; give one volume")
     if values.shape[3:] != (3,) or values.dtype.kind != "f":
         raise ValueError(
             "a displacement field has 3 floating-point components, "

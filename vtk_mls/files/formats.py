@@ -14,6 +14,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from vtk_mls.base.errors import InputError
 from vtk_mls.files.ome_zarr import SUFFIX, has_metadata
 
 # Contents that files are read as or written from.
@@ -292,7 +293,7 @@ def choose(path: Path, purpose: str, **contents: tuple[str, ...]) -> Format:
             f"{', '.join(endings(**contents))}{_missing(_lines(**contents))}"
         )
     if not _is_installed(line):
-        raise ValueError(f"`{path}` needs the package {line.needs}: pip install {line.needs}")
+        raise InputError(f"needs the package {line.needs}: pip install {line.needs}", path=path)
     return line
 
 

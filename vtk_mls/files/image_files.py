@@ -17,6 +17,7 @@ from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkIOLegacy import vtkDataSetWriter
 from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLImageDataWriter
 
+from vtk_mls.base.errors import InputError
 from vtk_mls.files import frames, meta_image, metadata, nifti, nrrd, ome_zarr, volumes, vtk_io
 from vtk_mls.files.units import NANOMETERS, symbol
 from vtk_mls.files.volumes import Volume
@@ -85,9 +86,7 @@ def write_xml(image, path):
 def write_legacy(image, path):
     """Write a .vtk file, which has no direction matrix."""
     if not np.array_equal(ImageGeometry.of_image(image).grid.direction, np.eye(3)):
-        raise ValueError(
-            f"`{path}` cannot hold the image's direction matrix; write .vti, .mha or .nii instead"
-        )
+        raise InputError("cannot hold the image's direction matrix; write .vti, .mha or .nii")
     copy = vtkImageData()
     copy.ShallowCopy(image)
     ImageGeometry.of_grid(ImageGeometry.of_image(image).grid).apply_to(copy)
@@ -189,12 +188,12 @@ def writing_volumes(name, path, times):
     series = []
 
     def add(image):
-        volume = _volume_of(image, path, header)
+        volume = _volume_of(image, header)
         first = series[0] if series else volume
         if not _is_alike(volume, first):
-            raise ValueError(
-                f"`{path}` must get images of one grid and one type of values, got "
-                f"{_summary(volume)} after {_summary(first)}; write .pvd, which takes any"
+            raise InputError(
+                f"must get images of one grid and one type of values, got {_summary(volume)} after "
+                f"{_summary(first)}; write .pvd, which takes any"
             )
         series.append(volume)
 
@@ -219,10 +218,10 @@ def _summary(volume):
     return f"{size} of {volume.values.dtype} at {origin}"
 
 
-def _volume_of(image, path, header):
+def _volume_of(image, header):
     """The `Volume` of the active scalars of an image, or of its only array."""
     grid = ImageGeometry.of_image(image).grid
-    array = _single_array(image, path)
+    array = _single_array(image)
     values = arrays.to_numpy(array)
     space = metadata.load(image, metadata.FILE_SPACE)
     is_label = array.GetName() in metadata.load(image, metadata.LABEL_ARRAYS)
@@ -262,14 +261,14 @@ def read_ome_zarr(path, max_points=None):
     return image
 
 
-def _single_array(image, path):
+def _single_array(image):
     """The active scalars, or the only point array."""
     data = image.GetPointData()
     array = data.GetScalars() or (data.GetArray(0) if data.GetNumberOfArrays() == 1 else None)
     if array is None:
         names = ", ".join(f"`{data.GetArrayName(i)}`" for i in range(data.GetNumberOfArrays()))
-        raise ValueError(
-            f"`{path}` can hold one array, and none of {names or 'no arrays'} is the image's "
-            "active scalars; write .vti instead"
+        raise InputError(
+            f"can hold one array, and none of {names or 'no arrays'} is the image's active "
+            "scalars; write .vti instead"
         )
     return array

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from vtk_mls.base.errors import InputError
 from vtk_mls.base.messages import warn
 from vtk_mls.files.frames import signs
 from vtk_mls.model.handles.handle_cells import HandleCells
@@ -142,7 +143,7 @@ def paired(rest, deformed=None, between=(), pair_by=""):
         is_pair &= np.isfinite([*places, q]).all(axis=(0, 2))
     if not is_pair.any():
         other = "" if deformed is None else f", nor pairs with those of `{deformed.path}`"
-        raise ValueError(f"`{rest.path}` holds no control points{other}: none is placed")
+        raise InputError(f"holds no control points{other}: none is placed", path=rest.path)
     weights = None if rest.weights is None else rest.weights[is_pair]
     labels = [label for label, is_used in zip(rest.labels, is_pair) if is_used]
     p, cells = p[is_pair], rest.cells and rest.cells.of_rows(is_pair)
@@ -167,9 +168,9 @@ def listed(labels):
 def _moved(rest, deformed, pair_by):
     """Positions (n, 3) of the partners in `deformed` of the points of `rest`; NaN without one."""
     if deformed.partners is not None and (deformed.partners != deformed.positions).any():
-        raise ValueError(
-            f"`{deformed.path}` has two positions for a point; a file of deformed positions "
-            "must have one"
+        raise InputError(
+            "has two positions for a point; a file of deformed positions must have one",
+            path=deformed.path,
         )
     order = _order(rest, deformed, pair_by)
     return np.where(order[:, None] < 0, np.nan, deformed.positions[order])
@@ -198,9 +199,10 @@ def _order(rest, deformed, pair_by):
             for label, count in Counter(points.labels).most_common(1)
             if label and count > 1
         ]
-        raise ValueError(
-            f"`{deformed.path}` must hold one position for each of the {len(own)} control points "
-            f"of `{rest.path}`, got {len(other)}{''.join(repeated[:1])}"
+        raise InputError(
+            f"must hold one position for each of the {len(own)} control points of `{rest.path}`, "
+            f"got {len(other)}{''.join(repeated[:1])}",
+            path=deformed.path,
         )
     return np.arange(len(own))
 

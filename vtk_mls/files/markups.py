@@ -16,6 +16,7 @@ from contextlib import contextmanager
 
 import numpy as np
 
+from vtk_mls.base.errors import InputError
 from vtk_mls.files.frames import signs
 from vtk_mls.files.landmarks import Landmarks, shortened
 from vtk_mls.model.handles.handle_cells import HandleCells
@@ -45,14 +46,14 @@ def read_json(path):
     """The points of a .mrk.json, in LPS, and its curves."""
     positions, labels, descriptions = [np.empty((0, 3))], [], []
     vertices, curves = [], []
-    for markups, factors, points in _lists(path, _document(path)):
+    for markups, factors, points in _lists(_document(path)):
         rows = np.arange(len(labels), len(labels) + len(points))
         if len(points) and markups.get("type") in _CURVES:
             curves.append(np.append(rows, rows[: _CURVES[markups["type"]]]))
         else:
             vertices.append(rows)
         numbered = enumerate(points, len(labels) + 1)
-        list_positions = [_json_position(path, number, point) for number, point in numbered]
+        list_positions = [_json_position(number, point) for number, point in numbered]
         positions.append(np.reshape(list_positions, (-1, 3)) * factors)
         for point in points:
             labels.append(_text(point.get("label", "")))
@@ -94,7 +95,7 @@ def write_json(file, landmarks):
 def rewrite_json(path, file, positions):
     """Write a .mrk.json again, with other positions. Planes and boxes become points."""
     document, start = _document(path), 0
-    for markups, factors, points in _lists(path, document):
+    for markups, factors, points in _lists(document):
         for i, point in enumerate(points):
             points[i] = _placed(point, positions[start + i] * factors)
         start += len(points)
@@ -112,13 +113,13 @@ def read_fcsv(path):
     """The points of an .fcsv."""
     positions, labels, descriptions, header = [], [], [], {}
     for row, number in _fcsv_rows(path, header):
-        positions.append(_fcsv_position(path, number, row))
+        positions.append(_fcsv_position(number, row))
         is_old = "version" not in header
         labels.append(_cell(row, 0 if is_old else _LABEL))
         descriptions.append("" if is_old else _cell(row, _DESCRIPTION))
     frame = header.get("CoordinateSystem", "RAS")
     if frame not in _FRAMES:
-        raise _wrong_frame(path, frame)
+        raise _wrong_frame(frame)
     positions = np.reshape(positions, (-1, 3))
     return Landmarks(path, positions, _FRAMES[frame], labels, descriptions)
 
@@ -139,44 +140,44 @@ def write_fcsv(file, landmarks):
 
 def _document(path):
     """The content of a JSON file, if it has a list of markups."""
-    with _as_sentence(path):
+    with _as_sentence():
         document = json.loads(path.read_text(encoding="utf-8-sig"))
         if not isinstance(document["markups"], list):
             raise TypeError("`markups` is not a list")
     return document
 
 
-def _lists(path, document):
+def _lists(document):
     """(markups, signs to LPS, points) of each markups of a document."""
     for markups in document["markups"]:
-        with _as_sentence(path):
+        with _as_sentence():
             points = markups.get("controlPoints", [])
             if not isinstance(points, list) or not all(isinstance(point, dict) for point in points):
                 raise TypeError("`controlPoints` is not a list of dictionaries")
             frame = markups.get("coordinateSystem", "LPS")
         if not isinstance(frame, str) or frame not in _FRAMES:
-            raise _wrong_frame(path, frame)
+            raise _wrong_frame(frame)
         yield markups, signs(_FRAMES[frame]), points
 
 
 @contextmanager
-def _as_sentence(path):
+def _as_sentence():
     try:
         yield
     except UnicodeDecodeError:
         raise
     except RecursionError:
-        raise ValueError(f"`{path}` has no markups: it is nested too deeply") from None
+        raise InputError("has no markups: it is nested too deeply") from None
     except (ValueError, KeyError, IndexError, TypeError, AttributeError) as error:
-        raise ValueError(f"`{path}` has no markups: {error!r:.80}") from error
+        raise InputError(f"has no markups: {error!r:.80}") from error
 
 
-def _json_position(path, number, point):
+def _json_position(number, point):
     """The position of a control point, three numbers; NaN if it has none."""
     status, position = point.get("positionStatus", "defined"), point.get("position", "")
     if status not in _STATUSES:
-        raise ValueError(
-            f"`{path}`, point {number}: `positionStatus` must be one of {', '.join(_STATUSES)}, "
+        raise InputError(
+            f", point {number}: `positionStatus` must be one of {', '.join(_STATUSES)}, "
             f"got {shortened(str(status))}"
         )
     if status != "defined" or position == "":
@@ -186,13 +187,11 @@ def _json_position(path, number, point):
     )
     try:
         if are_numbers and len(position) == 3:
-            return _finite(path, f"point {number}", [float(number) for number in position])
+            return _finite(f"point {number}", [float(number) for number in position])
     except OverflowError:
         pass
-    raise ValueError(
-        f"`{path}` has a position that is not three numbers: point {number} is at "
-        + shortened(f"{position!s:.200}")
-    )
+    text = shortened(f"{position!s:.200}")
+    raise InputError(f"has a position that is not three numbers: point {number} is at {text}")
 
 
 def _placed(point, position):
@@ -221,10 +220,10 @@ def _fcsv_rows(path, header):
                 if any(cell.strip() for cell in row):
                     yield row, rows.line_num
         except csv.Error as error:
-            raise ValueError(f"`{path}`, line {rows.line_num}: {error}") from None
+            raise InputError(f", line {rows.line_num}: {error}") from None
 
 
-def _fcsv_position(path, number, row):
+def _fcsv_position(number, row):
     """The position of a row, three numbers; NaN if it has none."""
     if _cell(row, _STATUS).strip() not in ("", str(_DEFINED)):
         return _NOWHERE
@@ -233,21 +232,21 @@ def _fcsv_position(path, number, row):
         if len(position) != 3:
             raise ValueError
     except ValueError:
-        raise ValueError(
-            f"`{path}` has a position that is not three numbers in line {number}: "
-            + shortened(",".join(row))
+        text = shortened(",".join(row))
+        raise InputError(
+            f"has a position that is not three numbers in line {number}: {text}"
         ) from None
-    return _finite(path, f"line {number}", position)
+    return _finite(f"line {number}", position)
 
 
-def _finite(path, where, position):
+def _finite(where, position):
     if not all(map(math.isfinite, position)):
-        raise ValueError(f"`{path}` has a coordinate that is not a finite number in {where}")
+        raise InputError(f"has a coordinate that is not a finite number in {where}")
     return position
 
 
-def _wrong_frame(path, frame):
-    return ValueError(f"`{path}` has the coordinate system {frame!s:.20}; it must be LPS or RAS")
+def _wrong_frame(frame):
+    return InputError(f"has the coordinate system {frame!s:.20}; it must be LPS or RAS")
 
 
 def _cell(row, column):

@@ -9,6 +9,7 @@ from vtkmodules.vtkFiltersCore import vtkTriangleFilter
 from vtkmodules.vtkIOGeometry import vtkSTLWriter
 from vtkmodules.vtkIOPLY import vtkPLYWriter
 
+from vtk_mls.base.errors import InputError
 from vtk_mls.files import mesh_frames, vtk_io
 from vtk_mls.vtk import arrays
 
@@ -27,13 +28,13 @@ def write(writer, dataset, path):
 
 def write_stl(polydata, path):
     """Write polydata that have polygons only."""
-    _check_has_no(polydata, path, "Verts", "Lines")
+    _check_has_no(polydata, "Verts", "Lines")
     _write(vtkSTLWriter(), polydata, path)
 
 
 def write_ply(polydata, path):
     """Write points and polygons with their colors. Polydata with lines are refused."""
-    _check_has_no(polydata, path, "Lines")
+    _check_has_no(polydata, "Lines")
     if polydata.GetNumberOfStrips():
         triangles = vtkTriangleFilter()
         triangles.SetInputData(polydata)
@@ -41,7 +42,7 @@ def write_ply(polydata, path):
         polydata = triangles.GetOutput()
     size = polydata.GetPolys().GetMaxCellSize()
     if size > 255:
-        raise ValueError(f"`{path}` cannot hold a face of {size} points; write .vtp instead")
+        raise InputError(f"cannot hold a face of {size} points; write .vtp instead")
     writer = vtkPLYWriter()
     _write(writer, _colored(polydata, writer), path)
     vtk_io.check_size(path, _size_of_ply(polydata, path))
@@ -116,11 +117,11 @@ def _write(writer, dataset, path):
     vtk_io.write(writer, mesh_frames.back(dataset, writer), path)
 
 
-def _check_has_no(polydata, path, *kinds):
-    """Raise ValueError if polydata have cells that VTK's writer leaves out."""
+def _check_has_no(polydata, *kinds):
+    """Raise InputError if polydata have cells that VTK's writer leaves out."""
     for kind in kinds:
         if getattr(polydata, f"GetNumberOf{kind}")():
-            raise ValueError(f"`{path}` cannot hold {kind.lower()}; write .vtp instead")
+            raise InputError(f"cannot hold {kind.lower()}; write .vtp instead")
 
 
 def _size_of_ply(polydata, path):

@@ -18,6 +18,7 @@ import re
 
 import numpy as np
 
+from vtk_mls.base.errors import InputError
 from vtk_mls.files.frames import signs
 from vtk_mls.files.landmarks import Landmarks, shortened
 from vtk_mls.files.point_tables import numbers
@@ -32,7 +33,7 @@ _ROW = re.compile(r'\s*([^";]*?)\s*("(?:[^"\\]|\\.)*")?\s*(;?)\s*')
 def read(path):
     """The points of a file, in RAS; with partners if it has two volumes."""
     count, rows = _parsed(path)
-    tags = list(_tags(path, rows, count))
+    tags = list(_tags(rows, count))
     places = np.reshape([place for place, _ in tags], (len(tags), count, 3))
     labels = [re.sub(r"\\(.)", r"\1", label[1:-1]) for _, label in tags]
     partners = places[:, 0] if count == 2 else None
@@ -71,16 +72,16 @@ def _parsed(path):
     with path.open(encoding="utf-8-sig") as file:
         lines = list(enumerate(file, 1))
     if not lines or lines[0][1].strip() != _TITLE:
-        raise ValueError(f"`{path}` does not begin with `{_TITLE}`")
+        raise InputError(f"does not begin with `{_TITLE}`")
     start = next((i for i, (_, line) in enumerate(lines) if _POINTS.match(line.strip())), None)
     counts = [match[1] for _, line in lines[:start] if (match := _VOLUMES.match(line.strip()))]
     if start is None or counts not in (["1"], ["2"]):
-        raise ValueError(f"`{path}` must have a line `Volumes = 1;` or 2, and then `Points =`")
+        raise InputError("must have a line `Volumes = 1;` or 2, and then `Points =`")
     number, first = lines[start]
     return int(counts[0]), [(number, _POINTS.match(first.strip())[1]), *lines[start + 1 :]]
 
 
-def _tags(path, rows, count):
+def _tags(rows, count):
     """(coordinates, label with quotes) of each point in lines, which end with a semicolon."""
     has_ended = False
     for number, line in rows:
@@ -92,16 +93,14 @@ def _tags(path, rows, count):
         is_point = len(coordinates) == 3 * count and len(cells) in (3 * count, 3 * count + 3)
         is_end = row is not None and not cells and not row[2] and row[3]
         if has_ended or not (is_point or is_end):
-            raise ValueError(
-                f"`{path}`, line {number}: expected {3 * count} coordinates, perhaps three other "
+            raise InputError(
+                f", line {number}: expected {3 * count} coordinates, perhaps three other "
                 f"numbers, and a label in quotes, got {shortened(line.strip())}"
             )
         has_ended = bool(row[3])
         if is_point:
             if not np.isfinite(coordinates).all():
-                raise ValueError(
-                    f"`{path}` has a coordinate that is not a finite number in line {number}"
-                )
+                raise InputError(f"has a coordinate that is not a finite number in line {number}")
             yield coordinates, row[2] or ""
     if not has_ended:
-        raise ValueError(f"`{path}` is cut off: a semicolon must follow its last point")
+        raise InputError("is cut off: a semicolon must follow its last point")

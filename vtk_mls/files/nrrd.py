@@ -27,6 +27,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from vtk_mls.base.errors import InputError
 from vtk_mls.files import frames, nrrd_axes, nrrd_values, volumes
 from vtk_mls.files.units import NANOMETERS, from_seconds, in_seconds, symbol
 from vtk_mls.files.volumes import Series, Volume
@@ -50,7 +51,7 @@ def open_file(path):
     folder. Headers of its volumes have key/value pairs and some fields. Errors are ValueErrors that
     name the file.
     """
-    with _failures_named(path), path.open("rb") as file:
+    with _failures_named(), path.open("rb") as file:
         fields, pairs = _header(file)
         sizes = _sizes(fields)
         values = nrrd_values.read(fields, file, path, sizes)
@@ -67,7 +68,7 @@ def open_file(path):
             del axes[index]
 
     def read_volume(index):
-        with _failures_named(path):
+        with _failures_named():
             volume = _volume(path, fields, pairs, axes, in_time[index])
             return replace(volume, time_unit=time_unit)
 
@@ -75,13 +76,13 @@ def open_file(path):
 
 
 @contextlib.contextmanager
-def _failures_named(path):
+def _failures_named():
     try:
         yield
     except KeyError as error:
-        raise ValueError(f"`{path}` is not a NRRD volume: it has no field {error}") from None
+        raise InputError(f"is not a NRRD volume: it has no field {error}") from None
     except (EOFError, OSError, OverflowError, ValueError) as error:
-        raise ValueError(f"`{path}` is not a readable NRRD volume: {error!s:.160}") from None
+        raise InputError(f"is not a readable NRRD volume: {error!s:.160}") from None
 
 
 def _time_unit(fields, index, count):
@@ -163,8 +164,8 @@ def _text(path, volume, time_axis):
     LPS.
     """
     if _is_segmentation(path) and volume.values.dtype.kind not in "iu":
-        raise ValueError(
-            f"`{path}` is for labels, which are integers, got {volume.values.dtype}; write .nrrd"
+        raise InputError(
+            f"is for labels, which are integers, got {volume.values.dtype}; write .nrrd"
         )
     space, signs = _space_for(volume)
     copied = dict(line.split(": ", 1) for line in volume.header if _is_field(line))

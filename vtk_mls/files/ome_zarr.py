@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from vtk_mls.base import validation
+from vtk_mls.base.errors import InputError
 from vtk_mls.base.grid import Grid
 from vtk_mls.base.messages import warn
 from vtk_mls.files import ome_zarr_axes
@@ -220,11 +221,11 @@ def open_image(path, mode="r"):
     try:
         group = zarr.open_group(path, mode=mode, use_consolidated=False)
     except _ERRORS as error:
-        raise ValueError(f"`{path}` is not an OME-Zarr: {_text(error)}") from error
+        raise InputError(f"is not an OME-Zarr: {_text(error)}", path=path) from error
     try:
         return _image(path, group)
     except _ERRORS as error:
-        raise ValueError(f"`{path}` is not a readable OME-Zarr: {_text(error)}") from error
+        raise InputError(f"is not a readable OME-Zarr: {_text(error)}", path=path) from error
 
 
 def open_input(path):

@@ -83,7 +83,7 @@ def replacing(path):
     except OSError as error:
         raise _failure(path, error) from error
     except InputError as error:
-        if error.path != str(new):
+        if error.name and error.path != str(new):
             raise
         raise InputError(error.predicate, path=path) from error
     finally:

@@ -18,6 +18,7 @@ from functools import partial
 
 import numpy as np
 
+from vtk_mls.base.errors import InputError
 from vtk_mls.files.landmarks import Landmarks, shortened
 from vtk_mls.files.point_tables import numbers
 
@@ -48,22 +49,17 @@ def _read_list(path, has_labels):
     """The points of a file with their number in its second line."""
     lines = list(_numbered_lines(path))
     if lines[0][1].lower() == "index":
-        raise ValueError(
-            f"`{path}` holds indices of voxels; expected positions, after a first line `point`"
-        )
+        raise InputError("holds indices of voxels; expected positions, after a first line `point`")
     number, count = lines[1] if len(lines) > 1 else (2, "")
     if not re.fullmatch(r"\d{1,18}", count):
-        raise ValueError(
-            f"`{path}`, line {number}: expected the number of points, got {shortened(count)}"
-        )
+        text = shortened(count)
+        raise InputError(f", line {number}: expected the number of points, got {text}")
     if len(lines) - 2 != int(count):
-        raise ValueError(
-            f"`{path}` must hold {int(count)} points, as it says, got {len(lines) - 2}"
-        )
+        raise InputError(f"must hold {int(count)} points, as it says, got {len(lines) - 2}")
     labels, positions = [], []
     for number, line in lines[2:]:
         label, *cells = line.rsplit(maxsplit=3) if has_labels else ("", *line.split())
-        position = _position(path, number, cells, "a label and " * has_labels, line)
+        position = _position(number, cells, "a label and " * has_labels, line)
         labels.append(label)
         positions.append(3 * [np.nan] if has_labels and position == _MISSING else position)
     return Landmarks(path, np.reshape(positions, (-1, 3)), labels=labels)
@@ -75,12 +71,10 @@ def _read_results(path):
     for number, line in _numbered_lines(path):
         label, position = _RESULT.match(line), _POSITION.search(line)
         if label is None or position is None:
-            raise ValueError(
-                f"`{path}`, line {number}: expected `Point N ; ... OutputPoint = [x y z]`, got "
-                + shortened(line)
-            )
+            expected = "`Point N ; ... OutputPoint = [x y z]`"
+            raise InputError(f", line {number}: expected {expected}, got {shortened(line)}")
         labels.append(label[1])
-        positions.append(_position(path, number, position[1].split(), "", position[1]))
+        positions.append(_position(number, position[1].split(), "", position[1]))
     return Landmarks(path, np.reshape(positions, (-1, 3)), labels=labels)
 
 
@@ -90,12 +84,11 @@ def _numbered_lines(path):
         yield from ((number, line.strip()) for number, line in enumerate(file, 1) if line.strip())
 
 
-def _position(path, number, cells, more, line):
+def _position(number, cells, more, line):
     position = numbers(cells)
     if len(position) != 3:
-        raise ValueError(
-            f"`{path}`, line {number}: expected {more}three numbers, got {shortened(line)}"
-        )
+        text = shortened(line)
+        raise InputError(f", line {number}: expected {more}three numbers, got {text}")
     if not np.isfinite(position).all():
-        raise ValueError(f"`{path}` has a coordinate that is not a finite number in line {number}")
+        raise InputError(f"has a coordinate that is not a finite number in line {number}")
     return position

@@ -37,6 +37,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from vtk_mls.base.errors import InputError, of_file
 from vtk_mls.base.messages import warn
 from vtk_mls.base.time_steps import step_at
 from vtk_mls.files.landmarks import Landmarks, shortened
@@ -90,42 +91,40 @@ class _Layout:
     expected: str = _PAIRS
     unknown: tuple = ()  # names of other columns
 
-    def error(self, path, number, row, advice=""):
+    def error(self, number, row, advice=""):
         """The error of a row that does not have this layout."""
-        return ValueError(
-            f"`{path}`, line {number}: expected {self.expected}, got {shortened(','.join(row))}"
-            + advice
-        )
+        text = shortened(",".join(row))
+        return InputError(f", line {number}: expected {self.expected}, got {text}{advice}")
 
 
 def times(path):
     """The different times in the column `time` of a table, sorted; () without the column."""
-    layout, rows = _open(path)
-    if layout is None or layout.time is None:
-        return ()
-    return tuple(sorted({_time(path, layout, *row) for row in rows}))
+    with of_file(path):
+        layout, rows = _open(path)
+        has_times = layout is not None and layout.time is not None
+        return tuple(sorted({_time(layout, *row) for row in rows if has_times}))
 
 
 def read(path, is_alone=False, time=None):
     """The `Landmarks` of a table, with partners if it has pairs; `is_alone` and `time` are as in
-    `control_point_files.read_landmarks`. A ValueError names the file and the line.
+    `control_point_files.read_landmarks`. An InputError names the line.
     """
     layout, rows = _open(path)
     if not rows:
         return Landmarks(path, np.empty((0, 3)))
     _check_columns(path, layout, rows[0], is_alone and layout.partner is None)
     positions, partners, weights, labels, descriptions = [], [], [], [], []
-    for number, row in _rows_at(path, layout, rows, time, is_alone):
-        position, partner = _pair(path, layout, number, row)
+    for number, row in _rows_at(layout, rows, time, is_alone):
+        position, partner = _pair(layout, number, row)
         positions.append(position)
         partners.append(partner)
         if layout.weight is not None:
-            weights += _numbers(path, layout, number, row, [layout.weight])
+            weights += _numbers(layout, number, row, [layout.weight])
         labels.append("" if layout.label is None else row[layout.label].strip())
         descriptions.append("" if layout.description is None else row[layout.description])
     weights = np.array(weights) if weights else None
     if weights is not None and not (np.isfinite(weights) & (weights > 0)).all():
-        raise ValueError(f"`{path}` has a weight that is not a positive number")
+        raise InputError("has a weight that is not a positive number")
     return Landmarks(
         path,
         np.array(positions, dtype=np.float64),
@@ -190,27 +189,27 @@ def _open(path):
     comments = [line.partition("#")[2] for line in text[:begin] if line.strip()]
     if begin < len(lines) and lines[begin].count('"') % 2:  # as in tables of flybrains
         lines[begin] = lines[begin].replace('"', "")
-    rows = list(_split(path, lines, _separator(lines[begin:])))
+    rows = list(_split(lines, _separator(lines[begin:])))
     if not rows:
         return None, rows
     number, first = rows[0]
     if not any(numbers([cell]) for cell in first):
-        layout, rows = _named(path, number, first), rows[1:]
+        layout, rows = _named(number, first), rows[1:]
     else:
-        layout = _commented(path, comments[-1:], len(first)) or _unnamed(path, rows)
+        layout = _commented(comments[-1:], len(first)) or _unnamed(rows)
     for number, row in rows:
         if len(row) != layout.width:
-            raise layout.error(path, number, row)
+            raise layout.error(number, row)
     return layout, rows
 
 
-def _named(path, number, header):
+def _named(number, header):
     """The layout of a header."""
     names = [name.strip().lower().replace(":", "_") for name in header]
     column = {name: i for i, name in enumerate(names)}
     twice = sorted({name for name in names if name and names.count(name) > 1})
     if twice:
-        raise ValueError(f"`{path}`, line {number}: several columns are {', '.join(twice)}")
+        raise InputError(f", line {number}: several columns are {', '.join(twice)}")
     others = {
         member: next((column[name] for name in choices if name in column), None)
         for member, choices in _OTHERS.items()
@@ -225,10 +224,8 @@ def _named(path, number, header):
     unknown = tuple(name for name in names if name and name not in known)
     has_part = any({*unknown} & {*triple} for triple in _PARTNERS)
     if not position or has_part:
-        raise ValueError(
-            f"`{path}`, line {number}: the columns {shortened(','.join(header))} are not known; "
-            + _EXAMPLES
-        )
+        text = shortened(",".join(header))
+        raise InputError(f", line {number}: the columns {text} are not known; {_EXAMPLES}")
     return _Layout(
         len(names),
         tuple(column[name] for name in position),
@@ -241,26 +238,26 @@ def _named(path, number, header):
     )
 
 
-def _commented(path, comments, width):
+def _commented(comments, width):
     """The layout of the last comment before the rows, if it is a header of this width."""
-    for _, names in _split(path, comments, _separator(comments)):
+    for _, names in _split(comments, _separator(comments)):
         try:
-            layout = _named(path, 1, names)
-        except ValueError:  # it need not be a header
+            layout = _named(1, names)
+        except InputError:  # it need not be a header
             return None
         return layout if layout.width == width else None
     return None
 
 
-def _unnamed(path, rows):
+def _unnamed(rows):
     """The layout of rows without names, from the first one."""
     number, row = rows[0]
     columns = tuple(range(len(row)))
     if len(row) in (6, 8) and row[1].strip().lower() in ("true", "false"):
         if len(row) == 6:
-            raise ValueError(
-                f"`{path}`, line {number}: this is a landmark of BigWarp in two dimensions; it "
-                "must have three"
+            raise InputError(
+                f", line {number}: this is a landmark of BigWarp in two dimensions; it must have "
+                "three"
             )
         return _Layout(8, columns[2:5], columns[5:], label=0, active=1, expected=_BIGWARP)
     start = 0 if numbers(row[:1]) else 1
@@ -268,15 +265,15 @@ def _unnamed(path, rows):
     count = len(numbers(values))
     if count not in (3, 6, 7):
         has_positions = len(row) < 100 and sum(bool(numbers([cell])) for cell in row) > 2
-        raise _Layout(len(row)).error(path, number, row, f"; {_EXAMPLES}" * has_positions)
+        raise _Layout(len(row)).error(number, row, f"; {_EXAMPLES}" * has_positions)
     is_counted = not row[0].strip() or start == 0
     if is_counted and [cell.strip() for cell in values] == [str(i) for i in range(count)]:
-        raise ValueError(
-            f"`{path}`, line {number}: {shortened(','.join(row))} can be a header that counts the "
-            f"columns, or the first point; {_EXAMPLES}"
+        raise InputError(
+            f", line {number}: {shortened(','.join(row))} can be a header that counts the columns, "
+            f"or the first point; {_EXAMPLES}"
         )
     if count == 7 and start == 0:
-        _check_no_index(path, rows)
+        _check_no_index(rows)
     return _Layout(
         len(row),
         columns[start : start + 3],
@@ -287,30 +284,30 @@ def _unnamed(path, rows):
     )
 
 
-def _check_no_index(path, rows):
-    """Raise ValueError if the first or the last of 7 columns counts the rows."""
+def _check_no_index(rows):
+    """Raise InputError if the first or the last of 7 columns counts the rows."""
     for name, column in (("first", 0), ("last", -1)):
         cells = [row[column].strip() for _, row in rows if len(row) == 7]
         if len(cells) > 1 and cells in ([str(i + k) for i in range(len(cells))] for k in (0, 1)):
-            raise ValueError(
-                f"`{path}`: the {name} of 7 columns counts the rows, and can be an index, x or a "
-                f"weight; {_EXAMPLES}"
+            raise InputError(
+                f": the {name} of 7 columns counts the rows, and can be an index, x or a weight; "
+                + _EXAMPLES
             )
 
 
 def _check_columns(path, layout, row, lacks_partner):
-    """Raise ValueError if control points lack q, and nothing says that they rest."""
+    """Raise InputError if control points lack q, and nothing says that they rest."""
     if lacks_partner and layout.expected == _PLACES:
-        raise _Layout(0).error(path, *row)
+        raise _Layout(0).error(*row)
     if len(layout.unknown) < 3:
         return
     names = shortened(",".join(layout.unknown))
     if lacks_partner:
-        raise ValueError(f"`{path}`: the columns {names} are not known; {_EXAMPLES}")
+        raise InputError(f": the columns {names} are not known; {_EXAMPLES}")
     warn(f"`{path}`: the columns {names} are ignored; control points have px,py,pz,qx,qy,qz")
 
 
-def _rows_at(path, layout, rows, time, is_alone):
+def _rows_at(layout, rows, time, is_alone):
     """(line number, cells) of the points of the last time that is not after `time`.
 
     All points without a column of times, or without `time` if the points are landmarks, which may
@@ -318,10 +315,10 @@ def _rows_at(path, layout, rows, time, is_alone):
     """
     if layout.time is None or (time is None and not is_alone):
         return rows
-    row_times = [_time(path, layout, number, row) for number, row in rows]
+    row_times = [_time(layout, number, row) for number, row in rows]
     if time is None and len({*row_times}) > 1:
-        raise ValueError(
-            f"`{path}` has control points at {len({*row_times})} times; `vtk-mls deform` and "
+        raise InputError(
+            f"has control points at {len({*row_times})} times; `vtk-mls deform` and "
             "MLSControlPoints take them, here give those of one time"
         )
     steps = sorted({*row_times})
@@ -329,37 +326,37 @@ def _rows_at(path, layout, rows, time, is_alone):
     return [row for row, row_time in zip(rows, row_times) if row_time == step]
 
 
-def _time(path, layout, number, row):
-    (time,) = _numbers(path, layout, number, row, [layout.time])
+def _time(layout, number, row):
+    (time,) = _numbers(layout, number, row, [layout.time])
     if not math.isfinite(time):
-        raise ValueError(f"`{path}`, line {number}: its time must be finite, got {time}")
+        raise InputError(f", line {number}: its time must be finite, got {time}")
     return time
 
 
-def _pair(path, layout, number, row):
+def _pair(layout, number, row):
     """p and q of a row: NaN if not placed or not active; q is None in a table of positions."""
     if layout.defined is not None and row[layout.defined].strip().lower() in _UNDEFINED:
         return _NOWHERE, _NOWHERE
     activity = "true" if layout.active is None else row[layout.active].strip().lower()
     if activity not in _BOOLEANS:
-        raise layout.error(path, number, row)
+        raise layout.error(number, row)
     is_active = _BOOLEANS[activity]
     if not is_active and layout.partner is None:
         return _NOWHERE, _NOWHERE
-    p = _numbers(path, layout, number, row, layout.position)
-    q = layout.partner and _numbers(path, layout, number, row, layout.partner)
+    p = _numbers(layout, number, row, layout.position)
+    q = layout.partner and _numbers(layout, number, row, layout.partner)
     is_finite = all(map(math.isfinite, p))
     if is_active and not (is_finite and all(map(math.isfinite, q or ()))):
-        raise ValueError(f"`{path}` has a coordinate that is not a finite number in line {number}")
+        raise InputError(f"has a coordinate that is not a finite number in line {number}")
     if layout.is_offset:
         q = [start + offset for start, offset in zip(p, q)]
     return p if is_finite else _NOWHERE, q if is_active else _NOWHERE
 
 
-def _numbers(path, layout, number, row, columns):
+def _numbers(layout, number, row, columns):
     found = numbers([row[column] for column in columns])
     if not found:
-        raise layout.error(path, number, row)
+        raise layout.error(number, row)
     return found
 
 
@@ -377,7 +374,7 @@ def _row_writer(file):
     return write_row
 
 
-def _split(path, lines, mark):
+def _split(lines, mark):
     """(number of its last line, cells) of each row that is not blank."""
     rows = csv.reader(lines, delimiter="," if mark == " " else mark)
     try:
@@ -387,7 +384,7 @@ def _split(path, lines, mark):
                     row = [_with_point(cell) for cell in row]
                 yield rows.line_num, row if len(row) > 1 else row[0].split()
     except csv.Error as error:
-        raise ValueError(f"`{path}`, line {rows.line_num}: {error}") from None
+        raise InputError(f", line {rows.line_num}: {error}") from None
 
 
 def _separator(lines):

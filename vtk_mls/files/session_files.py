@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from vtk_mls.base.errors import InputError
 from vtk_mls.files.paths import existing_file, replacing
 
 ENDING = ".mls.json"
@@ -48,21 +49,19 @@ def read(path):
     try:
         values = json.loads(path.read_text(encoding="utf-8"))
     except (ValueError, RecursionError) as error:
-        raise ValueError(f"`{path}` is not a session: its JSON is broken ({error})") from error
+        raise InputError(f"is not a session: its JSON is broken ({error})", path=path) from error
     if not isinstance(values, dict) or values.get("format") != _FORMAT:
-        raise ValueError(f"`{path}` is JSON, but not a session of `vtk-mls view`")
+        raise InputError("is JSON, but not a session of `vtk-mls view`", path=path)
     version = values.get("version")
     if not isinstance(version, int) or version > _VERSION:
-        raise ValueError(
-            f"`{path}` has version {version}, and this vtk_mls reads sessions up to version "
-            f"{_VERSION}: update vtk_mls"
-        )
+        reads = f"this vtk_mls reads sessions up to version {_VERSION}: update vtk_mls"
+        raise InputError(f"has version {version}, and {reads}", path=path)
     data, target = values.get("data"), values.get("target")
     edit, views = values.get("edit"), values.get("views", {})
     names = [*data] if isinstance(data, list) else []
     is_valid = names and all(isinstance(name, str) for name in [*names, target or ""])
     if not (is_valid and isinstance(edit, dict) and isinstance(views, dict)):
-        raise ValueError(f"`{path}` is not a session: it lacks valid `data`, `edit` or `views`")
+        raise InputError("is not a session: it lacks valid `data`, `edit` or `views`", path=path)
     folder = path.absolute().parent
     files = tuple(Path(os.path.normpath(folder / name)) for name in data)
     target = None if target is None else Path(os.path.normpath(folder / target))

@@ -86,13 +86,6 @@ class Series(NamedTuple):
     read: Callable[[int], Volume]
 
 
-def single(series, path):
-    """The volume of a file that must have one."""
-    if len(series.times) > 1:
-        raise ValueError(f"`{path}` is a series of {len(series.times)} volumes; give one volume")
-    return series.read(0)
-
-
 def steps_of(times):
     """The first time and the step of times; ValueError unless the steps are equal."""
     steps = np.diff(times)

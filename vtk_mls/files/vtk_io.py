@@ -77,12 +77,12 @@ def failures_named(path):
     except MemoryError:
         raise InputError("needs more memory than there is", path=path) from None
     except (ArithmeticError, ValueError) as error:
-        before, name, predicate = str(error).partition(f"`{path}`")
-        if not name:
-            predicate = f"cannot be used: {_sentence(before)}"
-        elif before:
+        if getattr(error, "path", ""):
             raise
-        raise InputError(predicate.lstrip(), path=path) from error
+        predicate = f"cannot be used: {_sentence(str(error))}"
+        if isinstance(error, InputError) and not error.name:
+            predicate = error.predicate
+        raise InputError(predicate, path=path) from error
     finally:
         vtkOutputWindow.SetInstance(default_window)
         vtkLogger.SetStderrVerbosity(verbosity)

@@ -33,6 +33,7 @@ class Property:
     shown_when: tuple | None = None
     hidden_when: tuple | None = None
     shown_with: str | None = None  # an input: while it is connected, `hidden_when` does not count
+    only_for: str = ""  # "images" or "meshes": the inputs for which it has an effect
 
     @property
     def attribute(self):

@@ -27,13 +27,20 @@ from vtk_mls.filters.properties import (
 from vtk_mls.model import cuts, options
 from vtk_mls.model.handles.handle_cells import HANDLE_SHAPES
 
+_WITH_CUTS = {"is_advanced": True, "hidden_when": ("CutType", "none"), "shown_with": "Cuts"}
+_OF_IMAGES = {"is_advanced": True, "only_for": "images"}
+_OF_MESHES = {"is_advanced": True, "only_for": "meshes"}
+
 
 def _of_option(option, is_interactive=False):
     """The property of an option; `is_interactive` takes the default of ParaView and the editor."""
     default = option.interactive_default if is_interactive else option.default
-    keywords = {"more": option.more, "is_advanced": option.section != "map"}
+    keywords = {
+        "more": option.more,
+        "is_advanced": option.is_advanced or option.section == "computing",
+    }
     if option.section == "cut":
-        keywords |= {"hidden_when": ("CutType", "none"), "shown_with": "Cuts"}
+        keywords |= _WITH_CUTS
     if option.needs:
         name, value = option.needs
         keywords["shown_when"] = (re.sub(r"(?:^|_)(\w)", lambda m: m[1].upper(), name), value)
@@ -200,6 +207,7 @@ INTERPOLATION = Choice(
     Sampling.interpolation,
     "How values between the points of the input are interpolated.",
     choices=INTERPOLATIONS,
+    **_OF_IMAGES,
 )
 LABEL_ARRAYS = ArrayNames(
     "LabelArrays",
@@ -208,6 +216,7 @@ LABEL_ARRAYS = ArrayNames(
     interpolation is.""",
     more="""Arrays that the field data LabelArrays of the input names are also labels. `vtk_mls.io`
     sets it for segmentations.""",
+    **_OF_IMAGES,
 )
 BACKGROUND = Number(
     "Background",
@@ -217,6 +226,7 @@ BACKGROUND = Number(
     vtkGhostType the value is 0. If the type of an array cannot hold the value, the nearest one is
     used (0 for NaN in integers), with a warning.""",
     spellings={"auto": "auto"},
+    **_OF_IMAGES,
 )
 AUTOMATIC_BACKGROUND = Flag(
     "AutomaticBackground",
@@ -227,10 +237,11 @@ AUTOMATIC_BACKGROUND = Flag(
     times the value is that of the first time step. Background has no effect then. In ParaView it
     is on by default, and a Background other than 0 is used instead.""",
     is_on_in_paraview=True,
+    **_OF_IMAGES,
 )
 
 # Where the output's points are.
-_GIVEN = {"shown_when": ("OutputGrid", "given")}
+_GIVEN = {"shown_when": ("OutputGrid", "given"), **_OF_IMAGES}
 OUTPUT_GRID = Choice(
     "OutputGrid",
     "input",
@@ -240,6 +251,7 @@ OUTPUT_GRID = Choice(
     the directions of the input.""",
     choices=("input", "fitted", "given"),
     shown_when=("Reference", None),
+    **_OF_IMAGES,
 )
 GIVEN_GRID = (
     Vector(
@@ -282,6 +294,8 @@ VOID_VALUES_CHOICE = Choice(
     material of each side continued behind the face of the cut. For a smooth face, turn HideVoid
     off, contour or slice the continued array, and clip the result by VoidDistance at 0.""",
     choices=VOID_VALUES,
+    **_WITH_CUTS,
+    only_for="images",
 )
 VOID = (
     Flag(
@@ -289,12 +303,16 @@ VOID = (
         True,
         """Whether the void that a cut opens is hidden (by the array vtkGhostType). Turn it off to
         clip or contour by VoidDistance at 0, for a smooth face.""",
+        **_WITH_CUTS,
+        only_for="images",
     ),
     Flag(
         "SplitCells",
         True,
         """Whether the cells of a mesh are split along a cut, so that it opens. Otherwise, torn
         cells are kept, marked in the cell array Void, and hidden.""",
+        **_WITH_CUTS,
+        only_for="meshes",
     ),
     VOID_VALUES_CHOICE,
 )
@@ -307,6 +325,8 @@ OVERLAP = Flag(
     side there. OverlappingPoints is the number of such points.""",
     more="""With CutFrame deformed, nothing overlaps, because material that reaches a cut is lost.
     Meshes keep both sides. If the output is made in pieces, each piece has its own number.""",
+    **_WITH_CUTS,
+    only_for="images",
 )
 
 GRADIENT_ARRAY = ArrayName(
@@ -316,6 +336,7 @@ GRADIENT_ARRAY = ArrayName(
     shading. It follows the deformation exactly.""",
     more="""Three floats, per world unit: J_G^T (grad f)(G(v)). On the face of the void, it is
     normal to the face unless VoidValues is continued.""",
+    **_OF_IMAGES,
 )
 GRADIENT_VECTOR_ARRAYS = ArrayNames(
     "GradientVectorArrays",
@@ -323,6 +344,7 @@ GRADIENT_VECTOR_ARRAYS = ArrayNames(
     """Arrays of the input that are gradients and are transformed as such (covariantly). Active
     normals are always transformed.""",
     components=3,
+    is_advanced=True,
 )
 PUSH_FORWARD_ARRAYS = ArrayNames(
     "PushForwardArrays",
@@ -330,11 +352,12 @@ PUSH_FORWARD_ARRAYS = ArrayNames(
     """Arrays of vectors that move with the material, such as velocities, and are transformed as
     such (contravariantly).""",
     components=3,
+    is_advanced=True,
 )
 VECTORS = (
     GRADIENT_ARRAY,
     GRADIENT_VECTOR_ARRAYS,
-    Flag("NormalizeGradient", False, "Whether gradients are scaled to length 1."),
+    Flag("NormalizeGradient", False, "Whether gradients are scaled to length 1.", is_advanced=True),
     PUSH_FORWARD_ARRAYS,
 )
 
@@ -346,6 +369,7 @@ JACOBIAN = (
         derivative of G_j in the direction i, where G(v) is the original position of the material
         now at v. It transforms gradients of the input to gradients of the output.""",
         more="It is (I + J_D)^T of Eq. 29, row by row.",
+        is_advanced=True,
     ),
     Flag(
         "GenerateJacobianDeterminant",
@@ -356,6 +380,7 @@ JACOBIAN = (
         cells that the deformation has inverted, and UncheckedCells, the number of cells without a
         result. If the output is made in pieces, each piece has its own numbers, without ghost
         cells.""",
+        is_advanced=True,
     ),
 )
 
@@ -368,6 +393,7 @@ CELL_QUALITY = (
         and 0 or less for inverted cells and concave quads.""",
         more="""It is NaN for cells other than triangles, quads, tetrahedra, hexahedra, wedges and
         pyramids. Only InvertedCells shows that a triangle or quad is turned over.""",
+        **_OF_MESHES,
     ),
     Flag(
         "GenerateLargestBlend",
@@ -377,6 +403,7 @@ CELL_QUALITY = (
         more="""If cells are inverted, it is found by bisection and rounded down to a multiple of
         0.01. At this blend no cell is inverted, and at 0.01 more some cell is. This moves the mesh
         about eight times. If the output is made in pieces, each piece has its own blend.""",
+        **_OF_MESHES,
     ),
 )
 
@@ -391,6 +418,7 @@ SAMPLE_DIMENSIONS = Dimensions(
     (32, 32, 32),
     "Number of points in each direction if the input is not an image.",
     labels=("nx", "ny", "nz"),
+    only_for="meshes",
 )
 
 # What both filters ask of the deformation.

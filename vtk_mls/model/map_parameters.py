@@ -28,21 +28,21 @@ class MapParameters:
     rest: NDArray[np.float64]
     deformed: NDArray[np.float64]
     weights: NDArray[np.float64]
-    kind: str = named("kind").default
-    alpha: float = named("alpha").default
-    smoothing: float = named("smoothing").default
-    degree: int = named("degree").default
-    order: int = named("order").default
-    steps: int = named("steps").default
-    path: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 0, 3)))
-    handles: tuple[Handle, ...] = ()
-    cuts: tuple[Cut, ...] = ()
-    mask: limits.Mask | None = None
-    constraints: tuple[limits.FixedFace, ...] = ()
-    nu: float = named("nu").default
-    cut_frame: str = named("cut_frame").default
-    map_tolerance: float = named("map_tolerance").default
-    device: str | None = named("device").default
+    kind: str
+    alpha: float
+    smoothing: float
+    degree: int
+    order: int
+    steps: int
+    path: NDArray[np.float64]
+    handles: tuple[Handle, ...]
+    cuts: tuple[Cut, ...]
+    mask: limits.Mask | None
+    constraints: tuple[limits.FixedFace, ...]
+    nu: float
+    cut_frame: str
+    map_tolerance: float
+    device: str | None
     limits: tuple[limits.Limit, ...] = field(init=False)  # the mask, then the constraints
     handle_set: HandleSet = field(init=False)  # points and handles together
     regions: tuple[Region, ...] = field(init=False)  # between the planes
@@ -69,6 +69,7 @@ class MapParameters:
         map_tolerance: float = named("map_tolerance").default,
         device: str | None = named("device").default,
     ) -> None:
+        given = locals()
         p = arguments.control_points("rest", rest)
         q = arguments.control_points("deformed", deformed)
         shaped = values_of("handles", handles, Handle)
@@ -77,18 +78,7 @@ class MapParameters:
                 "is empty; a deformation needs at least one control point", argument="rest"
             )
         same_count(p, q, "control points")
-        settings = check_options(
-            kind=kind,
-            degree=degree,
-            alpha=alpha,
-            smoothing=smoothing,
-            order=order,
-            steps=steps,
-            cut_frame=cut_frame,
-            nu=nu,
-            map_tolerance=map_tolerance,
-            device=device,
-        )
+        settings = check_options(given)
         factors = arguments.positive_weights(weights, len(p))
         places = arguments.path(path, len(p))
         shapes = values_of("cuts", cuts, Cut)

@@ -40,7 +40,8 @@ class Option:
     expected: str = ""  # valid values, for errors; by default the list of the choices
     slider: tuple | None = None  # usual range (low, high, step), for sliders and keys
     interactive_default: Any = None  # in ParaView and in the editor; `default` if not given
-    section: str = "map"  # of panels: "map", "cut" or "computing", which is advanced
+    section: str = "map"  # of panels: "map", "cut" or "computing"
+    is_advanced: bool = False  # whether ParaView shows it only among advanced properties
     needs: tuple | None = None  # name and value of another option, without which it has no effect
 
     def __post_init__(self):
@@ -124,7 +125,7 @@ OPTIONS = (
     Option(
         "alpha",
         2.0,
-        "Alpha",
+        "Locality (alpha)",
         """How local the influence of a control point is. Its weight at distance r is 1 / r^(2
         alpha). Use 1.5 to 2 to drag a few handles, and 3 for many landmarks with the affine kind or
         polynomials of degree 2. Up to 1.5, the influence of far control points does not fade in
@@ -144,11 +145,12 @@ OPTIONS = (
         spellings={"auto": -1},
         is_valid=lambda length: length >= 0 or length == -1,
         expected='a number from 0 on, or "auto" for splines',
+        is_advanced=True,
     ),
     Option(
         "steps",
         1,
-        "Steps (0: automatic)",
+        "Steps (0 prevents folds)",
         """Number of steps in which the control points go from p to q, each with its own map. Many
         small steps rarely fold. 1 is the single map of the paper. auto, or 0, doubles the number,
         up to 256, until no determinant at sampled points near the control points is below 0.1. The
@@ -184,7 +186,7 @@ OPTIONS = (
     Option(
         "nu",
         2.0,
-        "How sharply it parts (nu)",
+        "Parting of cuts (nu)",
         """How fast the influence of control points behind a cut falls with the length of the detour
         around it. Must be greater than 1.""",
         more="The damping exponent of Eq. 28.",
@@ -230,8 +232,11 @@ DEGREE, ALPHA, NU, BLEND, CUT_FRAME, MAP_TOLERANCE = map(
 DEFORMATION_OPTIONS = tuple(option for option in OPTIONS if option is not BLEND)
 
 
-def check_options(**values: Any) -> dict[str, Any]:
-    """`Option.checked` values of a deformation, by name; kinds "auto" and "tps" as "spline"."""
+def check_options(values: Mapping[str, Any]) -> dict[str, Any]:
+    """`Option.checked` values of a deformation, by name; other values do not matter.
+
+    The kinds "auto" and "tps" become "spline".
+    """
     checked = {option.name: option.checked(values[option.name]) for option in DEFORMATION_OPTIONS}
     if checked["kind"] in _NAMED_SPLINES:
         order, smoothing = _NAMED_SPLINES[checked["kind"]]

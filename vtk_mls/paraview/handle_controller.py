@@ -18,6 +18,7 @@ from vtk_mls.paraview.handle_lists import LISTS, OTHER_LIST
 from vtk_mls.paraview.handle_markers import HandleMarkers, hide_line
 from vtk_mls.paraview.live import SWITCH, Live
 from vtk_mls.paraview.observers import Observers
+from vtk_mls.paraview.optional_inputs import OptionalInputs
 from vtk_mls.paraview.pending_filter import MAP_PROPERTIES
 from vtk_mls.paraview.server_manager import (
     EDITED,
@@ -66,6 +67,7 @@ class HandleController:
             for name in {SWITCH, *MAP_PROPERTIES} - {*LISTS}:
                 self._observe(proxy, name, lambda *_: self._edited(self._is_dragging))
         self._observe(proxy, "CutType", self._cut_type_edited)
+        OptionalInputs(proxy, self._observers)
 
     def show_pending(self, is_dragging):
         """Draw the result of pending edits in the views."""

@@ -10,14 +10,12 @@ import shutil
 import subprocess
 import sys
 import tempfile
-import threading
 from dataclasses import dataclass
 from pathlib import Path
 
-from vtk_mls.base.messages import inform
 from vtk_mls.base.resources import resource
 
-_TIMEOUT = 600  # seconds in which a busy machine starts ParaView's Python
+_TIMEOUT = 600  # seconds for the start of ParaView's Python; it takes some three
 SCENE = Path(__file__).with_name("scene.py")
 # Searched after PATH; in each, the newest version comes first.
 _USUAL_FOLDERS = (
@@ -26,13 +24,11 @@ _USUAL_FOLDERS = (
     "/opt/ParaView*/bin",
     "~/ParaView*/bin",
 )
-# Run by ParaView's own Python with the plugin's path: prints its contents as a line of JSON, then
-# notes about the check of the driver and the contents with the device.
+# Run by ParaView's own Python with the plugin's path: prints its contents as a line of JSON. The
+# driver is not checked before ParaView uses it.
 _PROBE = """
 import importlib.util, json, os, sys
 found = {"python": "%d.%d.%d" % sys.version_info[:3]}
-def say(mark, value):  # past ParaView's own stream, which is not flushed
-    os.write(1, (mark + json.dumps(value) + "\\n").encode())
 from vtkmodules.vtkCommonCore import vtkVersion
 found["vtk"] = vtkVersion.GetVTKVersion()
 import numpy
@@ -42,19 +38,17 @@ try:
     simple.LoadPlugin(sys.argv[1], ns=globals())
     found["plugin"] = "MLSDeform" in globals()
     from vtk_mls import DeviceError
-    from vtk_mls.base.messages import message_handlers
     from vtk_mls.engine import dispatch
-    say("FOUND", found)
     try:
-        with message_handlers(*[lambda sentence: say("NOTE", sentence)] * 2):
-            found["device"] = str(dispatch.choose())
+        found["device"] = str(dispatch.choose(is_checked=False))
         if importlib.util.find_spec("nibabel") is None:
             found["problem"] = "nibabel is missing, NIfTI files cannot be read"
     except DeviceError as error:
         found["problem"] = str(error)
 except Exception as error:
     found["failure"] = "%s: %s" % (type(error).__name__, error)
-say("FOUND", found)
+# past ParaView's own stream, which is not flushed
+os.write(1, ("FOUND" + json.dumps(found) + "\\n").encode())
 os._exit(0)  # drivers may hang at the end
 """
 
@@ -95,9 +89,9 @@ class ParaView:
     def contents(self, venv=None):
         """The contents of its Python, with a virtual environment or without: a dict of str.
 
-        Versions "python", "vtk", "numpy"; "plugin", true; an OpenCL "device"; a "problem", if there
-        is no device or a package is missing. ValueError if it does not run or does not load the
-        plugin.
+        Versions "python", "vtk", "numpy"; "plugin", true; the OpenCL "device" that is checked and
+        used first; a "problem", if there is no device or a package is missing. ValueError if it
+        does not run or does not load the plugin.
         """
         pvpython = _program(self.folder, "pvpython")
         variables = self.environment()
@@ -176,33 +170,16 @@ def _program(folder, name):
 
 
 def _output_of(command, variables):
-    """All that a program prints. Notes are shown; the check of the driver has its own limit."""
+    """All that a program prints."""
     streams = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
-    output, is_late = "", threading.Event()
-
-    def end():
-        is_late.set()
-        child.kill()
-
-    limit = threading.Timer(_TIMEOUT, end)
+    words = [str(word) for word in command]
+    options = {**streams, "env": variables, "text": True, "timeout": _TIMEOUT, "check": False}
     try:
-        with subprocess.Popen([*map(str, command)], env=variables, text=True, **streams) as child:
-            limit.start()
-            try:
-                for line in child.stdout:
-                    output += line
-                    if line.startswith("FOUND"):
-                        limit.cancel()
-                    elif line.startswith("NOTE"):
-                        inform(json.loads(line[len("NOTE") :]))
-            finally:
-                limit.cancel()
-                child.kill()
+        return subprocess.run(words, **options).stdout
     except OSError as error:
-        raise ValueError(f"{command[0]} does not run: {error}") from error
-    if is_late.is_set():
-        raise ValueError(f"{command[0]} does not run: no answer for {_TIMEOUT} s")
-    return output
+        raise ValueError(f"{words[0]} does not run: {error}") from error
+    except subprocess.TimeoutExpired:
+        raise ValueError(f"{words[0]} has not answered for {_TIMEOUT} s; try again") from None
 
 
 def _refuse_mixing(source, folder, names=("vtkmodules", "numpy")):

@@ -6,11 +6,13 @@ and before ParaView 5.12 the panel would list their properties in alphabetical o
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import product
 
 from vtk_mls.files import formats
 from vtk_mls.filters import property_tables as tables
 from vtk_mls.filters.properties import Value, Values
+from vtk_mls.model import options
 from vtk_mls.paraview.property_xml import (
     array_choice,
     bounds,
@@ -22,6 +24,7 @@ from vtk_mls.paraview.property_xml import (
     elements,
     input_arrays,
     joined,
+    only_for,
     shown_when,
     vector,
     visibility,
@@ -62,6 +65,7 @@ def _draggable(deformed, rest, *hints):
             "Whether to show beside each handle the number of its row in the tables.",
             xml("Hints", *hints),
             command="",
+            panel_visibility="advanced",
         ),
     ]
 
@@ -147,7 +151,7 @@ _CONTROL_POINTS = data_input(
     array holds the displacement q - p to where they were dragged.""",
     input_arrays("vectors", "point", components=3),
     input_arrays("factors", "point", components=1),
-    is_optional=True,
+    hints=[],
 )
 
 _DEFORMED_CONTROL_POINTS = data_input(
@@ -157,7 +161,7 @@ _DEFORMED_CONTROL_POINTS = data_input(
     """The dataset of the input ControlPoints, moved (optional), for example by a Transform: its
     points, paired with those by their numbers, are q, instead of a displacement array. With
     HandleShapes cells, a closed surface and its Transform are a rigid region.""",
-    is_optional=True,
+    hints=[shown_when("ControlPoints", None, inverse=1)],
 )
 
 _CUTS = data_input(
@@ -166,9 +170,10 @@ _CUTS = data_input(
     "vtkPolyData",
     """Surfaces to cut along (optional): the polygons of each input, for example of the sources
     Plane and Disk. Each input and each connected part of it is a cut.""",
-    is_optional=True,
+    hints=[],
     command="AddInputConnection",
     multiple_input=1,
+    panel_visibility="advanced",
 )
 
 _MASK = data_input(
@@ -178,7 +183,7 @@ _MASK = data_input(
     """Mask (optional): an image in the deformed space whose active scalars multiply displacements,
     from 0 to 1; of integers, as of labels, what is not 0 counts as 1. Outside of it nothing moves.
     """,
-    is_optional=True,
+    hints=[],
     panel_visibility="advanced",
 )
 
@@ -188,7 +193,8 @@ _REFERENCE = data_input(
     "vtkImageData",
     """Image whose grid the output has (optional), with its directions, for an input that is an
     image: the target of a registration.""",
-    is_optional=True,
+    hints=only_for("images"),
+    panel_visibility="advanced",
 )
 
 
@@ -196,6 +202,16 @@ def _group(props, label, *hints, **attributes):
     """Properties under a title."""
     names = (xml("Property", name=prop.name) for prop in props)
     return xml("PropertyGroup", *names, *hints, label=label, **attributes)
+
+
+def _titled(name):
+    """The property of an option under the label of the option.
+
+    A label of the property itself would change its name in Python.
+    """
+    option = options.named(name)
+    row = xml("Property", name=option.property_name)
+    return xml("PropertyGroup", row, label=option.label)
 
 
 _LIMITS = [prop for prop in tables.LIMITS if not isinstance(prop, (Value, Values))]
@@ -217,6 +233,7 @@ _CUT = [
         panel_widget="InteractivePlane",
     ),
     *elements((*_MORE, *tables.CUT_OPTIONS)),
+    _titled("nu"),
 ]
 
 _LIVE = check_box(
@@ -227,6 +244,7 @@ _LIVE = check_box(
     slices, clips and contours of the output follow at Apply; with an InitialTransform all do.""",
     default=1,
     command="",
+    panel_visibility="advanced",
 )
 
 
@@ -240,6 +258,7 @@ def _filter_panel(description, inputs, middle, *properties):
     return [
         documentation(description, short_help=MOUSE_HELP),
         *elements(tables.MAP),
+        *map(_titled, ("alpha", "steps")),
         element(tables.CUT_TYPE),
         input_property,
         _CONTROL_POINTS,
@@ -298,7 +317,7 @@ DISPLACEMENT_FIELD = _filter_panel(
     [],
     tables.INVERSE,
     tables.SAMPLE_DIMENSIONS,
-    tables.OVERLAP,
+    replace(tables.OVERLAP, only_for=""),  # the field is an image
     *tables.JACOBIAN,
 )
 
@@ -327,7 +346,7 @@ LANDMARK_REPORT = [
         "vtkPointSet",
         """The points of the input, moved (optional): paired with those by their numbers, they are
         q, instead of a displacement array.""",
-        is_optional=True,
+        hints=[],
     ),
     *_arrays_of("Input"),
     *elements(tables.LANDMARK_REPORT),

@@ -52,15 +52,17 @@ def check_box(name, text, *children, default=0, **attributes):
     return vector("Int", name, default, text, domain, *children, **attributes)
 
 
-def data_input(name, port, data_type, text, *children, is_optional=False, **attributes):
+def data_input(name, port, data_type, text, *children, hints=None, **attributes):
     """An input port for one dataset; a vtkDataSet may come in blocks.
 
-    The filter has a method Disconnect<name> if the input is optional.
+    An optional input has a list `hints`. The panel shows a list of all datasets that it accepts,
+    and the filter has a method Disconnect<name> for the entry "(none)".
     """
     settings = {"command": "SetInputConnection"}
-    if is_optional:
+    if hints is not None:
         settings["clean_command"] = f"Disconnect{name}"
-        children = xml("Hints", xml("Optional")), *children
+        settings |= {"panel_widget": "input_selector", "panel_visibility": "default"}
+        children = xml("Hints", xml("Optional"), *hints), *children
     settings.update(attributes)
     groups = (xml("Group", name=group) for group in ("sources", "filters"))
     return xml(
@@ -124,8 +126,16 @@ def shown_when(name, value, **options):
     return xml("PropertyWidgetDecorator", **decorator, **options)
 
 
+def only_for(data):
+    """The hints that show a property only if the input is of this kind: "images" or "meshes"."""
+    if not data:
+        return []
+    kind = {"type": "InputDataTypeDecorator", "mode": "visibility", "name": "vtkImageData"}
+    return [xml("PropertyWidgetDecorator", **kind, exclude=int(data == "meshes"))]
+
+
 def visibility(prop):
-    """The hints for the condition under which a property is shown."""
+    """The hints for the conditions under which a property is shown."""
     hints = []
     if prop.shown_when:
         name, *values = prop.shown_when
@@ -134,10 +144,10 @@ def visibility(prop):
         hints = [shown_when(*prop.hidden_when, inverse=1)]
         if prop.shown_with:
             hints.append(shown_when(prop.shown_with, "null", inverse=1))
-    if len(hints) < 2:
-        return hints
-    any_of = xml("Expression", *hints, type="or")
-    return [xml("PropertyWidgetDecorator", any_of, type="CompositeDecorator")]
+    if len(hints) > 1:
+        any_of = xml("Expression", *hints, type="or")
+        hints = [xml("PropertyWidgetDecorator", any_of, type="CompositeDecorator")]
+    return [*hints, *only_for(prop.only_for)]
 
 
 def joined(values):
@@ -185,7 +195,8 @@ def _(prop: properties.Choice):
 
 @element.register
 def _(prop: properties.Flag):
-    return check_box(prop.name, prop.help, default=int(prop.default or prop.is_on_in_paraview))
+    default = int(prop.default or prop.is_on_in_paraview)
+    return check_box(prop.name, prop.help, _hints(prop), default=default, **_level(prop))
 
 
 @element.register
@@ -206,7 +217,8 @@ def _(prop: properties.TransformFile):
 @element.register
 def _(prop: properties.ArrayName):
     arrays = array_choice("scalars", "Input", none_string="none")
-    return vector("String", prop.name, "none", prop.help, arrays, _hints(prop, xml("NoDefault")))
+    hints = _hints(prop, xml("NoDefault"))
+    return vector("String", prop.name, "none", prop.help, arrays, hints, **_level(prop))
 
 
 @element.register
@@ -217,12 +229,13 @@ def _(prop: properties.ArrayNames):
         "none",
         prop.help,
         array_choice("gradients" if prop.components == 3 else "arrays", "Input"),
-        xml("Hints", xml("NoDefault")),
+        _hints(prop, xml("NoDefault")),
         command=f"Add{prop.singular}",
         clean_command=f"Clear{prop.name}",
         repeat_command=1,
         number_of_elements=0,
         number_of_elements_per_command=1,
+        **_level(prop),
     )
 
 

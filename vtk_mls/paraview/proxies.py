@@ -10,6 +10,7 @@ from paraview.util.vtkAlgorithm import smhint, smproperty, smproxy
 from vtk_mls import filters
 from vtk_mls.paraview import image_reader, panels
 from vtk_mls.paraview.frame_check import frame_mismatch, producers
+from vtk_mls.paraview.losses import NotesLosses
 
 _MENU = smhint.xml('<ShowInMenu category="MLS Deformation"/>')
 
@@ -66,7 +67,7 @@ class _ChecksFrames:
 @_MENU
 @_SHOW_MOUSE_HELP
 @_panel(panels.DEFORM)
-class MLSDeform(_Recovers, _ChecksFrames, filters.MLSDeform):
+class MLSDeform(_Recovers, _ChecksFrames, NotesLosses, filters.MLSDeform):
     """`vtk_mls.filters.MLSDeform` as a ParaView filter."""
 
     def GetAutomaticBackground(self):
@@ -82,7 +83,7 @@ class MLSDeform(_Recovers, _ChecksFrames, filters.MLSDeform):
 @_MENU
 @_SHOW_MOUSE_HELP
 @_panel(panels.DISPLACEMENT_FIELD)
-class MLSDisplacementField(_Recovers, _ChecksFrames, filters.MLSDisplacementField):
+class MLSDisplacementField(_Recovers, _ChecksFrames, NotesLosses, filters.MLSDisplacementField):
     """`vtk_mls.filters.MLSDisplacementField` as a ParaView filter."""
 
 

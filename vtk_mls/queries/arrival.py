@@ -53,3 +53,10 @@ def _box_of(points):
         return "no place that could be found"
     ranges = zip("xyz", points.min(axis=0), points.max(axis=0))
     return ", ".join(f"{axis} {low:.6g} to {high:.6g}" for axis, low, high in ranges)
+
+
+def lost_share(deformation, points, target):
+    """The fraction of material points (n, 3) that leave the grid `target`; 0 without points."""
+    moved = deformation.forward(points)
+    moved = moved[np.isfinite(moved).all(axis=1)]
+    return 1 - target.covers(target.index_of(moved)).mean() if len(moved) > 0 else 0.0

@@ -1,8 +1,8 @@
-"""Checks an OpenCL device once before its first use, in a child process.
+"""Checks an OpenCL device once before its first use, in child processes.
 
-Drivers miscompile, crash and hang. The child runs the kernels on the device and compares them with
-the numpy reference (`kernel_checks`). The result is saved in the user's cache folder, one file per
-driver, processor and version of the kernels.
+Drivers miscompile, crash and hang. Two children at once run kernels on the device and compare them
+with the numpy reference (`kernel_checks`). The result is saved in the user's cache folder, one file
+per driver, processor and version of the kernels.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import re
 import subprocess
 import tempfile
 import threading
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -23,10 +23,14 @@ from vtk_mls.base.messages import inform, warn
 from vtk_mls.base.resources import resource
 from vtk_mls.engine.device import caches, devices
 
-TIME_LIMIT = 300  # seconds; the check takes some ten
-STEP, SPEED = "step", "speed"  # files that the child writes to its folder
-_CHECK = "vtk_mls.commands.kernel_checks:main"  # called by the child
-# The child is not a process of the parent's MPI job.
+# A child hangs if it needs more seconds of processor time than this, some hundred times the usual,
+# or if it uses almost none between two looks. Other limits would be missed by a busy machine.
+MAX_SECONDS, MIN_SECONDS = 600, 0.5
+INTERVAL = 300  # seconds between two looks
+PARTS = 2  # of the check, one for each child
+STEP, SECONDS = "step", "seconds"  # files that a child writes to its folder
+_CHECK = "vtk_mls.commands.kernel_checks:main"  # called by a child
+# A child is not a process of the parent's MPI job.
 _MPI_VARIABLES = re.compile(r"(OMPI|OPAL|PMIX?|PRTE|MPI|MPIR|MV2|PALS|SLURM|HYDRA|HYDI)_")
 
 
@@ -38,15 +42,12 @@ class Result:
     ----------
     failure : str
         Why the device must not be used; empty if it may be used.
-    speed : float
-        Points per second of a rigid map with 15 control points; 0 if it was not measured.
     is_checked : bool
-        False if the check did not end in time, or if no child process could run. In the latter
-        case the device is used.
+        False if the check did not end, or if no child process could run. In the latter case the
+        device is used.
     """
 
     failure: str = ""
-    speed: float = 0.0
     is_checked: bool = True
 
 
@@ -78,8 +79,7 @@ def cached_result(device: devices.Device) -> Result | None:
         if name not in _results:
             with suppress(OSError, AttributeError, KeyError, TypeError, ValueError):
                 record = json.loads(result_path(device).read_text())
-                is_checked = bool(record["is_checked"])
-                _results[name] = Result(str(record["failure"]), float(record["speed"]), is_checked)
+                _results[name] = Result(str(record["failure"]), bool(record["is_checked"]))
         return _results.get(name)
 
 
@@ -132,44 +132,72 @@ def _check(device):
     name = f"{device.name} ({device.platform})"
     inform(f"Testing OpenCL on {name} before its first use, once: some ten seconds ...")
     try:
-        return Result(speed=_speed_from_child(device))
+        _compare(device)
+        return Result()
+    except TimeoutError as error:
+        result = Result(f"not checked, {error}", is_checked=False)
     except OSError as error:
         warn(f"{device} is used, but not checked, because no process can check it: {error}")
         return Result(is_checked=False)
-    except subprocess.TimeoutExpired:
-        result = Result(f"not checked, no result after {TIME_LIMIT} s", is_checked=False)
     except ValueError as error:
         result = Result(f"it fails the check ({error})")
     warn(f"{device} is not used: {result.failure}; `vtk-mls doctor --retest` tries again")
     return result
 
 
-def _speed_from_child(device):
-    """Points per second of a device that computes right.
+def _compare(device):
+    """Compare kernels on a device with the reference.
 
     Raises
     ------
     ValueError
         If the device fails.
+    TimeoutError
+        If a child hangs.
     OSError
-        If the child fails for reasons other than the device.
-    TimeoutExpired
+        If a child fails for reasons other than the device.
     """
     environment = {k: v for k, v in os.environ.items() if not _MPI_VARIABLES.match(k)}
     # Standard input is not free: pvpython reads it.
     streams = {"stdin": subprocess.DEVNULL, "stderr": subprocess.STDOUT, "env": environment}
-    with tempfile.TemporaryFile("w+", errors="replace") as output:
-        started = child_process.started(_CHECK, description(device), stdout=output, **streams)
-        with started as (child, folder):
-            status = child.wait(TIME_LIMIT)
-            if status == 0:
-                return float((folder / SPEED).read_text())
-            step = (folder / STEP).read_text() if (folder / STEP).exists() else ""
-            error = child_process.error(folder)
-        output.seek(0)
-        last_line = output.read().strip().rpartition("\n")[2]
+    with tempfile.TemporaryFile("w+", errors="replace") as output, ExitStack() as stack:
+        children = [
+            stack.enter_context(
+                child_process.started(_CHECK, description(device), part, stdout=output, **streams)
+            )
+            for part in range(PARTS)
+        ]
+        for child, folder in children:
+            status = _status(child, folder)
+            if status:
+                output.seek(0)
+                raise _failure(status, folder, output.read().strip().rpartition("\n")[2])
+
+
+def _status(child, folder):
+    """The exit status of a child, or TimeoutError if it hangs."""
+    used = -MIN_SECONDS
+    while True:
+        with suppress(subprocess.TimeoutExpired):
+            return child.wait(INTERVAL)
+        before, used = used, _seconds(folder)
+        if not before + MIN_SECONDS <= used <= MAX_SECONDS:
+            raise TimeoutError(f"no result after {used:.0f} s of processor time")
+
+
+def _seconds(folder):
+    """The processor time that a child has used: the last complete line of its file."""
+    path = folder / SECONDS
+    lines = path.read_text().split("\n")[:-1] if path.exists() else []
+    return float(lines[-1]) if lines else 0.0
+
+
+def _failure(status, folder, last_line):
+    """The exception for a child with an exit status other than 0."""
+    step = (folder / STEP).read_text() if (folder / STEP).exists() else ""
+    error = child_process.error(folder)
     crash = f"the process ended by {child_process.ending(status)}: {last_line[:200]}"
     reason = crash if error is None else str(error) or type(error).__name__
     if not step and status > 0:  # Python itself, or one of its imports
-        raise OSError(reason)
-    raise ValueError(f"{step or 'start'}: {reason}")
+        return OSError(reason)
+    return ValueError(f"{step or 'start'}: {reason}")

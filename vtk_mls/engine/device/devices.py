@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import os
 import re
 import warnings
@@ -68,17 +69,17 @@ class Device:
     driver: str = ""
     width: int | None = None
 
-    @property
+    @functools.cached_property
     def lanes(self) -> int:
         """Points per work item: the width of the vector units on a CPU, one on a GPU."""
         return self.width or quirks.lanes(self)
 
-    @property
+    @functools.cached_property
     def double_lanes(self) -> int:
         """The same for kernels that call built-ins for double."""
         return quirks.double_lanes(self)
 
-    @property
+    @functools.cached_property
     def has_float64(self) -> bool:
         """Whether kernels may use double."""
         return bool(self.handle.double_fp_config)
@@ -299,6 +300,8 @@ def _built(device, name, text):
         warnings.simplefilter("ignore")
         # warnings are about the driver's choice of instructions
         program = cl.Program(context(device), text)
+        if any(fault.has_cache for fault in quirks.faults(device)):
+            program.get_info(cl.program_info.CONTEXT)  # before the build: pyopencl keeps no kernel
         options = ["-w", *quirks.options(device)]
         return cl.Kernel(program.build(options=options, cache_dir=caches.kernel_folder()), name)
 

@@ -67,6 +67,12 @@ def is_fastest(name: str) -> bool:
     return not _is_x86() or name.startswith(quirks.INTEL)
 
 
+def rank(name: str) -> int:
+    """The place of a platform among those for CPUs, the fastest first."""
+    known = [name.startswith(platform) for platform in quirks.NATIVE_WIDTH]
+    return [*known, True].index(True)
+
+
 def _is_x86():
     return platform.machine().lower() in ("x86_64", "amd64") and sys.platform != "darwin"
 

@@ -11,8 +11,9 @@ from dataclasses import dataclass
 
 INTEL = "Intel(R) OpenCL"
 POCL = "Portable Computing Language"
-# CPU drivers that compile vectors of the native width right; others get vectors of 128 bits.
-_NATIVE_WIDTH = (INTEL, POCL)
+# CPU drivers, the fastest first, that compile vectors of the native width right; others get vectors
+# of 128 bits.
+NATIVE_WIDTH = (INTEL, POCL)
 # LLVM's names of processors with AVX-512; the version of a PoCL device has one.
 _WITH_AVX512 = re.compile(
     r"skylake-avx512|cascadelake|cooperlake|cannonlake|icelake|tigerlake|rocketlake"
@@ -40,6 +41,8 @@ class Quirk:
         Of the compiler. `-DNAME` defines a macro in all kernels.
     is_alone : bool, optional
         Whether a process can use only one driver with the fault.
+    has_cache : bool, optional
+        Whether pyopencl must keep no kernels, because the driver does.
     """
 
     platform: str
@@ -49,6 +52,7 @@ class Quirk:
     max_double_lanes: int = 16
     options: tuple[str, ...] = ()
     is_alone: bool = False
+    has_cache: bool = False
 
 
 def _calls_wide_builtins(device):
@@ -71,6 +75,12 @@ QUIRKS = (
         is_alone=True,
     ),
     Quirk(
+        POCL,
+        "Binaries, which old versions of pyopencl keep, are compiled for work groups of any "
+        "size, for twice the time. PoCL itself keeps kernels for the sizes that are used.",
+        has_cache=True,
+    ),
+    Quirk(
         "Oclgrind",
         "With inlining, LLVM adds calls that the simulator does not support.",
         options=("-O0", "-Dalways_inline="),
@@ -88,7 +98,7 @@ def lanes(device) -> int:
     """Points per work item: the width of the vector units on a CPU, one on other devices."""
     if device.kind != "cpu":
         return 1
-    native = device.handle.native_vector_width_float if device.platform in _NATIVE_WIDTH else 4
+    native = device.handle.native_vector_width_float if device.platform in NATIVE_WIDTH else 4
     widest = native if native in (4, 8, 16) else 4
     return min([widest, *(fault.max_lanes for fault in faults(device))])
 

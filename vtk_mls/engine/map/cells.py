@@ -6,7 +6,7 @@ import itertools
 
 import numpy as np
 
-from vtk_mls.engine.launch.structs import filled
+from vtk_mls.engine.launch.kernel_arguments import filled
 
 
 class Box:

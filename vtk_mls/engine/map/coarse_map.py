@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vtk_mls.engine.launch import kernel_arguments
-from vtk_mls.engine.launch.structs import CONSTANTS, filled
+from vtk_mls.engine.launch.kernel_arguments import CONSTANTS, filled
 from vtk_mls.engine.map import nodes
 from vtk_mls.engine.map.cells import ListedCells, box_of, dilated, near_handles
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vtk_mls.engine.launch.kernel_arguments import transform
-from vtk_mls.engine.launch.structs import STRUCTS, filled
+from vtk_mls.engine.launch.kernel_arguments import STRUCTS, filled, transform
 from vtk_mls.model.regions import ON_PLANE
 
 FRAMES = "deformed_frame.cl", "rest_frame.cl"

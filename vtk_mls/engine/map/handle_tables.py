@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vtk_mls.engine.launch import kernel_arguments
-from vtk_mls.engine.launch.kernel_arguments import transform
-from vtk_mls.engine.launch.structs import CONSTANTS, STRUCTS
+from vtk_mls.engine.launch.kernel_arguments import CONSTANTS, STRUCTS, transform
 
 
 class Images:

@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 
 from vtk_mls.engine.launch import kernel_arguments
-from vtk_mls.engine.launch.structs import CONSTANTS, filled
+from vtk_mls.engine.launch.kernel_arguments import CONSTANTS, filled
 
 _CORNERS = np.array(list(itertools.product((0, 1), repeat=3)))[:, ::-1]  # along x first
 LATTICE_CELLS, LATTICE_LEVELS = CONSTANTS["LATTICE_CELLS"], CONSTANTS["LATTICE_LEVELS"]

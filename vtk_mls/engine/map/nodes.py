@@ -6,7 +6,7 @@ import numpy as np
 
 from vtk_mls.base.grid import Grid
 from vtk_mls.engine.launch import kernel_arguments
-from vtk_mls.engine.launch.structs import CONSTANTS
+from vtk_mls.engine.launch.kernel_arguments import CONSTANTS
 
 BEFORE, AFTER = 2, 3  # nodes around a cell, by which its points are interpolated
 _SPARE = 64  # floats after the last node that kernels may read, but do not use

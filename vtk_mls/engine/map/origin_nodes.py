@@ -6,7 +6,7 @@ import numpy as np
 import pyopencl as cl
 
 from vtk_mls.engine.launch import kernel_arguments
-from vtk_mls.engine.launch.structs import CONSTANTS, STRUCTS, filled
+from vtk_mls.engine.launch.kernel_arguments import CONSTANTS, STRUCTS, filled
 from vtk_mls.engine.map.cells import Box
 from vtk_mls.engine.map.nodes import node_grid
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from vtk_mls.base import buffer_pool
 from vtk_mls.engine.launch import kernel_arguments
-from vtk_mls.engine.launch.structs import filled
+from vtk_mls.engine.launch.kernel_arguments import filled
 
 _REACH = 2  # slices that a difference takes on either side
 MAX_LAUNCH_POINTS = 1 << 24  # so that progress is reported

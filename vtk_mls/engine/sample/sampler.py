@@ -12,7 +12,7 @@ from vtk_mls.base import interpolation
 from vtk_mls.base.grid import Grid
 from vtk_mls.engine.device import devices
 from vtk_mls.engine.launch import kernel_arguments
-from vtk_mls.engine.launch.structs import filled
+from vtk_mls.engine.launch.kernel_arguments import filled
 
 _TAPS = {"nearest": 1, "linear": 2, "cubic": 4}
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vtk_mls.base import buffer_pool
-from vtk_mls.engine.launch.structs import CONSTANTS, filled
+from vtk_mls.engine.launch.kernel_arguments import CONSTANTS, filled
 from vtk_mls.queries import void_cells
 
 MAX_LAUNCH_CELLS = 1 << 24  # so that progress is reported

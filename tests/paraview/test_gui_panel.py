@@ -1,0 +1,88 @@
+"""The panel of MLS Deform: which properties it shows, and its inputs, by mouse."""
+
+from __future__ import annotations
+
+from gui_fixtures import require_qt
+from gui_scenes import BALL, SETUP, noise
+
+FIRST_PAGE = sorted(
+    ["ControlPoints", "Kind", "Alpha", "Steps", "Blend", "CutType", "Drag", "InteractivePolyLine"]
+)
+SHOWN = "__import__('gui_places').properties_beside('Kind')"
+OF_IMAGES = {"Reference", "Background", "AutomaticBackground", "OutputGrid", "GradientArray"}
+OF_MESHES = {"GenerateCellQuality", "GenerateLargestBlend"}
+OF_CUTS = {"Nu", "CutFrame"}
+SPHERE = """
+ball = simple.Sphere(registrationName="Ball")
+moved = simple.Transform(registrationName="Moved", Input=ball)
+moved.Transform.Translate = [3.0, 0.0, 0.0]
+moved.UpdatePipeline()
+simple.SetActiveSource(wavelet)
+"""
+
+
+def choose(gui, name, source):
+    gui.find_and_click("drop_down", name)
+    gui.click(f"option({name!r}, {source!r})")
+
+
+def test_the_first_page_is_short(gui):
+    """Properties of images, of meshes and of cuts are shown for these alone."""
+    require_qt(gui)
+    gui.add_deform()
+    assert gui.value(SHOWN) == FIRST_PAGE
+    gui.screenshot("1_image")
+    gui.run("edit('CutType', ['half-plane'])")
+    gui.until(f"{SHOWN} == {sorted([*FIRST_PAGE, 'CutInward', 'InteractivePlane'])}")
+    gui.screenshot("2_cut")
+    gui.click("tool('AdvancedButton')")
+    gui.until(f"'Device' in {SHOWN}")
+    assert {*gui.value(SHOWN)} >= OF_IMAGES | OF_CUTS | {"HideVoid", "VoidValues", "Live", "Cuts"}
+    assert not {*gui.value(SHOWN)} & (OF_MESHES | {"SplitCells"})
+    gui.run("edit('CutType', ['none'])")
+    gui.until(f"'Nu' not in {SHOWN}")
+    assert not {*gui.value(SHOWN)} & (OF_CUTS | {"HideVoid", "VoidValues"})
+    gui.click("tool('AdvancedButton')")
+
+    gui.run(BALL.replace("simple.Delete(wavelet)", "simple.Hide(wavelet, view)"))
+    gui.add_deform()
+    gui.until(f"{SHOWN} == {FIRST_PAGE}")
+    gui.screenshot("3_mesh")
+    gui.click("tool('AdvancedButton')")
+    gui.until(f"'Device' in {SHOWN}")
+    assert {*gui.value(SHOWN)} >= OF_MESHES
+    assert not {*gui.value(SHOWN)} & (OF_IMAGES | OF_CUTS | {"HideVoid", "SplitCells"})
+    gui.click("tool('AdvancedButton')")
+
+
+def test_inputs_are_connected_and_disconnected_in_the_panel(gui):
+    """A surface, and its Transform, which is further down in the pipeline browser."""
+    require_qt(gui)
+    gui.run(SPHERE)
+    gui.add_deform()
+    inputs = "[bool(points) for points in (deform.ControlPoints, deform.DeformedControlPoints)]"
+    for _ in range(2):
+        choose(gui, "ControlPoints", "Ball")
+        choose(gui, "DeformedControlPoints", "Moved")
+        gui.click("button('Apply')")
+        gui.until("is_bent()")
+        gui.screenshot("1_connected")
+        assert gui.value(inputs) == [True, True]
+        choose(gui, "ControlPoints", "(none)")
+        gui.click("button('Apply')")
+        gui.until("is_straight()")
+        assert gui.value(inputs) == [False, False]
+    gui.screenshot("2_disconnected")
+
+
+def test_a_filter_does_not_take_its_own_output(start):
+    with start() as gui:
+        require_qt(gui)
+        gui.run(SETUP)
+        gui.add_deform()
+        gui.run("clip = simple.Clip(Input=deform); simple.SetActiveSource(deform)")
+        choose(gui, "ControlPoints", "Clip1")
+        gui.click("button('Apply')")
+        gui.until("deform.ControlPoints is None")
+        assert "Control Points cannot be the output of this filter" in gui.printed
+        assert noise(gui) == []

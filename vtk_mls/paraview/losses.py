@@ -1,0 +1,93 @@
+"""Lines about results that look right at first: folds, and material outside of the output."""
+
+from __future__ import annotations
+
+import numpy as np
+from vtkmodules.vtkCommonCore import vtkOutputWindow
+from vtkmodules.vtkCommonDataModel import vtkDataSet, vtkImageData
+
+from vtk_mls.filters import parallel
+from vtk_mls.filters.deforming_filter import input_dataset
+from vtk_mls.queries import arrival
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.arrays import ImageGeometry
+
+_MIN_CONTRAST = 0.1  # of material to the background, as a fraction of the range of values
+_MIN_SHARE = 0.01  # of the material
+_SAMPLES = 24  # along each axis of an image; their third power of a mesh
+
+
+class NotesLosses:
+    """A deforming filter that says once that the map folds, or that an image loses material."""
+
+    _noted = frozenset()  # at the last update: an animation repeats no line
+
+    def RequestData(self, request, inInfo, outInfo):
+        result = super().RequestData(request, inInfo, outInfo)
+        output = vtkDataSet.GetData(outInfo)
+        is_whole = not parallel.is_parallel() and not self.is_among_blocks()
+        if is_whole and output.GetNumberOfPoints() > 0:
+            notes = dict(self._notes(inInfo, output))
+            for kind, sentence in notes.items():
+                if kind not in self._noted:
+                    text = f"{type(self).__name__}: {sentence}\n"
+                    vtkOutputWindow.GetInstance().DisplayWarningText(text)
+            self._noted = notes.keys()
+        return result
+
+    def _notes(self, in_info, output):
+        transform, data = self._requested_deformation(in_info), input_dataset(in_info)
+        if not isinstance(output, vtkImageData):
+            points = arrays.to_numpy(output.GetPoints().GetData())
+            places = points[:: -(-len(points) // _SAMPLES**3)]
+        else:
+            target = ImageGeometry.of_image(output).grid
+            grid = arrival.coarse(target, _SAMPLES)
+            places = grid.points()[arrival.has_material(transform, grid, None)]
+        if isinstance(data, vtkImageData) and hasattr(self, "used_backgrounds"):
+            name = getattr(data.GetPointData().GetScalars(), "GetName", str)()
+            background = dict(self.used_backgrounds).get(name, self.GetBackground())
+            material = _Material(data, background)
+            share = arrival.lost_share(transform, material.samples(), target)
+            if share >= _MIN_SHARE:
+                sentence = "of the material leaves the image; set Output Grid (advanced) to fitted"
+                yield "loses", f"{share:.0%} {sentence}"
+            places = places[material.contains(transform.backward(places))]
+        if self.GetSteps() > 0 and (np.linalg.det(transform.jacobian(places)) <= 0).any():
+            yield "folds", "the map folds; set Steps to 0, or drag less"
+
+
+class _Material:
+    """The points of a vtkImageData whose scalars differ from the background."""
+
+    def __init__(self, image, background):
+        self._grid, array = ImageGeometry.of_image(image).grid, image.GetPointData().GetScalars()
+        self._background, self._values, self._limit = background, np.ones(self._grid.shape), 0
+        if array is not None and array.GetNumberOfComponents() == 1:
+            self._values = arrays.to_numpy(array).reshape(self._grid.shape)
+            self._limit = _MIN_CONTRAST * np.nanmax(self._contrast(self._lattice()), initial=0)
+
+    def samples(self):
+        """Positions (n, 3) of the material."""
+        index = self._lattice()
+        return self._grid.at(index[self._contrast(index) > self._limit])
+
+    def contains(self, places):
+        """Whether the material is at places (n, 3): (n,) bool."""
+        index = self._grid.index_of(places)
+        is_inside, nearest = self._grid.covers(index), np.zeros(index.shape, int)
+        nearest[is_inside] = index[is_inside].round()
+        nearest = nearest.clip(0, np.subtract(self._grid.dimensions, 1))
+        return is_inside & (self._contrast(nearest) > self._limit)
+
+    def _lattice(self):
+        """Indices (n, 3) all over the image."""
+        axes = [
+            np.linspace(0, size - 1, min(size, _SAMPLES)).round().astype(int)
+            for size in self._grid.dimensions
+        ]
+        return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+
+    def _contrast(self, index):
+        x, y, z = index.T
+        return np.abs(self._values[z, y, x].astype(float) - self._background)

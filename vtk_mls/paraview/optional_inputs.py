@@ -1,0 +1,64 @@
+"""Changes of optional inputs that ParaView does not survive."""
+
+from __future__ import annotations
+
+from vtkmodules.vtkCommonCore import vtkOutputWindow
+
+from vtk_mls.paraview.server_manager import proxies_in
+
+_NAMES = ("ControlPoints", "DeformedControlPoints", "Cuts", "Mask", "Reference")
+_BEFORE_PARAVIEW, _AFTER_PARAVIEW = 1.0, -1.0  # priorities
+
+
+class OptionalInputs:
+    """The optional inputs of a proxy.
+
+    The output of the proxy cannot be its own input: it is disconnected again.
+
+    ParaView's pipeline browser removes the link of an input wrongly if another input is further
+    down, such as the Transform of a surface, and crashes when that one changes. So
+    DeformedControlPoints is disconnected before ControlPoints changes, and connected again
+    afterwards. Without ControlPoints it stays disconnected.
+    """
+
+    def __init__(self, proxy, observers):
+        self._proxy, self._connections = proxy.GetGlobalID(), []
+        for name in _NAMES:
+            if prop := proxy.GetProperty(name):
+                observers.add(prop, "ModifiedEvent", self._refuse_own_output, _BEFORE_PARAVIEW)
+        points, self._moved = map(proxy.GetProperty, _NAMES[:2])
+        if points:
+            observers.add(points, "ModifiedEvent", self._disconnect, _BEFORE_PARAVIEW)
+            observers.add(points, "ModifiedEvent", self._connect, _AFTER_PARAVIEW)
+            observers.add(proxy, "UpdateEvent", self._forget)
+
+    def _refuse_own_output(self, prop, event):
+        if any(self._is_downstream(source) for source in proxies_in(prop)):
+            prop.RemoveAllProxies()
+            label = prop.GetXMLLabel()
+            vtkOutputWindow.GetInstance().DisplayWarningText(
+                f"{label} cannot be the output of this filter: it was disconnected.\n"
+            )
+
+    def _is_downstream(self, source):
+        producers = map(source.GetProducerProxy, range(source.GetNumberOfProducers()))
+        return source.GetGlobalID() == self._proxy or any(map(self._is_downstream, producers))
+
+    def _disconnect(self, points, event):
+        connections = [  # those that wait for an Apply included
+            (self._moved.GetUncheckedProxy(i), self._moved.GetUncheckedOutputPortForConnection(i))
+            for i in range(self._moved.GetNumberOfUncheckedProxies())
+        ]
+        if connections:
+            self._connections = connections
+            self._moved.RemoveAllProxies()
+
+    def _connect(self, points, event):
+        if points.GetNumberOfProxies() == 0:
+            return  # Python removes an input before it adds another
+        for source, port in self._connections:
+            self._moved.AddInputConnection(source, port)
+        self._connections = []
+
+    def _forget(self, proxy, event):
+        self._connections = []
