@@ -15,15 +15,15 @@ from vtk_mls import Deformation
 from vtk_mls.base.progress import SILENT
 from vtk_mls.landmarks import outliers, pair_report
 from vtk_mls.landmarks.left_out import PointPairs
+from vtk_mls.landmarks.volume import Shape
 
 DEVICE = "reference"
 
 
-def chosen(p, q):
-    """The recommended settings, without the rest of the report."""
+def agreed(p, q):
+    """The pairs, settings, outliers and predictions, without the rest of the report."""
     pairs = PointPairs(p, q, np.ones(len(p)))
-    tried, _ = pair_report._medians(pairs, pair_report._sample(len(p)), SILENT)
-    return pairs, min(tried, key=tried.__getitem__)
+    return pairs, *pair_report._agreed(pairs, Shape.of(pairs), SILENT)
 
 
 def found_faults(seeds):
@@ -31,8 +31,7 @@ def found_faults(seeds):
     complete = swaps = accused = good = 0
     for seed in seeds:
         p, q, off, swap = planted_pairs(np.random.default_rng(seed))
-        pairs, best = chosen(p, q)
-        is_outlier, predicted = outliers.find(pairs, best)
+        pairs, _, is_outlier, predicted = agreed(p, q)
         partner = outliers.swapped(pairs, is_outlier, predicted)
         bad = np.concatenate([off, swap])
         complete += is_outlier[bad].all()
@@ -53,7 +52,7 @@ def ratios(seed, count, noise):
     def error(places):
         return np.median(np.linalg.norm(places - warp(held_out), axis=1))
 
-    _, best = chosen(p, q)
+    best = next(iter(agreed(p, q)[1]))
     own = error(Deformation(p, q, device=DEVICE, **best.options).backward(held_out))
     kernels = "thin_plate_spline", "linear"
     return [own / error(RBFInterpolator(q, p, kernel=k, degree=1)(held_out)) for k in kernels]

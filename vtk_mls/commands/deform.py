@@ -140,13 +140,15 @@ def _deform_one(steps, deform, options):
         io.write_dataset(output, options.output)
     if is_image:
         size = " x ".join(str(n) for n in output.GetDimensions())
-        summary = f"{size} points, {options.kind}{_opened(output)}"
+        summary = f"{size} points, {map_options.kind_used(options, deform)}{_opened(output)}"
     else:
         size = f"{output.GetNumberOfPoints()} points, {output.GetNumberOfCells()} cells"
         if not output.IsA("vtkDataSet"):
             count = len(blocks(output))
             size = f"{count} block{'s' * (count != 1)}, {size}"
-        summary = f"{size}, {options.kind}{_lost_points(_failures(output))}"
+        summary = (
+            f"{size}, {map_options.kind_used(options, deform)}{_lost_points(_failures(output))}"
+        )
         summary += inverted_cells.note() + remarks.dropped_arrays(output, options.output)
     print(f"{options.output}: {summary + notes}")
     remarks.warn_of_emptiness(are_empty, options)
@@ -197,7 +199,9 @@ def _deform_all(steps, handle_times, deform, options):
                 notes.setdefault(note, f" at time {time:g}" if handles and note else "")
             with step("write", options.output):
                 write(deform.GetOutput())
-    summary = f"{len(steps)} time steps, {options.kind}{_lost_points(failures)}"
+    summary = (
+        f"{len(steps)} time steps, {map_options.kind_used(options, deform)}{_lost_points(failures)}"
+    )
     at_times = f", handles at {len(handles)} times" * bool(handles)
     summary += at_times + inverted_cells.note() + remarks.background(deform.used_backgrounds)
     summary += "".join(f"{note}{where}" for note, where in notes.items())

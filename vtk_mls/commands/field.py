@@ -92,7 +92,7 @@ def run(options):
             io.write_dataset(output, options.output)
         else:
             io.write_field(output, options.output, options.field_convention)
-    print(f"{options.output}: {_summary(output, options)}{notes}")
+    print(f"{options.output}: {_summary(output, options, field)}{notes}")
     for sentence in _remarks(output, options):
         remarks.warn(options.output, sentence)
     return 0
@@ -136,14 +136,15 @@ def _bounding_points(blocks):
     return polydata
 
 
-def _summary(output, options):
+def _summary(output, options, field):
     size = " x ".join(str(n) for n in output.GetDimensions())
     direction = "forward" if options.inverse else "backward"
     void = f"; void: {_number_of(output, 'Void')}" if output.GetPointData().HasArray("Void") else ""
+    kind = map_options.kind_used(options, field)
     if not options.jacobian:
-        return f"{size} {direction} displacements, {options.kind}{void}"
+        return f"{size} {direction} displacements, {kind}{void}"
     folded = output.GetFieldData().GetArray("FoldedVoxels").GetValue(0)
-    return f"{size} {direction} determinants, {options.kind}; {folded} of them not above 0{void}"
+    return f"{size} {direction} determinants, {kind}; {folded} of them not above 0{void}"
 
 
 def _remarks(output, options):

@@ -9,7 +9,8 @@ from pathlib import Path
 from vtk_mls.commands import limit_options, property_options
 from vtk_mls.commands.running import read
 from vtk_mls.files.landmarks import PAIR_BY
-from vtk_mls.model.options import DEFORMATION_OPTIONS, values_of
+from vtk_mls.model.kinds.splines import MIN_LANDMARKS
+from vtk_mls.model.options import DEFORMATION_OPTIONS, named, values_of
 
 HANDLES = (
     "control points, from p at rest to q: .csv .txt with lines px,py,pz,qx,qy,qz[,weight], or a "
@@ -53,7 +54,13 @@ def add(parser, is_interactive=False):
         "closed surfaces are rigid regions, other points are points",
     )
     for option in MAP:
-        property_options.add(parser, option)
+        is_kind = option.name == "Kind" and not is_interactive
+        more = (
+            f"auto from {MIN_LANDMARKS} pairs of landmarks on: two files of points, BigWarp, tags"
+        )
+        property_options.add(parser, option, more=more * is_kind)
+    if not is_interactive:
+        parser.set_defaults(kind="")
     _add_cuts(parser)
     for option in (*CUT_OPTIONS, *(INTERACTIVE_COMPUTING if is_interactive else COMPUTING)):
         property_options.add(parser, option)
@@ -122,6 +129,7 @@ def apply(options, algorithm, control_points=None):
     `control_points` is polydata to use instead of the files.
     """
     algorithm.SetInputData(1, control_points or _moving_control_points(options))
+    options.kind = options.kind or named("kind").default
     property_options.apply(options, algorithm)
     limit_options.apply(options, algorithm)
     algorithm.SetInitialTransform(initial_transform(options))
@@ -140,6 +148,28 @@ def initial_transform(options):
 def control_points(options):
     """Control-point polydata of the files."""
     return _read_control_points(options)[0]
+
+
+def kind_used(options, algorithm):
+    """The kind of the map of a filter, in words; of landmarks also their errors when left out."""
+    import numpy as np
+
+    from vtk_mls.filters.initial_transforms import split_chain
+
+    deformation = split_chain(algorithm.updated_deformation())[1]
+    if deformation.order_used == 0:
+        return options.kind
+    text = f"spline of order {deformation.order_used}"
+    if deformation.smoothing_used > 0:
+        text += f" and smoothing {deformation.smoothing_used:.3g}"
+    errors = deformation.left_out_errors
+    if errors is None:
+        return text
+    middle, high = np.quantile(errors, (0.5, 0.9))
+    return (
+        f"{text} (of {len(errors)} landmarks, each left out, the median error is {middle:.3g}, and "
+        f"90 % have less than {high:.3g})"
+    )
 
 
 def handle_times(options):
@@ -235,10 +265,15 @@ def _read_control_points(options, time=None):
         return io.control_points(rest, last, between, options.pair_by), True
     if options.deformed:
         rest, deformed = (read(reader, path) for path in (handles, options.deformed))
-        return io.control_points(rest, deformed, pair_by=options.pair_by), True
-    check_pairing(options)
-    rest = read(partial(reader, is_alone=True), handles)
-    return io.control_points(rest), rest.partners is not None
+        points, are_marked = io.control_points(rest, deformed, pair_by=options.pair_by), True
+    else:
+        check_pairing(options)
+        rest = read(partial(reader, is_alone=True), handles)
+        points, are_marked = io.control_points(rest), rest.are_marked
+    has_cells = options.handle_shapes == "cells" or any(_cuts(options))
+    if are_marked and not has_cells and points.GetNumberOfPoints() >= MIN_LANDMARKS:
+        options.kind = options.kind or "auto"
+    return points, bool(options.deformed) or rest.partners is not None
 
 
 def check_pairing(options):

@@ -55,7 +55,8 @@ def deform(options, algorithm):
     remarks.warn_of_emptiness([remarks.is_empty(algorithm)], options)  # before long work
     note = _run(options, algorithm, partial(job.deform, settings=settings))
     size = " x ".join(str(n) for n in image.finest.grid.dimensions)
-    parts = f"{size} points, {options.kind}; {_count(len(image.levels), 'resolution')}"
+    kind = map_options.kind_used(options, algorithm)
+    parts = f"{size} points, {kind}; {_count(len(image.levels), 'resolution')}"
     lead = image.finest.array.shape[: len(image.axes.rstrip("zyx"))]
     names = {"t": "time", "c": "channel"}
     for axis, count in zip(image.axes, lead):
@@ -78,7 +79,8 @@ def field(options, algorithm):
     notes = remarks.field_notes(algorithm)
     note = _run(options, algorithm, job.write_field)
     size = " x ".join(str(n) for n in image.finest.grid.dimensions)
-    print(f"{options.output}: {size} backward displacements, {options.kind}{note}{notes}")
+    kind = map_options.kind_used(options, algorithm)
+    print(f"{options.output}: {size} backward displacements, {kind}{note}{notes}")
     return 0
 
 

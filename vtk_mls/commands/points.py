@@ -61,7 +61,8 @@ def run(options):
         left_out = control_point_files.write_landmarks(options.output, moved, options.input, space)
     notes = _losses(landmarks, moved, options, left_out > 0)
     notes += "".join(f"; {sentence}" for sentence in handle_warnings(split_chain(transform)[1]))
-    print(f"{options.output}: {len(moved.positions)} points, {options.kind}{notes}")
+    kind = map_options.kind_used(options, algorithm)
+    print(f"{options.output}: {len(moved.positions)} points, {kind}{notes}")
     return 0
 
 

@@ -162,8 +162,9 @@ class State(_Options):
         """A copy with the next kind of map; polynomials have degree 2, then 3."""
         if self.kind == _POLYNOMIAL and self.degree < max(options.DEGREE.choices):
             return replace(self, degree=self.degree + 1)
-        names = list(kinds.KINDS)
-        kind = names[(names.index(self.kind) + 1) % len(names)]
+        names = [*(kinds.KINDS if self.cuts or self.regions else kinds.ALL_KINDS)]
+        index = names.index(self.kind) if self.kind in names else -1
+        kind = names[(index + 1) % len(names)]
         return replace(self, kind=kind, degree=options.DEGREE.default)
 
     def with_alpha_times(self, factor):

@@ -39,6 +39,8 @@ class Landmarks:
         Where the points go, if the file has pairs; NaN for a pair that does not count.
     places : (k, n, 3) float64
         Of the points between `positions` and `partners`; k may be 0.
+    are_marked : bool
+        Whether the file is of pairs that were marked in two images, not of dragged handles.
     weights : (n,) float64 or None
     cells : HandleCells or None
         Curves and surfaces of the points, if there are any.
@@ -53,6 +55,7 @@ class Landmarks:
     weights: np.ndarray | None = None
     cells: HandleCells | None = None
     places: np.ndarray = field(default_factory=_nowhere)
+    are_marked: bool = False
 
     def __post_init__(self):
         for name in ("labels", "descriptions"):

@@ -37,7 +37,7 @@ def read(path):
     places = np.reshape([place for place, _ in tags], (len(tags), count, 3))
     labels = [re.sub(r"\\(.)", r"\1", label[1:-1]) for _, label in tags]
     partners = places[:, 0] if count == 2 else None
-    return Landmarks(path, places[:, -1], "RAS", labels, partners=partners)
+    return Landmarks(path, places[:, -1], "RAS", labels, partners=partners, are_marked=True)
 
 
 def write(file, landmarks):

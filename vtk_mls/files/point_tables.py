@@ -133,6 +133,7 @@ def read(path, is_alone=False, time=None):
         descriptions,
         np.array(partners, dtype=np.float64) if layout.partner else None,
         weights,
+        are_marked=layout.active is not None,
     )
 
 

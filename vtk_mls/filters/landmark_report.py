@@ -38,8 +38,8 @@ class MLSLandmarkReport(Algorithm):
     of the settings to take, "SmallestDeterminant" of the map with these, and "Summary", sentences.
 
     Output port 1 is a vtkTable with a row for each setting that was tried, the best first: "Kind",
-    "Degree" (0 for kinds without one), "Alpha", "Smoothing", "Median" (the median error), "Options"
-    and "Recommended" (0 or 1). Two rows with Alpha 0 are one rigid and one affine map for all.
+    "Degree" and "Order" (0 for kinds without), "Alpha", "Smoothing", "Median" (the median error),
+    "Options" and "Recommended" (0 or 1). The last two are one rigid and one affine map for all.
     """
 
     def __init__(self):
@@ -108,9 +108,11 @@ def fill_settings(table, result):
     """Fill a vtkTable with the settings that a Report has tried, the best first."""
     rows = table.GetRowData()
     medians = {**result.tried, **{BASELINE[name]: value for name, value in result.baseline.items()}}
-    settings = sorted(medians, key=medians.__getitem__)
+    settings = [*medians]
     arrays.add_texts(rows, "Kind", [s.kind for s in settings])
-    arrays.add(rows, "Degree", np.array([s.degree or 0 for s in settings], np.int64))
+    for name in ("Degree", "Order"):
+        values = [getattr(s, name.lower()) or 0 for s in settings]
+        arrays.add(rows, name, np.array(values, np.int64))
     for name, values in (
         ("Alpha", [s.alpha for s in settings]),
         ("Smoothing", [s.smoothing for s in settings]),

@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vtk_mls.base.progress import SILENT, Progress
+from vtk_mls.deformation import Deformation
 from vtk_mls.landmarks.settings import Settings
 from vtk_mls.model import kinds
-from vtk_mls.model.kinds import polynomials
 from vtk_mls.model.kinds.kind import Kind
+from vtk_mls.model.kinds.splines import precision, without_lone
 
 _MAX_TEMPORARY = 1 << 21  # elements of an array
 # Without one pair the others usually determine the same maps as all pairs, and the fit of all is
@@ -44,7 +45,9 @@ def predictions(
 
     World coordinates of the rest space. The q are distinct.
     """
-    kind = kinds.named(settings.kind, settings.degree)
+    if settings.kind == "spline":
+        return _spline_predictions(pairs, settings)[rows]
+    kind = kinds.named(settings.kind, degree=settings.degree)
     points = _FittedPoints(pairs, kind)
     if len(pairs) <= _MAX_REFITTED_PAIRS:
         is_refitted = np.ones(len(rows), bool)
@@ -52,43 +55,12 @@ def predictions(
         is_refitted = _leverage(points)[rows] > _MAX_LEVERAGE
     result = np.empty((len(rows), 3))
     for part in progress.over(_parts(np.flatnonzero(~is_refitted), len(pairs), points)):
-        result[part] = _predicted(points, rows[part], None, settings)
+        result[part] = _predicted(points, rows[part], settings)
     for i in np.flatnonzero(is_refitted):
         others = np.delete(np.arange(len(pairs)), rows[i])
         points = _FittedPoints(pairs.of_rows(others), kind)
         weighted = _WeightedPairs(points, pairs.deformed[rows[i], None], settings)
         result[i] = pairs.deformed[rows[i]] + kind.fit(weighted).displacement[0]
-    return result
-
-
-def nearby_predictions(
-    pairs: PointPairs, others: NDArray[np.int64], settings: Settings
-) -> NDArray[np.float64]:
-    """`predictions` of all pairs (n, 3), each from the pairs in its row of `others` (n, k)."""
-    points = _FittedPoints(pairs, kinds.named(settings.kind, settings.degree))
-    result = np.empty((len(pairs), 3))
-    for part in _parts(np.arange(len(pairs)), others.shape[1], points):
-        result[part] = _predicted(points, part, others[part], settings)
-    return result
-
-
-def remainders(
-    pairs: PointPairs, others: NDArray[np.int64], settings: Settings
-) -> NDArray[np.float64]:
-    """Bounds (n,) of the errors of `nearby_predictions` for a smooth map, up to a common factor.
-
-    A polynomial of order m fitted to a smooth map has at most the error sum_i |s_i| d_i^(m + 1),
-    times a bound of its derivatives, for shares s_i of the pairs at distances d_i: the remainder of
-    Taylor's theorem. It is large for pairs at the rim and for isolated ones.
-    """
-    order = kinds.named(settings.kind, settings.degree).proxy_order
-    points = _FittedPoints(pairs, polynomials.Polynomial(order))
-    result = np.empty(len(pairs))
-    for part in _parts(np.arange(len(pairs)), others.shape[1], points):
-        v, near = pairs.deformed[part], pairs.deformed[others[part]]
-        shares = polynomials.shares(_WeightedPairs(points, v, settings, part, others[part]))
-        distance = np.linalg.norm(near - v[:, None], axis=2)
-        result[part] = (np.abs(shares) * distance ** (order + 1)).sum(axis=1)
     return result
 
 
@@ -104,9 +76,20 @@ def nearest(pairs: PointPairs, rows: NDArray[np.int64], count: int) -> NDArray[n
     return result
 
 
-def _predicted(points, rows, others, settings):
+def _spline_predictions(pairs, settings):
+    matrix = precision(pairs.deformed, pairs.weights, settings.order, settings.smoothing)
+    diagonal = without_lone(matrix.diagonal())[:, None]
+    result = pairs.rest - matrix @ (pairs.rest - pairs.deformed) / diagonal
+    for i in np.flatnonzero(np.isnan(diagonal)):
+        p, q, weights = (np.delete(x, i, axis=0) for x in vars(pairs).values())
+        options = {**settings.options, "weights": weights, "device": "reference"}
+        result[i] = Deformation(p, q, **options).backward(pairs.deformed[i, None])[0]
+    return result
+
+
+def _predicted(points, rows, settings):
     v = points.pairs.deformed[rows]
-    weighted = _WeightedPairs(points, v, settings, rows, others)
+    weighted = _WeightedPairs(points, v, settings, rows)
     return v + points.kind.fit(weighted).displacement
 
 
@@ -123,8 +106,7 @@ def _slices(rows: NDArray[np.int64], elements_per_row: int) -> Iterator[NDArray[
 
 def _leverage(points):
     """(n,): 1 for a pair without which the others determine fewer maps."""
-    basis = kinds.named("polynomial", points.kind.proxy_order)
-    basis = basis.determined(None, None, points.local(points.pairs.deformed))
+    basis = kinds.named("polynomial", degree=points.kind.proxy_order).determined(points)
     return (1 + (basis.values**2).sum(axis=1)) / len(points.pairs)
 
 
@@ -138,7 +120,8 @@ class _FittedPoints:
         self.pairs, self.kind = pairs, kind
         self.center = pairs.deformed.mean(axis=0)
         self.scale = float(np.abs(pairs.deformed - self.center).max())
-        self.determined = kind.determined(pairs.rest, pairs.deformed, self.local(pairs.deformed))
+        self.positions = pairs.rest, pairs.deformed
+        self.determined = kind.determined(self)
 
     def local(self, points):
         return (points - self.center) / self.scale
@@ -147,24 +130,22 @@ class _FittedPoints:
 class _WeightedPairs:
     """Pairs weighted for points v (m, 3): the attributes of `reference.weights.WeightedPoints`.
 
-    For each point, the pair in `rows` (m,) is left out, or only the pairs in `others` (m, k) are
-    summed.
+    For each point, the pair in `rows` (m,) is left out, if they are given.
     """
 
-    def __init__(self, points, v, settings, rows=None, others=None):
-        self.control_points, self.v, self._others = points, v, others
-        pairs = points.pairs if others is None else points.pairs.of_rows(others)
+    def __init__(self, points, v, settings, rows=None):
+        self.control_points, self.v = points, v
+        pairs = points.pairs
         offset = pairs.deformed - v[:, None]
         d2 = np.einsum("mia,mia->mi", offset, offset) + settings.smoothing**2
         index = np.arange(len(v))
-        if others is None and rows is not None:
+        if rows is not None:
             d2[index, rows] = np.inf
-        nearest = d2.argmin(axis=1)
+        self.nearest = nearest = d2.argmin(axis=1)
         share = d2[index, nearest][:, None] / d2
         # alpha 0 is one map for all, in which the weight 0 of a pair left out is not 0^0
         self.w = pairs.weights * np.where(share > 0, share, 0) ** settings.alpha * (share > 0)
-        self.nearest = nearest if others is None else others[index, nearest]
-        self.p_k, self.q_k = (x[self.nearest] for x in (points.pairs.rest, points.pairs.deformed))
+        self.p_k, self.q_k = pairs.rest[nearest], pairs.deformed[nearest]
         self.x = v - self.q_k
         p, q = pairs.rest - self.p_k[:, None], pairs.deformed - self.q_k[:, None]
         self.total = self.w.sum(axis=1)
@@ -173,9 +154,8 @@ class _WeightedPairs:
 
     def values_of(self, basis):
         """As of `WeightedPoints`."""
-        values = basis.values if self._others is None else basis.values[self._others]
         shape = (*self.w.shape, len(basis))
-        return np.broadcast_to(values, shape), basis.values[self.nearest]
+        return np.broadcast_to(basis.values, shape), basis.values[self.nearest]
 
     def _mean(self, values):
         return np.einsum("mi,mia->ma", self.w, values) / self.total[:, None]

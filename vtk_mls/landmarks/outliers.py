@@ -5,18 +5,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from vtk_mls.landmarks.left_out import PointPairs, nearby_predictions, nearest, remainders
+from vtk_mls.landmarks.left_out import PointPairs, nearest
 from vtk_mls.landmarks.settings import Settings
+from vtk_mls.model.kinds.splines import precision, without_lone
 
-_MAX_PREDICTORS = 64  # the nearest pairs, from which each is predicted here
 _NEIGHBORS = 12  # their errors define the usual error at a place
 # Limit of the error of a good pair, in usual errors. Normal noise of each coordinate exceeds 2.7
-# medians once in 2,000 times. At the rim of the pairs, where predictions extrapolate, the limit is
-# up to twice as large.
-_LIMIT = 3.0
-# Errors of exact pairs must exceed both limits: in usual errors, and in usual errors relative to
-# the remainder.
-_EXACT_LIMIT, _REMAINDER_LIMIT = 5.0, 1.25
+# medians once in 2,000 times. Errors of exact pairs spread more.
+# At the rim of the pairs, where predictions extrapolate, the limit is up to 1.4 times as large.
+_LIMIT, _EXACT_LIMIT, _RIM = 3.0, 5.0, 0.4
 _SPREAD_QUANTILES = 0.2, 0.8  # of errors; their ratio is the spread, which few outliers change
 # The largest spread of n errors by noise is _NOISE_SPREAD + _NOISE_SPREAD_OF_FEW / sqrt(n). Many
 # normal errors have 2.3, those of 60 exact pairs of smooth maps as a rule 3 to 8.
@@ -30,22 +27,25 @@ _MAX_SWAP_RATIO = 0.5
 def find(pairs: PointPairs, settings: Settings) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
     """The outliers (n,), and p of each pair (n, 3) as predicted from the other pairs.
 
-    The q are distinct. Outliers predict nothing, since they would spoil the predictions of their
-    neighbors: the worst pair of each neighborhood is removed until all others are within the limit.
+    The q are distinct; the settings are those of a spline. Outliers predict nothing, since they
+    would spoil the predictions of their neighbors: the worst pair of each neighborhood is removed
+    until all others are within the limit. All follows from the equations solved once.
+
+    An error is divided by its standard deviation as a Gaussian process has it, which is larger at
+    the rim of the pairs and where they are sparse.
     """
     inliers = np.arange(len(pairs))
     min_count = len(pairs) - int(_MAX_SHARE * len(pairs))
+    matrix = precision(pairs.deformed, pairs.weights, settings.order, settings.smoothing)
     while True:
         neighbors = nearest(pairs, inliers, _NEIGHBORS)
-        predictors = nearest(pairs, inliers, _MAX_PREDICTORS)
-        predicted = nearby_predictions(pairs, predictors, settings)
-        remainder = remainders(pairs, predictors, settings)
-        score = _score(pairs, predicted, remainder, inliers, neighbors)
+        errors, variance = _left_out(matrix, pairs.rest - pairs.deformed, inliers)
+        score = _score(pairs, errors, variance, inliers, neighbors)
         suspects = inliers[score[inliers] > 1]
         worst = suspects[score[suspects] >= score[neighbors[suspects]].max(axis=1)]
         worst = worst[np.argsort(-score[worst], kind="stable")][: max(0, len(inliers) - min_count)]
         if len(worst) == 0:
-            return score > 1, predicted
+            return score > 1, pairs.rest - errors
         inliers = np.setdiff1d(inliers, worst)
 
 
@@ -68,26 +68,36 @@ def swapped(
     return result
 
 
-def _score(pairs, predicted, remainder, inliers, neighbors):
-    """The error of each prediction (n,), relative to the limit.
+def _left_out(matrix, u, inliers):
+    """Error (n, 3) of each pair as predicted from the other inliers, and its variance (n,).
 
-    Errors of noisy pairs are alike amid the others. Those of exact pairs grow like the remainder,
-    and spread more: most are small, and a few are large where pairs are sparse or the map bends.
+    Both are 0 where a pair alone determines an affine function.
     """
-    error = np.linalg.norm(predicted - pairs.rest, axis=1)
+    outliers = np.setdiff1d(np.arange(len(u)), inliers)
+    errors, variance = np.zeros_like(u), np.ones(len(u))
+    if len(outliers):
+        # the equations without the outliers; then these, predicted from all others
+        columns = matrix[:, outliers]
+        inverse = np.linalg.pinv(columns[outliers])
+        errors[outliers] = inverse @ (columns.T @ u)
+        variance[outliers] = inverse.diagonal()
+        matrix = matrix - columns @ inverse @ columns.T
+    diagonal = without_lone(matrix.diagonal()[inliers])
+    errors[inliers] = np.nan_to_num((matrix @ u)[inliers] / diagonal[:, None])
+    variance[inliers] = np.nan_to_num(1 / diagonal, nan=1.0)
+    return errors, variance
+
+
+def _score(pairs, errors, variance, inliers, neighbors):
+    """The error of each prediction (n,), relative to the limit."""
+    size = np.linalg.norm(errors, axis=1)
+    relative = size / np.sqrt(variance)
     offset = pairs.deformed[neighbors] - pairs.deformed[:, None]
     reach = np.linalg.norm(offset, axis=2).mean(axis=1)
     # 0 amid the neighbors, 1 far from them
-    outside = np.linalg.norm(offset.mean(axis=1), axis=1) / reach
-    rim = 1 + outside**2
-    rounding = _ROUNDING * np.ptp(pairs.rest, axis=0).max()
-
-    def usual(errors):
-        return np.sqrt(np.median(errors[neighbors], axis=1) * np.median(errors[inliers]))
-
-    limit = rim * usual(error)
-    low, high = np.quantile((error / rim)[inliers], _SPREAD_QUANTILES)
-    if high <= (_NOISE_SPREAD + _NOISE_SPREAD_OF_FEW / len(inliers) ** 0.5) * low:
-        return error / (_LIMIT * limit + rounding)
-    relative_limit = _REMAINDER_LIMIT * remainder * usual(error / remainder)
-    return error / (np.maximum(_EXACT_LIMIT * limit, relative_limit) + rounding)
+    rim = 1 + _RIM * (np.linalg.norm(offset.mean(axis=1), axis=1) / reach) ** 2
+    usual = rim * np.sqrt(np.median(relative[neighbors], axis=1) * np.median(relative[inliers]))
+    rounding = _ROUNDING * np.ptp(pairs.rest, axis=0).max() / np.sqrt(variance)
+    low, high = np.quantile((relative / rim)[inliers], _SPREAD_QUANTILES)
+    is_noise = high <= (_NOISE_SPREAD + _NOISE_SPREAD_OF_FEW / len(inliers) ** 0.5) * low
+    return relative / ((_LIMIT if is_noise else _EXACT_LIMIT) * usual + rounding)

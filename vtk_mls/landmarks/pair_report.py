@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from operator import itemgetter
+from operator import attrgetter, itemgetter
 from typing import Any
 
 import numpy as np
@@ -15,9 +15,10 @@ from vtk_mls.base.progress import SILENT, ProgressLike, whole
 from vtk_mls.base.validation import same_count
 from vtk_mls.landmarks import outliers, settings, volume
 from vtk_mls.landmarks.left_out import PointPairs, nearest, predictions
-from vtk_mls.landmarks.settings import Settings
+from vtk_mls.landmarks.settings import BASELINE, Settings
 from vtk_mls.landmarks.volume import Shape
 from vtk_mls.model import arguments
+from vtk_mls.model.kinds.splines import ORDERS, choices, chosen_from
 
 MIN_PAIRS = 4
 # Settings are compared by this many of the pairs, each predicted from all others.
@@ -43,9 +44,10 @@ class Report:
     swapped_with : (n,) int
         Row of the pair with which the label looks swapped, -1 for none.
     tried : dict of Settings and float
-        The median error when left out for each, of `sampled` pairs.
+        The best first; the median error when left out for each, of those of `sampled` pairs that
+        are no outliers.
     recommended : Settings
-        Those with the smallest median whose map is sensible in a cube around the pairs, or else
+        Those with the smallest errors whose map is sensible in a cube around the pairs, or else
         those that come nearest to it: for 9 of 10 samples the factor of volume, beside that of all
         pairs, is 0.1 to 10, and around thin sets the displacement, beside its mean, is at most 3
         times that of the pairs. Of a mirror only one motion for all pairs is considered.
@@ -128,18 +130,19 @@ def report(
     """Predict each pair of landmarks from the others.
 
     The map of all other pairs, at q of a pair, should lead to its p. The distance is an honest
-    error: residuals at the landmarks of a map are 0. Its median chooses the settings.
+    error: residuals at the landmarks of a map are 0. The median and the error of 9 of 10 pairs
+    choose the order and the smoothing of a spline.
 
     The recommended map is sensible around the pairs, if settings with such a map were found: the
     pairs alone do not show that a map flattens, folds or explodes the volume beside a line or a
     plane of them. If most pairs rest, the others are handles of a drag, and none is an outlier.
 
-    Outliers are pairs with an error above 3 times (at the rim of the landmarks up to 6 times) what
-    is usual among the neighbors and in all, predicted from the pairs that are no outliers. If
-    errors spread more than noise, as those of exact pairs of a smooth map, the limit is 5 times,
-    and the error must also exceed 1.25 times what is usual relative to the remainder of Taylor's
-    theorem, which is larger where landmarks are sparse. Two outliers look swapped if each is
-    predicted clearly nearer to the other's place than to its own.
+    Outliers are pairs with an error above 3 times what is usual among the neighbors and in all,
+    predicted from the pairs that are no outliers, and relative to the standard deviation that a
+    Gaussian process would give it, which is larger at the rim and where landmarks are sparse. If
+    errors spread more than noise, as those of exact pairs of a smooth map, the limit is 5 times.
+    Two outliers look swapped if each is predicted clearly nearer to the other's place than to its
+    own.
 
     Parameters
     ----------
@@ -165,35 +168,35 @@ def report(
 
     Notes
     -----
-    The time is proportional to n^2. Settings are compared by at most 256 of the pairs.
+    The time is proportional to n^3 up to 2,000 pairs: settings are compared by at most so many,
+    and one map for all by at most 256. The largest number of pairs is 5,000.
     """
     pairs, labels = _checked(rest, deformed, names, weights)
     with whole(progress) as part:
         choosing, finding, folding = part.divided(6, 3, 1)
         rows = _sample(len(pairs))
-        tried, baseline = _medians(pairs, rows, choosing)
         shape = Shape.of(pairs)
-        best, deformation, is_sensible = _best(pairs, rows, tried, shape, device)
+        found, is_outlier, predicted = _agreed(pairs, shape, choosing)
+        baseline = {n: float(np.median(_errors(pairs, rows, s))) for n, s in BASELINE.items()}
+        tried = {s: float(np.median(size)) for s, (_, size) in found.items()}
+        best, deformation, is_sensible = _best(pairs, rows, tried, found, shape, device)
         error = _errors(pairs, np.arange(len(pairs)), best, finding)
         folding.report(0)
         p, q = pairs.rest, pairs.deformed
         moved = np.linalg.norm(q - p, axis=1)
-        is_outlier, swapped = np.zeros(len(pairs), bool), np.full(len(pairs), -1)
-        if not shape.is_drag:
-            is_outlier, predicted = outliers.find(pairs, best)
-            swapped = outliers.swapped(pairs, is_outlier, predicted)
+        swapped = outliers.swapped(pairs, is_outlier, predicted)
     between = np.linalg.det(deformation.jacobian(_between(pairs, rows))).min()
     return Report(
         *(labels, p, q, moved, error, is_outlier, swapped, tried, best),
-        *(is_sensible, shape, baseline, len(rows)),
+        *(is_sensible, shape, baseline, len(chosen_from(len(pairs)))),
         *(deformation.smallest_determinant, float(between)),
     )
 
 
-def _best(pairs, rows, tried, shape, device):
+def _best(pairs, rows, tried, found, shape, device):
     """The settings to recommend, the Deformation, and whether it is sensible."""
     judged = []
-    for candidate in _candidates(pairs, rows, tried, shape):
+    for candidate in _candidates(pairs, rows, tried, found, shape):
         excess, deformation = volume.excess(pairs, candidate, device)
         judged.append((excess, candidate, deformation))
         if excess <= 1:
@@ -202,27 +205,45 @@ def _best(pairs, rows, tried, shape, device):
     return best, deformation, excess <= 1
 
 
-def _candidates(pairs, rows, tried, shape):
+def _candidates(pairs, rows, tried, found, shape):
     """The settings tried, the best first; then those of one motion for all, which are tried now."""
     if not shape.mirror:
-        yield from sorted(tried, key=tried.__getitem__)
+        yield from found
     motions = settings.whole_motions(shape.extents[0])
     tried |= {s: float(np.median(_errors(pairs, rows, s))) for s in motions}
     yield from sorted(motions, key=tried.__getitem__)
 
 
-def _medians(pairs, rows, progress):
-    first = settings.without_smoothing(len(pairs))
-    exact, smooth, whole_map = progress.divided(3, 2, 1)
+def _agreed(pairs, shape, progress):
+    """The `_choices` without outliers, the outliers (n,), and the predictions (n, 3)."""
+    first, second = progress.divided(1, 1)
+    found = _choices(pairs, first)
+    if shape.is_drag:
+        return found, np.zeros(len(pairs), bool), pairs.rest
+    is_outlier, predicted = outliers.find(pairs, next(iter(found)))
+    if is_outlier.any():  # they make smoothing look good
+        found = _choices(pairs.of_rows(np.flatnonzero(~is_outlier)), second)
+        is_outlier, predicted = outliers.find(pairs, next(iter(found)))
+    return found, is_outlier, predicted
 
-    def median(tried, part):
-        return {s: float(np.median(_errors(pairs, rows, s))) for s in part.over(tried)}
 
-    medians = median(first, exact)
-    spacing = settings.spacing_of(pairs.deformed)
-    medians |= median(settings.with_smoothing(medians, spacing), smooth)
-    baseline = median([*settings.BASELINE.values()], whole_map)
-    return medians, {name: baseline[s] for name, s in settings.BASELINE.items()}
+def _choices(pairs, progress):
+    """Of each order the exact spline and that of the best smoothing, the best first.
+
+    By settings: the score, and the distances (m,) of pairs left out.
+    """
+    rows = chosen_from(len(pairs))
+    q, u, weights = pairs.deformed[rows], (pairs.rest - pairs.deformed)[rows], pairs.weights[rows]
+    found = {}
+    for order in progress.over(ORDERS):
+        tried = [*choices(q, u, weights, (order,))]
+        for choice in (tried[0], min(tried, key=attrgetter("score"))):
+            settings = Settings("spline", None, 0.0, choice.smoothing, order)
+            size = np.linalg.norm(choice.left_out, axis=1)
+            if np.isnan(size).any():
+                size = _errors(pairs, rows, settings)
+            found[settings] = choice.score, size
+    return dict(sorted(found.items(), key=lambda item: item[1][0]))
 
 
 def _errors(pairs, rows, tried, progress=SILENT):

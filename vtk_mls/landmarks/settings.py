@@ -5,29 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from vtk_mls.model.kinds.polynomials import MONOMIAL_COUNT
-
-# Tried without smoothing, then the best kinds with smoothing, in the typical spacing of pairs.
-_KINDS = (
-    ("rigid", None),
-    ("similarity", None),
-    ("affine", None),
-    ("polynomial", 2),
-    ("polynomial", 3),
-)
-_ALPHAS = 1.0, 2.0, 3.0, 4.0
-# For the highest degree: with 2,000 exact pairs, alpha 6 has 0.35 times the error of alpha 4. With
-# alpha 8 it is a little smaller, but weights in float32 no longer suffice everywhere.
-_LOCAL_ALPHAS = (6.0,)
-_SMOOTHINGS = 1.0, 2.0
-_BEST_KINDS = 2
 _WHOLE_SMOOTHING = 100.0  # extents of the pairs, with which all weigh alike to 1e-4
-# Pairs for each function of a polynomial map; with fewer, the map is not tried.
-_PAIRS_PER_FUNCTION = 2
-_MIN_AFFINE_PAIRS = 5
 
 
 @dataclass(frozen=True)
@@ -40,13 +18,16 @@ class Settings:
     degree : int or None
         None for kinds without one.
     alpha, smoothing : float
-        With alpha 0 all pairs weigh alike: one map for all.
+        With alpha 0 all pairs weigh alike: one map for all; and of a spline it has no meaning.
+    order : int or None
+        Of a spline.
     """
 
     kind: str
     degree: int | None
     alpha: float
     smoothing: float = 0.0
+    order: int | None = None
 
     @property
     def options(self) -> dict[str, Any]:
@@ -62,54 +43,14 @@ class Settings:
 
     @property
     def _names(self):
-        names = ["kind", "degree", "alpha", "smoothing"]
+        names = ["kind", "degree", "order", "alpha", "smoothing"]
         return [name for name in names if getattr(self, name) not in (None, 0)]
 
 
 BASELINE = {kind: Settings(kind, None, 0.0) for kind in ("rigid", "affine")}
 
 
-def without_smoothing(count: int) -> list[Settings]:
-    """Settings to try for `count` pairs, the simplest first."""
-    return [
-        Settings(kind, degree, alpha)
-        for kind, degree in _KINDS
-        if count >= _min_pairs(kind, degree)
-        for alpha in _ALPHAS + (_LOCAL_ALPHAS if degree == 3 else ())
-    ]
-
-
-def with_smoothing(medians: dict[Settings, float], spacing: float) -> list[Settings]:
-    """The best kinds of those tried (`medians`), with smoothing by the typical distance `spacing`
-    of a pair to the nearest.
-    """
-    kinds = dict.fromkeys((s.kind, s.degree) for s in sorted(medians, key=medians.__getitem__))
-    # three digits are easy to type, and more have no effect
-    lengths = [float(f"{factor * spacing:.3g}") for factor in _SMOOTHINGS]
-    return [
-        Settings(kind, degree, alpha, length)
-        for kind, degree in list(kinds)[:_BEST_KINDS]
-        for alpha in _ALPHAS
-        for length in lengths
-    ]
-
-
 def whole_motions(extent: float) -> list[Settings]:
     """Settings for nearly one motion of all pairs, whose largest `extent` is in world units."""
     smoothing = float(f"{_WHOLE_SMOOTHING * extent:.3g}")
     return [Settings(kind, None, 1.0, smoothing) for kind in ("rigid", "similarity")]
-
-
-def spacing_of(points: NDArray[np.float64]) -> float:
-    """Median distance of points (n, 3) to the nearest other point, from up to 500 of them."""
-    nearest = []
-    for point in points[:: -(-len(points) // 500)]:
-        distance = np.linalg.norm(points - point, axis=1)
-        nearest.append(distance[distance > 0].min())
-    return float(np.median(nearest))
-
-
-def _min_pairs(kind, degree):
-    if degree is None:
-        return _MIN_AFFINE_PAIRS if kind == "affine" else 0
-    return _PAIRS_PER_FUNCTION * (MONOMIAL_COUNT[degree] + 1)

@@ -10,7 +10,6 @@ from vtk_mls.landmarks.pair_report import Report
 from vtk_mls.landmarks.refinement import Refinement
 
 _MAX_NAMES = 10  # in a sentence
-_MAX_SETTINGS = 8
 
 
 def heading(report: Report) -> list[str]:
@@ -18,7 +17,7 @@ def heading(report: Report) -> list[str]:
     median = report.tried[report.recommended]
     baseline = report.baseline
     of = "" if report.sampled == len(report.names) else f" (of {report.sampled} pairs)"
-    best = min(report.tried, key=report.tried.__getitem__)
+    best = next(iter(report.tried))
     is_best = report.recommended == best
     lines = [
         *_about_shape(report, "" if is_best else best.flags),
@@ -43,10 +42,9 @@ def heading(report: Report) -> list[str]:
     determinant = report.smallest_determinant
     result, remedy = "does not fold at sampled points", ""
     if determinant <= 0:
-        kind = "the kind affine with " if report.recommended.kind == "polynomial" else ""
         result = "folds"
         if not report.shape.mirror:
-            remedy = f"; more smoothing, or {kind}--steps auto, reduces folds"
+            remedy = "; more smoothing, or --steps auto, reduces folds"
         if report.determinant_between > 0:
             result = "folds, but not at samples between neighboring landmarks"
     lines.append(f"the map {result}: smallest determinant {determinant:.3g}{remedy}")
@@ -81,9 +79,8 @@ def _about_shape(report, refused):
 
 def setting_rows(report: Report) -> list[list[str]]:
     """A head and rows of the best settings, and of one map for all."""
-    best = sorted(report.tried, key=report.tried.__getitem__)[:_MAX_SETTINGS]
     rows = [["settings", "median error"]]
-    rows += [[s.flags, f"{report.tried[s]:.4g}"] for s in best]
+    rows += [[s.flags, f"{median:.4g}"] for s, median in report.tried.items()]
     return rows + [[f"one {name} map", f"{m:.4g}"] for name, m in report.baseline.items()]
 
 

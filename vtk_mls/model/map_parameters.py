@@ -145,6 +145,15 @@ class MapParameters:
         return getattr(self.regions[0].control_points.kind, "smoothing", self.smoothing)
 
     @property
+    def left_out_errors(self) -> NDArray[np.float64] | None:
+        """Distance (n,) from p of each control point to the map of all others, world units.
+
+        Only for splines with automatic settings. Of more than 2,000 points, these are of 2,000.
+        """
+        left_out = getattr(self.regions[0].control_points.kind, "left_out", None)
+        return None if left_out is None else np.linalg.norm(left_out, axis=1)
+
+    @property
     def planes(self) -> list[Plane]:
         """The unbounded cuts, which separate the regions."""
         return [cut for cut in self.cuts if isinstance(cut, Plane)]

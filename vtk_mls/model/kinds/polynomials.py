@@ -199,12 +199,6 @@ def _multinomial(exponents) -> float:
     return factorial[sum(exponents)] / np.prod(factorial[exponents])
 
 
-def shares(weighted):
-    """The share (m, n) of each p_i in the polynomials fitted at v: l(v) = sum_i share_i p_i."""
-    parts = [psi * (psi_v / norm)[:, None] for psi, psi_v, _, norm in _orthogonal(weighted)]
-    return weighted.w * sum(parts)
-
-
 def _orthogonal(weighted):
     """psi_j at the control points (m, n) and at v, its slope at v, and its norm: Eq. 23 and 25."""
     control_points, w = weighted.control_points, weighted.w

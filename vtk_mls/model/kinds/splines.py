@@ -9,7 +9,8 @@ error at each control point of the spline without it (Rippa 1999).
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
+import operator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +21,7 @@ from vtk_mls.model.kinds.kind import Fit, Kind
 from vtk_mls.model.kinds.polynomials import RANK_TOLERANCE
 
 AUTOMATIC = 0
+MIN_LANDMARKS = 5  # from which the errors of landmarks left out tell something
 MAX_POINTS = 5000
 # Above this number of control points, order and smoothing are chosen from so many of them.
 _MAX_CHOSEN_FROM = 2000
@@ -27,6 +29,8 @@ _MAX_CHOSEN_FROM = 2000
 _TRIED = np.append(0, 10.0 ** np.arange(-9, 1.1, 0.25))
 # Additions to the diagonal, relative to its bound, that no rounding can make singular.
 _FLOOR = 1e-15
+# Size below which the diagonal of the solved equations counts as 0.
+_LONE = 1e-8
 # Bound of the rounding of float sums, local units, above which kernels sum in double.
 _MAX_ROUNDING = 3e-6
 
@@ -58,8 +62,9 @@ class Spline(Kind):
     kernel = "fit_spline.cl"
     is_local = False
 
-    def __init__(self, order=AUTOMATIC, smoothing=0.0, **_):
+    def __init__(self, order=AUTOMATIC, smoothing=0.0, left_out=None, **_):
         self.order, self.smoothing = order, smoothing
+        self.left_out = left_out  # errors (n, 3) by which these were chosen, world units
 
     @property
     def has_peaks(self):
@@ -79,7 +84,7 @@ class Spline(Kind):
             *(handles.deformed, handles.rest - handles.deformed, handles.weights, orders),
             self.smoothing if self.smoothing >= 0 else None,
         )
-        return Spline(order=choice.order, smoothing=choice.smoothing)
+        return Spline(choice.order, choice.smoothing, choice.left_out)
 
     def determined(self, points):
         u = (points.rest - points.deformed - points.mean_displacement) / points.scale
@@ -149,7 +154,8 @@ class _System:
 
     def __init__(self, q, weights, order):
         self.q, self.order, self.root = q, order, np.sqrt(weights)[:, None]
-        affine = np.column_stack([np.ones(len(q)), q])
+        self._middle = q.mean(axis=0)  # functions across a plane of points are 0 on it then
+        affine = np.column_stack([np.ones(len(q)), q - self._middle])
         u, singular, v = np.linalg.svd(self.root * affine, full_matrices=False)
         rank = int((singular > RANK_TOLERANCE * singular[0]).sum())
         self.affine, self._to_affine = u[:, :rank], v[:rank].T / singular[:rank]
@@ -172,7 +178,15 @@ class _System:
         c = self._projected(np.linalg.solve(matrix, self._projected(values)))
         rest = values - self.matrix @ c - addition * c
         affine = self._to_affine @ (self.affine.T @ rest)
+        affine[0] -= self._middle @ affine[1:]
         return Solution(self.order, self.q, self.root * c, affine)
+
+    def precision(self, addition):
+        """`precision` in local units."""
+        addition = max(addition, self.floor)
+        inverse = np.linalg.inv(self._regular + addition * np.eye(len(self.q)))
+        inverse -= self.affine @ self.affine.T / (self.shift + addition)
+        return self.root * inverse * self.root.T * (self.shift + addition)
 
     @functools.cached_property
     def _spectrum(self):
@@ -182,12 +196,15 @@ class _System:
         return np.maximum(values[:count], self.floor), vectors[:, :count]
 
     def left_out(self, u, additions):
-        """Errors (k, n, 3) at each point of the spline without it, for each of the `additions`."""
+        """Errors (k, n, 3) at each point of the spline without it, for each of the `additions`.
+
+        NaN where a point alone determines an affine function.
+        """
         values, vectors = self._spectrum
         data = vectors.T @ (self.root * u)
-        inverse = 1 / (values + np.maximum(additions, self.floor)[:, None])
-        # where a point alone determines an affine function, nothing predicts it
-        diagonal = np.maximum(inverse @ (vectors**2).T, np.finfo(float).tiny)
+        additions = np.maximum(additions, self.floor)[:, None]
+        inverse = (self.shift + additions) / (values + additions)
+        diagonal = without_lone(inverse @ (vectors**2).T)
         c = vectors @ (inverse[:, :, None] * data)
         return c / diagonal[:, :, None] / self.root
 
@@ -200,9 +217,16 @@ class Choice:
     smoothing: float  # world units
     left_out: np.ndarray  # (n, 3), world units
 
+    @property
+    def score(self):
+        """The median error and that of 9 of 10 points: a few wrong ones do not matter."""
+        size = np.linalg.norm(self.left_out, axis=1)
+        size = size[np.isfinite(size)]
+        return np.quantile(size, (0.5, 0.9)).sum() if len(size) else 0.0
 
-def best_choice(q, u, weights, orders=ORDERS, smoothing=None) -> Choice:
-    """The order and smoothing with the least error of control points left out.
+
+def choices(q, u, weights, orders=ORDERS, smoothing=None) -> Iterator[Choice]:
+    """All orders and smoothings to choose from.
 
     Parameters
     ----------
@@ -213,20 +237,47 @@ def best_choice(q, u, weights, orders=ORDERS, smoothing=None) -> Choice:
     smoothing : float, optional
         The smoothing, world units; None to choose it.
     """
-    rows = slice(None)
-    if len(q) > _MAX_CHOSEN_FROM:
-        rows = np.random.default_rng(0).permutation(len(q))[:_MAX_CHOSEN_FROM]
-    q, u, weights = q[rows], u[rows], weights[rows]
+    local, scale = _local(q)
+    for order in orders:
+        tried = _TRIED if smoothing is None else np.array([(smoothing / scale) ** order])
+        errors = _System(local, weights, order).left_out(u, tried)
+        yield from (
+            Choice(order, scale * addition ** (1 / order), error)
+            for addition, error in zip(tried, errors)
+        )
+
+
+def best_choice(q, u, weights, orders=ORDERS, smoothing=None) -> Choice:
+    """The order and smoothing with the least errors of control points left out; see `choices`."""
+    rows = chosen_from(len(q))
+    found = choices(q[rows], u[rows], weights[rows], orders, smoothing)
+    return min(found, key=operator.attrgetter("score"))
+
+
+def chosen_from(count):
+    """Rows (m,) of the control points from which settings are chosen, at most 2,000."""
+    if count <= _MAX_CHOSEN_FROM:
+        return np.arange(count)
+    return np.sort(np.random.default_rng(0).permutation(count)[:_MAX_CHOSEN_FROM])
+
+
+def precision(q, weights, order, smoothing) -> np.ndarray:
+    """The matrix P (n, n) of the equations of a spline solved: ``c = P u``, up to a factor by which
+    the diagonal is at least 1/2 where no point determines an affine function.
+
+    The error at point i without it is ``c_i / P_ii``, and 1 / P_ii its variance as a Gaussian
+    process has it (Dubrule 1983).
+    """
+    local, scale = _local(q)
+    return _System(local, weights, order).precision((smoothing / scale) ** order)
+
+
+def without_lone(diagonal):
+    """The diagonal (..., n) of `precision`; NaN where a point alone determines a function."""
+    return np.where(diagonal > _LONE, diagonal, np.nan)
+
+
+def _local(q):
     center = q.mean(axis=0)
     scale = np.abs(q - center).max() or 1.0
-    best = None
-    for order in orders:
-        system = _System((q - center) / scale, weights, order)
-        tried = _TRIED if smoothing is None else np.array([(smoothing / scale) ** order])
-        for addition, errors in zip(tried, system.left_out(u, tried)):
-            size = np.linalg.norm(errors, axis=1)
-            # the mean alone follows a few wrong pairs
-            score = np.median(size) + size.mean()
-            if best is None or score < best[0]:
-                best = score, Choice(order, scale * addition ** (1 / order), errors)
-    return best[1]
+    return (q - center) / scale, scale
