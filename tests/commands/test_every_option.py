@@ -51,6 +51,7 @@ VALUES = {
     "--handle-shapes": ("cells", [], "curve.vtp"),
     "--kind": ("affine",),
     "--degree": ("1", ["--kind", "polynomial"], "many.csv"),
+    "--order": ("1", ["--kind", "spline"], "many.csv"),
     "--alpha": ("1",),
     "--smoothing": ("3",),
     "--steps": ("4",),

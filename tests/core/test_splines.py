@@ -206,7 +206,7 @@ def test_what_a_spline_cannot_have_is_refused():
             ValueError, match=f"`kind` must be one of affine, .* with {what}.*spline"
         ):
             Deformation(p, q, "auto", **options)
-    with pytest.raises(ValueError, match="`smoothing` must be a number .* kind rigid, got 'auto'"):
+    with pytest.raises(ValueError, match="`smoothing` must be a number from 0 on, got -1.0; only"):
         Deformation(p, q, "rigid", smoothing="auto")
     with pytest.raises(ValueError, match='`order` must be 1, 2, 3 or "auto", got 4'):
         Deformation(p, q, "spline", order=4)

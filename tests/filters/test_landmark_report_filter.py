@@ -60,7 +60,8 @@ def test_both_tables_are_those_of_the_report(rng):
     baseline = {(kind, 0, 0, 0, 0): median for kind, median in expected["baseline"].items()}
     assert [*medians.items()] == [*tried.items(), *baseline.items()]
     (best,) = np.flatnonzero(_column(settings, "Recommended"))
-    assert best == 0
+    recommended = {key: value for key, value in expected["recommended"].items() if key != "median"}
+    assert recommended.items() <= expected["tried"][best].items()
     field = pairs.GetFieldData()
     assert arrays.texts(field, "Recommended") == [_column(settings, "Options")[best]]
     value = field.GetArray("SmallestDeterminant").GetValue(0)

@@ -107,7 +107,7 @@ def test_numbers_without_a_slider_are_typed():
     assert session.editor.state.smoothing == 0.25
     for value in ("-2", "much", "nan", "inf", None):
         message = do(session, "smoothing", value)["message"]
-        assert message == '`smoothing` must be a number from 0 on, or "auto" for splines.'
+        assert message == "`smoothing` must be a number from 0 on."
     assert session.editor.state.smoothing == 0.25
     assert do(session, "undo")["smoothing"] == 0
     do(session, "map_tolerance", 0.5)  # the page has no control for it

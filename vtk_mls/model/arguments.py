@@ -69,7 +69,8 @@ def check_kind(parameters, kind):
     if kind.is_local:
         if parameters.smoothing < 0:
             raise InputError(
-                f"must be a number from 0 on for the kind {kind.name}, got 'auto'",
+                f"must be a number from 0 on, got {short_repr(parameters.smoothing)}; only splines "
+                "have an automatic one",
                 argument="smoothing",
             )
         return

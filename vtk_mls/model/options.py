@@ -144,7 +144,7 @@ OPTIONS = (
         splines: it predicts control points left out best.""",
         spellings={"auto": -1},
         is_valid=lambda length: length >= 0 or length == -1,
-        expected='a number from 0 on, or "auto" for splines',
+        expected="a number from 0 on",
         is_advanced=True,
     ),
     Option(
