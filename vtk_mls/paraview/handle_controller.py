@@ -12,7 +12,7 @@ import time
 
 import numpy as np
 
-from vtk_mls.paraview import first_placement, handle_lists, undo
+from vtk_mls.paraview import defaults, first_placement, handle_lists, undo
 from vtk_mls.paraview.deferred_drags import DeferredDrags
 from vtk_mls.paraview.handle_lists import LISTS, OTHER_LIST
 from vtk_mls.paraview.handle_markers import HandleMarkers, hide_line
@@ -46,6 +46,7 @@ class HandleController:
     def __init__(self, proxy, edited, selected):
         self._proxy_id, self._edited = proxy.GetGlobalID(), edited
         self._is_busy = self._is_dragging = False
+        self._set_at = 0  # modification time of the list that was set last, not by an edit
         self._last_count_change = None  # time, name of the other list, rows before of all lists
         self._widget_ids, self._surface_mice = set(), []
         self._markers, self._observers = HandleMarkers(), Observers()
@@ -53,6 +54,7 @@ class HandleController:
         first_placement.place(proxy, selected)
         if proxy.GetXMLName() == _SOURCE:
             _add_deformed_points(proxy)
+        proxy.UpdateVTKObjects()
         self._store_rows(proxy)
         self._undo_state = handle_lists.pending_lists(proxy)
         callback = self._edit_callback(self._list_edited)
@@ -68,6 +70,9 @@ class HandleController:
                 self._observe(proxy, name, lambda *_: self._edited(self._is_dragging))
         self._observe(proxy, "CutType", self._cut_type_edited)
         OptionalInputs(proxy, self._observers)
+        for name in defaults.ARRAY_LISTS:
+            if proxy.GetProperty(name):
+                self._observers.add(proxy.GetProperty(name), "ModifiedEvent", _show_empty_list)
 
     def show_pending(self, is_dragging):
         """Draw the result of pending edits in the views."""
@@ -210,6 +215,10 @@ class HandleController:
         before, after = self._rows[name], handle_lists.pending_rows(prop)
         self._rows[name] = after
         if not is_pending(prop):
+            if prop.GetMTime() > self._set_at and not np.array_equal(before, after):
+                first_placement.place(proxy)  # by Restore Defaults
+                self._store_rows(proxy)
+            self._set_at = max(self._set_at, prop.GetMTime())
             # the opposite edit restored this list, but not yet the other list
             has_other_length = len(after) != len(self._rows[other])
             if not (has_other_length and handle_lists.is_one_edit(before, after)):
@@ -273,7 +282,12 @@ def _add_deformed_points(source):
     if is_list and deformed.GetNumberOfElements() == 0:
         positions = [rest.GetElement(i) for i in range(rest.GetNumberOfElements())]
         deformed.SetElements(positions, len(positions))
-        source.UpdateVTKObjects()
+
+
+def _show_empty_list(prop, event):
+    """ParaView's panel learns of all lists but empty ones."""
+    if prop.GetNumberOfElements() == 0:
+        prop.InvokeEvent(EDITED)
 
 
 def _render(proxy):

@@ -66,12 +66,12 @@ def pending_layout(proxy):
             return rest, deformed, np.empty(0) if weights is None else weights
         if mode == "lattice":
             dimensions = pending_values(proxy.GetProperty("LatticeDimensions"))
-            positions = lattice(dimensions, _lattice_bounds(proxy))
+            positions = lattice(dimensions, lattice_bounds(proxy))
             return positions, positions, np.empty(0)
     return None
 
 
-def _lattice_bounds(proxy):
+def lattice_bounds(proxy):
     """The property Bounds, or the bounds of the input."""
     if proxy.GetProperty("Bounds"):
         return pending_values(proxy.GetProperty("Bounds"))
