@@ -302,9 +302,19 @@ def test_a_source_two_filters_and_a_reload(gui):
     gui.launch("MLS Control Points")
     gui.run("handles = simple.GetActiveSource()")
     assert gui.value("len(handles.DeformedPoints)") == 24
+    # A table with times: the handles of each time are those of the file.
+    timed = PROJECT / gui.folder / "timed.csv"
+    rows = [f"{time},1,2,3,{4 + time},5,6" for time in (0, 1)]
+    timed.write_text("\n".join(["time,px,py,pz,qx,qy,qz", *rows]))
+    gui.run("edit('Mode', ['file'], handles)")
+    gui.run(f"edit('FileName', ['{gui.folder}/{timed.name}'], handles)")
+    gui.press("alt+a")
+    gui.until("len(handles.DeformedPoints) == 0")
+    for time in (0, 1):
+        gui.run(f"handles.UpdatePipeline({time})")
+        assert gui.value("output(handles).GetPointData().GetArray(0).GetTuple(0)[0]") == 3 + time
     table = PROJECT / gui.folder / "handles.csv"
     table.write_text("1,2,3,4,5,6,2\n0,0,0,0,0,0,1\n")
-    gui.run("edit('Mode', ['file'], handles)")
     gui.run(f"edit('FileName', ['{gui.folder}/{table.name}'], handles)")
     assert gui.value("pending('RestPoints', handles)") == [1, 2, 3, 0, 0, 0]
     assert gui.value("pending('DeformedPoints', handles)") == [4, 5, 6, 0, 0, 0]

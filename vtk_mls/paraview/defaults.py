@@ -23,7 +23,7 @@ _PRIORITY = 0.5  # below the settings of the site and of the user
 def add():
     """Make them ParaView's defaults, unless the user has set others."""
     arrays = dict.fromkeys(("MLSDisplacementField", "MLSLandmarkReport"), CONTROL_POINT_ARRAYS)
-    arrays["MLSDeform"] = dict.fromkeys(ARRAY_LISTS, []) | CONTROL_POINT_ARRAYS
+    arrays["MLSDeform"] = {key: [] for key in ARRAY_LISTS} | CONTROL_POINT_ARRAYS
     points = volume_colors.table()
     table = {
         "RGBPoints": points.ravel().tolist(),

@@ -72,7 +72,9 @@ class HandleController:
         OptionalInputs(proxy, self._observers)
         for name in defaults.ARRAY_LISTS:
             if proxy.GetProperty(name):
-                self._observers.add(proxy.GetProperty(name), "ModifiedEvent", _show_empty_list)
+                self._observers.add(
+                    proxy.GetProperty(name), "ModifiedEvent", handle_lists.show_empty_list
+                )
 
     def show_pending(self, is_dragging):
         """Draw the result of pending edits in the views."""
@@ -282,12 +284,6 @@ def _add_deformed_points(source):
     if is_list and deformed.GetNumberOfElements() == 0:
         positions = [rest.GetElement(i) for i in range(rest.GetNumberOfElements())]
         deformed.SetElements(positions, len(positions))
-
-
-def _show_empty_list(prop, event):
-    """ParaView's panel learns of all lists but empty ones."""
-    if prop.GetNumberOfElements() == 0:
-        prop.InvokeEvent(EDITED)
 
 
 def _render(proxy):
