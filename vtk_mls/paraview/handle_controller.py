@@ -32,6 +32,7 @@ from vtk_mls.paraview.surface_mouse import SurfaceMouse
 from vtk_mls.paraview.views import render_later
 
 _SOURCE = "MLSControlPoints"
+_BEFORE_PLANES = 0.6  # priority of handles, where the mouse also hits the plane of a cut, at 0.5
 _TABLE_EDIT_SECONDS = 1.0  # at most, between the two events of a click on *+* or *-*
 
 
@@ -85,6 +86,7 @@ class HandleController:
         """Extend a widget that shows these handles."""
         if not self.observe_drags(widget):
             return
+        _raise(widget.GetClientSideObject().GetWidget())
         hide_line(widget, self._observers)
         if not is_remote(widget):  # otherwise the server draws
             markers = self._markers.add_widget(widget)
@@ -284,6 +286,14 @@ def _add_deformed_points(source):
     if is_list and deformed.GetNumberOfElements() == 0:
         positions = [rest.GetElement(i) for i in range(rest.GetNumberOfElements())]
         deformed.SetElements(positions, len(positions))
+
+
+def _raise(widget):
+    """Let a vtkAbstractWidget of handles see events of the mouse before those of planes do."""
+    widget.SetPriority(_BEFORE_PLANES)
+    if widget.GetEnabled():  # it keeps the priority with which it was enabled
+        widget.Off()
+        widget.On()
 
 
 def _render(proxy):
