@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from vtk_mls.commands import data_options, map_options, ome_zarr, property_options, remarks
-from vtk_mls.commands.running import read, update
+from vtk_mls.commands.running import read, set_up, update
 from vtk_mls.commands.supervision import step
 
 
@@ -80,7 +80,7 @@ def run(options):
     field.SetInputData(0, dataset if dataset.IsA("vtkDataSet") else _bounding_points(dataset))
     if options.dimensions is not None:
         field.SetSampleDimensions(_dimensions(options))
-    map_options.apply(options, field)
+    set_up(field, options)
     field.SetGenerateJacobianDeterminant(options.jacobian)
     update(field, options)
     output = field.GetOutput()

@@ -5,8 +5,8 @@ from __future__ import annotations
 from functools import partial
 
 from vtk_mls.base.sampling import AUTOMATIC
-from vtk_mls.commands import data_options, map_options, remarks
-from vtk_mls.commands.running import files_named, progress_bar
+from vtk_mls.commands import data_options, remarks
+from vtk_mls.commands.running import files_named, progress_bar, set_up
 from vtk_mls.commands.supervision import step
 from vtk_mls.files.ome_zarr import SUFFIX, is_ome_zarr, open_image
 
@@ -99,7 +99,7 @@ def _apply(options, algorithm, image):
     data = vtkImageData()
     geometry.apply_to(data)
     algorithm.SetInputData(0, data)
-    map_options.apply(options, algorithm)
+    set_up(algorithm, options)
     if hasattr(algorithm, "ClearLabelArrays"):
         algorithm.ClearLabelArrays()  # they are channels here
     algorithm.UpdateInformation()

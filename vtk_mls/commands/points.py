@@ -6,7 +6,7 @@ from dataclasses import replace
 from functools import partial
 
 from vtk_mls.commands import map_options
-from vtk_mls.commands.running import files_named, progress_bar, read
+from vtk_mls.commands.running import files_named, progress_bar, read, set_up
 from vtk_mls.commands.supervision import step
 
 
@@ -52,7 +52,7 @@ def run(options):
     space = options.handles_space
     landmarks = read(partial(io.read_landmarks, space=space), options.input)
     algorithm = MLSDeform()
-    map_options.apply(options, algorithm)
+    set_up(algorithm, options)
     with files_named(options):
         transform = algorithm.updated_deformation()
     with step("deform", options.input):
