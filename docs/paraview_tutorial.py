@@ -18,8 +18,6 @@ from gui_scenes import BRAIN, vtk_mls_command, write_brain
 from paraviews import PICTURES, virtual_display
 
 FOLDER = PICTURES / "tutorial"
-PULL = 120, 40  # pixels
-PLANE = 100  # x, mm: the plane of the cut, and the handles on it, are left of it
 WIDTH = 900
 VIEW, HEIGHT = "914x792+358+196", 560  # where it is on the screen; of the picture of three
 CLICKS = {
@@ -56,8 +54,7 @@ def draw(folder, three):
             keep(name)
             gui.click(place)
         gui.run("deform = simple.GetActiveSource()")
-        beside = [place for _, place in gui.value("handles_in_sight()") if place[0] > PLANE]
-        with gui.dragging(min(beside), PULL):
+        with gui.dragging(*gui.value("drag_of_the_tutorial()")):
             gui.until("dragged()")
             keep("drag")
         gui.hover("button('Apply')")

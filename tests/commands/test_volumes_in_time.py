@@ -146,7 +146,7 @@ def test_a_series_of_files_becomes_one_file(rng, capsys):
     capsys.readouterr()
     SimpleITK.WriteImage(source[:8, :, :, 0], "in_99.nii.gz")
     assert deform("in_*.nii.gz", "other.nii.gz") == 1
-    assert "must get images of one grid" in capsys.readouterr().err
+    assert "`other.nii.gz` must get images of one grid" in capsys.readouterr().err
     assert deform("in_*.nii.gz", "out.vti") == 1
     assert "only these files can hold: .pvd .mha .mhd" in capsys.readouterr().err
 

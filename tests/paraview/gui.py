@@ -228,7 +228,11 @@ class Gui:
         self._wait(self.windows, "a window")
         (self._window,) = self.windows()
         self._xdotool("windowmove", self._window, 0, 0)
-        self._xdotool("windowsize", "--sync", self._window, WIDTH, HEIGHT)
+        self.resize(WIDTH, HEIGHT)
+
+    def resize(self, width, height):
+        """Resize the main window."""
+        self._xdotool("windowsize", "--sync", self._window, width, height)
 
     def _place(self, place):
         return self.run(f"import gui_places; answer = gui_places.{place}")

@@ -100,6 +100,18 @@ def handles_in_sight():
     return [(n, place.tolist()) for n, place in enumerate(places) if is_near[n].sum() == 1]
 
 
+def drag_of_the_tutorial():
+    """The place of the upper white ball in front of the right half of the brain, and a drag of it.
+
+    The drag, in pixels, goes to the edge of the brain.
+    """
+    x, y, z = places = pending_rows("DeformedPoints").T
+    row = np.where((x > 100) & (z > 100), y, -np.inf).argmax()  # mm: right of the plane, in front
+    place = places[:, row]
+    start, end = on_screen([place, [154, *place[1:]]])
+    return place.tolist(), (end - start).tolist()
+
+
 def farthest_from_handles(places):
     distances = np.linalg.norm(
         on_screen(places)[:, None] - on_screen(pending_rows("DeformedPoints")), axis=2

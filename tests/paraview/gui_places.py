@@ -127,7 +127,7 @@ def _table(name):
 
 
 def _tool(name):
-    tools = _visible(QtWidgets.QToolButton)
+    tools = _visible(QtWidgets.QAbstractButton)
     return next((tool for tool in tools if tool.objectName() == name), None)
 
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import pytest
-from gui_scenes import HANDLE, PROJECT, PULL, SETUP, noise
+from gui_fixtures import require_qt
+from gui_scenes import BALL, HANDLE, PROJECT, PULL, SETUP, noise
 
 REPLAY = """
 import numpy as np
@@ -13,6 +14,39 @@ UpdatePipeline(proxy=deform)
 output = deform.SMProxy.GetClientSideObject().GetOutputDataObject(0)
 bent = np.load("{folder}/bent.npy")
 np.testing.assert_array_equal(vtk_to_numpy(output.GetPointData().GetArray("RTData")), bent)
+"""
+
+PLACED = """
+import numpy as np
+from paraview import simple
+from vtkmodules.util.numpy_support import vtk_to_numpy
+
+def placed():
+    deform, handles = (simple.FindSource(name) for name in ("MLSDeform1", "MLSControlPoints1"))
+    deform.UpdatePipeline()
+    points = deform.SMProxy.GetClientSideObject().GetOutputDataObject(0).GetPoints()
+    lists = [[source.RestPoints, source.DeformedPoints] for source in (deform, handles)]
+    return *map(np.array, (*lists, handles.Bounds)), vtk_to_numpy(points.GetData())
+
+def check(folder):
+    for value, expected in zip(placed(), np.load(f"{folder}/placed.npz").values()):
+        np.testing.assert_array_equal(value, expected)
+    display = simple.GetDisplayProperties(simple.FindSource("MLSDeform1"))
+    assert (display.Opacity, display.Representation) == (0.5, "Surface With Edges")
+
+"""
+LOAD_PLUGIN = """
+from paraview import simple
+simple.LoadPlugin("paraview_plugin/vtk_mls_plugin.py", ns=vars(simple))
+"""
+TRACE = f"""{LOAD_PLUGIN}
+ball = simple.OpenDataFile(folder + "/ball.vtp")
+display = simple.Show(ball, view)
+display.SetRepresentationType("Surface With Edges")
+display.Opacity = 0.5
+simple.SetActiveSource(ball)
+view.ResetCamera()
+simple.Render(view)
 """
 
 
@@ -70,6 +104,61 @@ def test_drag_apply_undo_and_save(gui, paraview, display):
     gui.run("simple.SetActiveSource(deform)")
     with gui.dragging(deformed, (0, 80)):
         gui.until("len(dragged()) == 1")
+
+
+def test_traces_and_states_have_what_the_plugin_sets(gui, paraview, display):
+    """The first handles on a ball, and the display; with each option of a trace."""
+    gui.run(f"smtrace.stop_trace(); folder = '{gui.folder}'\n{BALL}\n{PLACED}")
+    gui.run("simple.SaveData(f'{folder}/ball.vtp', ball); simple.Delete(ball)")
+    for option in ("ALL", "MODIFIED", "USER_MODIFIED"):
+        gui.run("tracer = smtrace.start_trace()")
+        gui.run(f"tracer.SetPropertiesToTraceOnCreate(tracer.RECORD_{option}_PROPERTIES)")
+        gui.run(TRACE)
+        gui.launch("MLS Control Points")
+        gui.press("alt+a")
+        gui.run("simple.SetActiveSource(ball)")
+        gui.add_deform()
+        number, place = gui.value("handles_in_sight()")[0]
+        with gui.dragging(place, PULL):
+            gui.until("dragged()")
+        gui.press("alt+a")
+        gui.until(f"applied_drags() == [{number}]")
+        gui.run("np.savez(f'{folder}/placed.npz', *placed())")
+        replay(gui, paraview, display, gui.value("smtrace.stop_trace()"))
+        if option == "USER_MODIFIED":
+            gui.run("from paraview import smstate; simple.SaveState(f'{folder}/state.pvsm')")
+            state = gui.value("smstate.get_state()")
+            replay(gui, paraview, display, f"{LOAD_PLUGIN}{state}")
+        gui.run("while sources := simple.GetSources(): simple.Delete([*sources.values()][-1])")
+    gui.run("simple.LoadState(f'{folder}/state.pvsm'); check(folder)")
+
+
+def replay(gui, paraview, display, text):
+    """Run a trace or a state, which must have the same result to the bit."""
+    script = PROJECT / gui.folder / "replay.py"
+    script.write_text(f"{text}\n{PLACED}check('{gui.folder}')\n")
+    paraview.check(gui.folder / script.name, display=display)
+
+
+def test_restore_defaults(gui):
+    """Handles go back on the material, and no array is chosen."""
+    require_qt(gui)
+    gui.run(f"{BALL}\nimport gui_places; gui_places.widen('propertiesDock', 560)")
+    gui.add_deform()
+    lists = "LabelArrays", "GradientVectorArrays", "PushForwardArrays"
+    gui.run("first = pending('RestPoints')")
+    with gui.dragging(gui.value("handles_in_sight()")[0][1], PULL):
+        gui.until("dragged()")
+    gui.press("alt+a")
+    gui.until("applied_drags()")
+    gui.run("deform.LabelArrays = ['Normals']; deform.WeightArray = ['POINTS', 'Other']")
+    gui.click("tool('PropertiesRestoreDefaults')")
+    gui.until("np.allclose(pending('DeformedPoints'), first, atol=1e-12)")
+    gui.press("alt+a")
+    gui.until("applied_drags() == []")
+    assert gui.value("np.allclose(deform.RestPoints, first, atol=1e-12)")
+    assert gui.value(f"[list(getattr(deform, name)) for name in {lists}]") == [[]] * 3
+    assert gui.value("deform.WeightArray[1]") == "Weight"
 
 
 @pytest.mark.matrix
@@ -213,9 +302,19 @@ def test_a_source_two_filters_and_a_reload(gui):
     gui.launch("MLS Control Points")
     gui.run("handles = simple.GetActiveSource()")
     assert gui.value("len(handles.DeformedPoints)") == 24
+    # A table with times: the handles of each time are those of the file.
+    timed = PROJECT / gui.folder / "timed.csv"
+    rows = [f"{time},1,2,3,{4 + time},5,6" for time in (0, 1)]
+    timed.write_text("\n".join(["time,px,py,pz,qx,qy,qz", *rows]))
+    gui.run("edit('Mode', ['file'], handles)")
+    gui.run(f"edit('FileName', ['{gui.folder}/{timed.name}'], handles)")
+    gui.press("alt+a")
+    gui.until("len(handles.DeformedPoints) == 0")
+    for time in (0, 1):
+        gui.run(f"handles.UpdatePipeline({time})")
+        assert gui.value("output(handles).GetPointData().GetArray(0).GetTuple(0)[0]") == 3 + time
     table = PROJECT / gui.folder / "handles.csv"
     table.write_text("1,2,3,4,5,6,2\n0,0,0,0,0,0,1\n")
-    gui.run("edit('Mode', ['file'], handles)")
     gui.run(f"edit('FileName', ['{gui.folder}/{table.name}'], handles)")
     assert gui.value("pending('RestPoints', handles)") == [1, 2, 3, 0, 0, 0]
     assert gui.value("pending('DeformedPoints', handles)") == [4, 5, 6, 0, 0, 0]

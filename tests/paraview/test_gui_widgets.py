@@ -35,6 +35,26 @@ def test_handles_and_plane_come_back(gui):
     assert gui.value("shown()") == [0, 0]
 
 
+def test_a_handle_wins_where_the_plane_is_hit_too(gui):
+    """The arrow of the plane, which is enabled first when the filter is selected again."""
+    gui.add_deform()
+    gui.run("edit('CutType', ['plane'])")
+    gui.until("shown() == [1, 1]")
+    gui.run("simple.SetActiveSource(wavelet)")
+    gui.until("shown() == [0, 0]")
+    gui.run("simple.SetActiveSource(deform)")
+    gui.until("shown() == [1, 1]")
+    gui.run("simple.Render(view)")
+    places = [(0, 0, 10), (10, 0, 0), (-10, 0, 10)]
+    for count, place in enumerate(places, 1):
+        with gui.dragging(place, PULL):
+            gui.until(f"len(dragged()) == {count}")
+    gui.screenshot("1_dragged")
+    rest = gui.value("[rest_of(number) for number in dragged()]")
+    assert sorted(map(tuple, rest)) == sorted(places)
+    assert gui.value("[pending('CutOrigin'), pending('CutNormal')]") == [[0, 0, 0], [1, 0, 0]]
+
+
 @pytest.mark.matrix
 def test_the_plane_is_drawn_when_it_is_chosen(gui):
     """As thin lines, which do not hide the gap."""

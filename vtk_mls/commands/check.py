@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import json
 from contextlib import contextmanager
-from functools import partial
 
 from vtk_mls.base.errors import InputError
 from vtk_mls.commands import map_options, property_options
-from vtk_mls.commands.running import progress_bar, read
+from vtk_mls.commands.running import landmarks, progress_bar
 from vtk_mls.commands.supervision import step
 
 _MAX_ROWS = 20  # in the terminal, beside outliers
@@ -85,18 +84,12 @@ def _lines(report):
 
 def _pairs(options):
     """The `Pairs` of the files."""
-    from vtk_mls import io
     from vtk_mls.files.landmarks import paired
 
-    reader = partial(io.read_landmarks, space=options.handles_space)
-    if options.deformed:
-        points = [read(reader, path) for path in (options.handles, options.deformed)]
-        return paired(*points, pair_by=options.pair_by)
-    map_options.check_pairing(options)
-    rest = read(partial(reader, is_alone=True), options.handles)
-    if rest.partners is None:
+    rest, deformed, _ = landmarks(options)
+    if deformed is None and rest.partners is None:
         raise ValueError(
             f"`{options.handles}` has {len(rest.positions)} positions, and not where they go; say "
             "it in columns qx,qy,qz or by --deformed"
         )
-    return paired(rest)
+    return paired(rest, deformed, pair_by=options.pair_by)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import cache, partial
 
-from vtk_mls.commands import data_options, map_options, ome_zarr, property_options, remarks
+from vtk_mls.commands import data_options, map_options, ome_zarr, property_options, remarks, running
 from vtk_mls.commands.running import distinct_warnings, read, read_image, update
 from vtk_mls.commands.supervision import step
 
@@ -88,7 +88,7 @@ def run(options):
         return ome_zarr.deform(options, MLSDeform())
     check_replaceable(options.output)
     steps = read(series.read_steps, options.input)
-    handle_times = map_options.handle_times(options)
+    handle_times = running.handle_times(options)
     if len(steps) == 1 and handle_times:  # still data
         read_data = cache(steps[0][1])
         steps = [(time, read_data) for time in handle_times]
@@ -128,7 +128,7 @@ def _deform_one(steps, deform, options):
         io.check_writable(options.output, dataset)
         _check_gradient(options)
     deform.SetInputData(0, dataset)
-    map_options.apply(options, deform)
+    running.set_up(deform, options)
     inverted_cells = remarks.InvertedCells(deform)
     inverted_cells.prepare(dataset)
     update(deform, options)
@@ -140,15 +140,13 @@ def _deform_one(steps, deform, options):
         io.write_dataset(output, options.output)
     if is_image:
         size = " x ".join(str(n) for n in output.GetDimensions())
-        summary = f"{size} points, {map_options.kind_used(options, deform)}{_opened(output)}"
+        summary = f"{size} points, {running.kind_used(options, deform)}{_opened(output)}"
     else:
         size = f"{output.GetNumberOfPoints()} points, {output.GetNumberOfCells()} cells"
         if not output.IsA("vtkDataSet"):
             count = len(blocks(output))
             size = f"{count} block{'s' * (count != 1)}, {size}"
-        summary = (
-            f"{size}, {map_options.kind_used(options, deform)}{_lost_points(_failures(output))}"
-        )
+        summary = f"{size}, {running.kind_used(options, deform)}{_lost_points(_failures(output))}"
         summary += inverted_cells.note() + remarks.dropped_arrays(output, options.output)
     print(f"{options.output}: {summary + notes}")
     remarks.warn_of_emptiness(are_empty, options)
@@ -177,8 +175,8 @@ def _deform_all(steps, handle_times, deform, options):
     inverted_cells = remarks.InvertedCells(deform)
     series.check_writable(options.output)
     _check_gradient(options)
-    handles = handle_times and map_options.control_points_in_time(options, handle_times)
-    map_options.apply(options, deform, handles[0] if handles else None)
+    handles = handle_times and running.control_points_in_time(options, handle_times)
+    running.set_up(deform, options, handles[0] if handles else None)
     times = [time for time, _ in steps]
     with distinct_warnings(), series.writing(options.output, times) as write:
         for index, (time, read_step) in enumerate(steps):
@@ -200,7 +198,7 @@ def _deform_all(steps, handle_times, deform, options):
             with step("write", options.output):
                 write(deform.GetOutput())
     summary = (
-        f"{len(steps)} time steps, {map_options.kind_used(options, deform)}{_lost_points(failures)}"
+        f"{len(steps)} time steps, {running.kind_used(options, deform)}{_lost_points(failures)}"
     )
     at_times = f", handles at {len(handles)} times" * bool(handles)
     summary += at_times + inverted_cells.note() + remarks.background(deform.used_backgrounds)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from vtk_mls.commands import data_options, map_options, ome_zarr, property_options, remarks
-from vtk_mls.commands.running import read, update
+from vtk_mls.commands.running import kind_used, read, set_up, update
 from vtk_mls.commands.supervision import step
 
 
@@ -80,7 +80,7 @@ def run(options):
     field.SetInputData(0, dataset if dataset.IsA("vtkDataSet") else _bounding_points(dataset))
     if options.dimensions is not None:
         field.SetSampleDimensions(_dimensions(options))
-    map_options.apply(options, field)
+    set_up(field, options)
     field.SetGenerateJacobianDeterminant(options.jacobian)
     update(field, options)
     output = field.GetOutput()
@@ -140,7 +140,7 @@ def _summary(output, options, field):
     size = " x ".join(str(n) for n in output.GetDimensions())
     direction = "forward" if options.inverse else "backward"
     void = f"; void: {_number_of(output, 'Void')}" if output.GetPointData().HasArray("Void") else ""
-    kind = map_options.kind_used(options, field)
+    kind = kind_used(options, field)
     if not options.jacobian:
         return f"{size} {direction} displacements, {kind}{void}"
     folded = output.GetFieldData().GetArray("FoldedVoxels").GetValue(0)

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
 from functools import partial
-from pathlib import Path
 
-from vtk_mls.commands import limit_options, property_options
-from vtk_mls.commands.running import read
+from vtk_mls.commands import property_options
+from vtk_mls.commands.running import BALL, FIXED, MASK, SLIDING
 from vtk_mls.files.landmarks import PAIR_BY
 from vtk_mls.model.kinds.splines import MIN_LANDMARKS
-from vtk_mls.model.options import DEFORMATION_OPTIONS, named, values_of
 
 HANDLES = (
     "control points, from p at rest to q: .csv .txt with lines px,py,pz,qx,qy,qz[,weight], or a "
@@ -37,7 +34,6 @@ def add(parser, is_interactive=False):
 
     add = parser.add_argument
     add_files(parser)
-    parser.set_defaults(path=None)
     if not is_interactive:
         add(
             "--path",
@@ -64,7 +60,7 @@ def add(parser, is_interactive=False):
     _add_cuts(parser)
     for option in (*CUT_OPTIONS, *(INTERACTIVE_COMPUTING if is_interactive else COMPUTING)):
         property_options.add(parser, option)
-    limit_options.add(parser, is_interactive)
+    _add_limits(parser, is_interactive)
     if not is_interactive:
         property_options.add(
             parser,
@@ -83,6 +79,7 @@ def add_files(parser):
     """Add the options of files of control points."""
     from vtk_mls.filters.property_tables import SPACE
 
+    parser.set_defaults(path=None)
     add = parser.add_argument
     add(
         "--deformed",
@@ -123,176 +120,20 @@ def _add_cuts(parser):
     add("--cut-surface", metavar="FILE", help=text)
 
 
-def apply(options, algorithm, control_points=None):
-    """Set the control points (port 1) and the properties of a filter from the options.
+def _add_limits(parser, is_interactive=False):
+    """Masks and faces; interactive commands have the ball only."""
+    from vtk_mls.filters import property_tables as tables
 
-    `control_points` is polydata to use instead of the files.
-    """
-    algorithm.SetInputData(1, control_points or _moving_control_points(options))
-    options.kind = options.kind or named("kind").default
-    property_options.apply(options, algorithm)
-    limit_options.apply(options, algorithm)
-    algorithm.SetInitialTransform(initial_transform(options))
-    for cut in _cuts(options):
-        algorithm.AddCut(cut)
-
-
-def initial_transform(options):
-    """The transform of the file that the options name, or None."""
-    from vtk_mls import io
-
-    path = options.initial_transform
-    return read(io.read_transform, path) if path else None
-
-
-def control_points(options):
-    """Control-point polydata of the files."""
-    return _read_control_points(options)[0]
-
-
-def kind_used(options, algorithm):
-    """The kind of the map of a filter, in words; of landmarks also their errors when left out."""
-    import numpy as np
-
-    from vtk_mls.filters.initial_transforms import split_chain
-
-    deformation = split_chain(algorithm.updated_deformation())[1]
-    if deformation.order_used == 0:
-        return options.kind
-    text = f"spline of order {deformation.order_used}"
-    if deformation.smoothing_used > 0:
-        text += f" and smoothing {deformation.smoothing_used:.3g}"
-    errors = deformation.left_out_errors
-    if errors is None:
-        return text
-    middle, high = np.quantile(errors, (0.5, 0.9))
-    return (
-        f"{text} (of {len(errors)} landmarks, each left out, the median error is {middle:.3g}, and "
-        f"90 % have less than {high:.3g})"
+    property_options.add(parser, tables.MASK_BALL, flag=BALL)
+    if is_interactive:
+        parser.set_defaults(mask=None, fixed_planes=(), sliding_planes=())
+        return
+    property_options.add(
+        parser,
+        tables.MASK,
+        flag=MASK,
+        text="image in the deformed space by which displacements are multiplied, from 0 to 1; of "
+        "integers, as of labels, what is not 0 counts as 1; outside of it nothing moves",
     )
-
-
-def handle_times(options):
-    """The times at which the files give control points, sorted; () if they do not move in time."""
-    from vtk_mls.commands import series
-    from vtk_mls.files import control_point_files
-
-    if options.path:
-        return ()
-    if options.handles and series.is_series(options.handles):
-        times = tuple(time for time, _ in read(series.timed_files, options.handles))
-        return times if len(times) > 1 else ()
-    times = ()
-    with suppress(OSError, ValueError):  # reading the handles reports it
-        times = control_point_files.times(options.handles, options.deformed)
-    return times if len(times) > 1 else ()
-
-
-def control_points_in_time(options, times):
-    """Control-point polydata at each of the `handle_times`; ValueError if nothing moves at any
-    time.
-    """
-    from vtk_mls.vtk.control_point_polydata import is_moving
-
-    polydata = [_read_control_points(options, time)[0] for time in times]
-    is_identity = not any(map(is_moving, polydata)) or options.blend == 0
-    if is_identity and not (options.allow_identity or options.initial_transform):
-        raise ValueError(
-            f"nothing moves: the control points of `{options.handles}` are at rest (p = q) at all "
-            f"{len(times)} times; add --allow-identity to go on"
-        )
-    return polydata
-
-
-def map_arguments(options):
-    """Keyword arguments of a `Deformation` besides control points."""
-    settings = values_of(options, DEFORMATION_OPTIONS)
-    return {**settings, "device": options.device or None, "cuts": _cuts(options)}
-
-
-def _moving_control_points(options):
-    """Control-point polydata of the files; ValueError if nothing moves and that is not allowed."""
-    from vtk_mls.vtk.control_point_polydata import is_moving
-
-    handles, has_partners = _read_control_points(options)
-    is_identity = not is_moving(handles) or options.blend == 0
-    if options.allow_identity or options.initial_transform or not is_identity:
-        return handles
-    count, remedy = handles.GetNumberOfPoints(), "add --allow-identity to go on"
-    if options.blend == 0 and is_moving(handles):
-        raise ValueError(f"nothing moves: `--blend` is 0; give another, or {remedy}")
-    moved = options.deformed or options.path
-    if moved:
-        reason = f"the {count} positions of `{moved}` are those of `{options.handles}`"
-    elif has_partners:
-        reason = (
-            f"`{options.handles}` has {count} control points, and each goes where it is (p = q)"
-        )
-    else:
-        reason = f"`{options.handles}` has {count} positions, and not where they go"
-    raise ValueError(
-        f"nothing moves: {reason}; say where they go in columns qx,qy,qz or by --deformed, "
-        f"or {remedy}"
-    )
-
-
-def _read_control_points(options, time=None):
-    """Control-point polydata of the files (at a time), and whether the files have q."""
-    from vtk_mls import io
-    from vtk_mls.commands import series
-
-    reader, handles = partial(io.read_landmarks, space=options.handles_space), options.handles
-    if handles and series.is_series(handles):
-        files = dict(read(series.timed_files, handles))
-        if time is None and len(files) > 1:
-            raise ValueError(
-                f"`{handles}` has control points at {len(files)} times, which `vtk-mls deform` "
-                "takes, but not for OME-Zarr; here give the file of one time"
-            )
-        handles = files[min(files) if time is None else time]
-    elif time is not None:
-        reader = partial(reader, time=time)
-    if not Path(handles).exists():
-        raise FileNotFoundError(
-            f"there is no file `{options.handles}`; `vtk-mls view` makes one: drag handles over "
-            "the data, then press S"
-        )
-    if options.path and options.deformed:
-        raise ValueError("`--path` ends with the positions q: leave `--deformed` out")
-    if options.path:
-        files = [file for _, file in read(series.timed_files, options.path)]
-        rest, *between, last = (read(reader, path) for path in (handles, *files))
-        return io.control_points(rest, last, between, options.pair_by), True
-    if options.deformed:
-        rest, deformed = (read(reader, path) for path in (handles, options.deformed))
-        points, are_marked = io.control_points(rest, deformed, pair_by=options.pair_by), True
-    else:
-        check_pairing(options)
-        rest = read(partial(reader, is_alone=True), handles)
-        points, are_marked = io.control_points(rest), rest.are_marked
-    has_cells = options.handle_shapes == "cells" or any(_cuts(options))
-    if are_marked and not has_cells and points.GetNumberOfPoints() >= MIN_LANDMARKS:
-        options.kind = options.kind or "auto"
-    return points, bool(options.deformed) or rest.partners is not None
-
-
-def check_pairing(options):
-    """Raise ValueError if points of one file are to be paired."""
-    if options.pair_by:
-        raise ValueError(
-            f"`--pair-by {options.pair_by}` pairs the points of two files; `{options.handles}` is "
-            "the only one: name the second by --deformed"
-        )
-
-
-def _cuts(options):
-    """The cuts, first those by numbers, then surfaces."""
-    from vtk_mls import io
-    from vtk_mls.model.cuts import BY_NUMBERS
-
-    cuts = [
-        shape.of_numbers(property_options.numbers(f"--cut-{name}", text, len(shape.labels())))
-        for name, shape in BY_NUMBERS.items()
-        for text in getattr(options, f"cut_{name.replace('-', '_')}")
-    ]
-    return cuts + [cut for path in options.cut_surface for cut in read(io.read_cuts, path)]
+    property_options.add(parser, tables.FIXED_PLANES, flag=FIXED, more="may be repeated")
+    property_options.add(parser, tables.SLIDING_PLANES, flag=SLIDING, more="may be repeated")

@@ -5,8 +5,8 @@ from __future__ import annotations
 from functools import partial
 
 from vtk_mls.base.sampling import AUTOMATIC
-from vtk_mls.commands import data_options, map_options, remarks
-from vtk_mls.commands.running import files_named, progress_bar
+from vtk_mls.commands import data_options, remarks
+from vtk_mls.commands.running import files_named, kind_used, progress_bar, set_up
 from vtk_mls.commands.supervision import step
 from vtk_mls.files.ome_zarr import SUFFIX, is_ome_zarr, open_image
 
@@ -55,7 +55,7 @@ def deform(options, algorithm):
     remarks.warn_of_emptiness([remarks.is_empty(algorithm)], options)  # before long work
     note = _run(options, algorithm, partial(job.deform, settings=settings))
     size = " x ".join(str(n) for n in image.finest.grid.dimensions)
-    kind = map_options.kind_used(options, algorithm)
+    kind = kind_used(options, algorithm)
     parts = f"{size} points, {kind}; {_count(len(image.levels), 'resolution')}"
     lead = image.finest.array.shape[: len(image.axes.rstrip("zyx"))]
     names = {"t": "time", "c": "channel"}
@@ -79,7 +79,7 @@ def field(options, algorithm):
     notes = remarks.field_notes(algorithm)
     note = _run(options, algorithm, job.write_field)
     size = " x ".join(str(n) for n in image.finest.grid.dimensions)
-    kind = map_options.kind_used(options, algorithm)
+    kind = kind_used(options, algorithm)
     print(f"{options.output}: {size} backward displacements, {kind}{note}{notes}")
     return 0
 
@@ -101,7 +101,7 @@ def _apply(options, algorithm, image):
     data = vtkImageData()
     geometry.apply_to(data)
     algorithm.SetInputData(0, data)
-    map_options.apply(options, algorithm)
+    set_up(algorithm, options)
     if hasattr(algorithm, "ClearLabelArrays"):
         algorithm.ClearLabelArrays()  # they are channels here
     algorithm.UpdateInformation()

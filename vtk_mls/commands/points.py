@@ -6,7 +6,7 @@ from dataclasses import replace
 from functools import partial
 
 from vtk_mls.commands import map_options
-from vtk_mls.commands.running import files_named, progress_bar, read
+from vtk_mls.commands.running import files_named, kind_used, progress_bar, read, set_up
 from vtk_mls.commands.supervision import step
 
 
@@ -52,7 +52,7 @@ def run(options):
     space = options.handles_space
     landmarks = read(partial(io.read_landmarks, space=space), options.input)
     algorithm = MLSDeform()
-    map_options.apply(options, algorithm)
+    set_up(algorithm, options)
     with files_named(options):
         transform = algorithm.updated_deformation()
     with step("deform", options.input):
@@ -61,7 +61,7 @@ def run(options):
         left_out = control_point_files.write_landmarks(options.output, moved, options.input, space)
     notes = _losses(landmarks, moved, options, left_out > 0)
     notes += "".join(f"; {sentence}" for sentence in handle_warnings(split_chain(transform)[1]))
-    kind = map_options.kind_used(options, algorithm)
+    kind = kind_used(options, algorithm)
     print(f"{options.output}: {len(moved.positions)} points, {kind}{notes}")
     return 0
 

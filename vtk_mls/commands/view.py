@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from vtk_mls.commands import limit_options, map_options
+from vtk_mls.commands import map_options, running
 from vtk_mls.commands.running import files_named, read
 from vtk_mls.commands.supervision import step, temporary_folder
 from vtk_mls.files.paths import check_folder, check_replaceable
@@ -160,10 +160,10 @@ def _state(options):
     from vtk_mls.editor import State
     from vtk_mls.editor.handle_polydata import handle_values
 
-    arguments = {**map_options.map_arguments(options), "blend": options.blend}
-    arguments["mask"] = limit_options.ball(options)
+    arguments = {**running.map_arguments(options), "blend": options.blend}
+    del arguments["constraints"]  # which the editor has none of
     if options.handles is None:
         return State([], [], **arguments)
     with files_named(options):
-        values = handle_values(map_options.control_points(options), options.handle_shapes)
+        values = handle_values(running.control_points(options), options.handle_shapes)
     return State(**values, **arguments)

@@ -32,20 +32,24 @@ _BLOCK_COLOR_COUNT = 12  # ParaView's table repeats after so many blocks
 
 def copy_settings_of_input(display, displays):
     """Show the output of MLSDeform as one of the displays shows its input."""
-    deform = input_of(display)
-    if deform is None or deform[0].GetXMLName() != "MLSDeform":
-        return
-    source = input_of(deform[0])
+    names = copied_settings(display)
+    source = input_of(input_of(display)[0]) if names else None
     for other in displays:
         if source is None or input_of(other) != source:
             continue
-        for name in _COPIED:
+        for name in names:
             if display.GetProperty(name) and other.GetProperty(name):
                 display.GetProperty(name).Copy(other.GetProperty(name))
         display.UpdateVTKObjects()
         if display.GetProperty("Representation") and other.GetProperty("Representation"):
             display.SetRepresentationType(other.GetProperty("Representation").GetElement(0))
         return
+
+
+def copied_settings(display):
+    """The names of the settings that a display has from that of the input; () for other proxies."""
+    deform = input_of(display) if display.IsA("vtkSMRepresentationProxy") else None
+    return _COPIED if deform and deform[0].GetXMLName() == "MLSDeform" else ()
 
 
 def color_array(display):

@@ -17,8 +17,9 @@ from vtk_mls.editor.first_handles import handles_on
 from vtk_mls.editor.scene_mesh import SurfaceLocator
 from vtk_mls.editor.scene_volume import VolumeSurface, scalar_image
 from vtk_mls.editor.transfer_functions import presets_of
+from vtk_mls.filters.control_point_source import lattice
 from vtk_mls.paraview import undo
-from vtk_mls.paraview.handle_lists import pending_rows
+from vtk_mls.paraview.handle_lists import lattice_bounds, pending_rows
 from vtk_mls.paraview.server_manager import blocks_of, input_data, input_of, is_remote
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
@@ -29,8 +30,8 @@ _MIN_EMPTY_SHARE = 0.5  # of the faces of an image
 _BACKGROUND_RANGE = 0.02  # of the range of values
 
 
-def place(proxy, selected):
-    """Place the handles of a new proxy, unless a script has; `selected` may be None."""
+def place(proxy, selected=None):
+    """Place the handles of a proxy with default values, unless a script has set them."""
     if proxy.GetSessionProxyManager().GetInLoadXMLState() or undo.is_running():
         return
     if proxy.GetProperty("Bounds"):
@@ -51,14 +52,15 @@ def _place_over(source, selected):
     corners = np.where(pending_rows(rest) > 0, high, low)
     _set(box, bounds)
     _set(rest, list(dict.fromkeys(map(tuple, corners.tolist()))))  # fewer for flat data
-    source.UpdateVTKObjects()
 
 
 def _place_on_material(proxy):
     """Move the handles of ParaView's lattice to the material of the input."""
     rest, deformed = proxy.GetProperty("RestPoints"), proxy.GetProperty("DeformedPoints")
     rows = pending_rows(rest)
-    if len(rows) != _COUNT**3 or not np.array_equal(rows, pending_rows(deformed)):
+    expected = lattice((_COUNT,) * 3, lattice_bounds(proxy))
+    is_lattice = len(rows) == len(expected) and np.allclose(rows[np.lexsort(rows.T)], expected)
+    if not (is_lattice and np.array_equal(rows, pending_rows(deformed))):
         return  # set by a script
     positions = None
     with suppress(ValueError):  # images without point values
@@ -66,7 +68,6 @@ def _place_on_material(proxy):
     if positions is not None:
         _set(rest, positions)
         _set(deformed, positions)
-        proxy.UpdateVTKObjects()
 
 
 def _positions_on_material(blocks):

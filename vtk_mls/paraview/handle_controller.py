@@ -12,7 +12,7 @@ import time
 
 import numpy as np
 
-from vtk_mls.paraview import first_placement, handle_lists, undo
+from vtk_mls.paraview import defaults, first_placement, handle_lists, undo
 from vtk_mls.paraview.deferred_drags import DeferredDrags
 from vtk_mls.paraview.handle_lists import LISTS, OTHER_LIST
 from vtk_mls.paraview.handle_markers import HandleMarkers, hide_line
@@ -32,6 +32,7 @@ from vtk_mls.paraview.surface_mouse import SurfaceMouse
 from vtk_mls.paraview.views import render_later
 
 _SOURCE = "MLSControlPoints"
+_BEFORE_PLANES = 0.6  # priority of handles, where the mouse also hits the plane of a cut, at 0.5
 _TABLE_EDIT_SECONDS = 1.0  # at most, between the two events of a click on *+* or *-*
 
 
@@ -46,6 +47,7 @@ class HandleController:
     def __init__(self, proxy, edited, selected):
         self._proxy_id, self._edited = proxy.GetGlobalID(), edited
         self._is_busy = self._is_dragging = False
+        self._set_at = 0  # modification time of the list that was set last, not by an edit
         self._last_count_change = None  # time, name of the other list, rows before of all lists
         self._widget_ids, self._surface_mice = set(), []
         self._markers, self._observers = HandleMarkers(), Observers()
@@ -53,6 +55,7 @@ class HandleController:
         first_placement.place(proxy, selected)
         if proxy.GetXMLName() == _SOURCE:
             _add_deformed_points(proxy)
+        proxy.UpdateVTKObjects()
         self._store_rows(proxy)
         self._undo_state = handle_lists.pending_lists(proxy)
         callback = self._edit_callback(self._list_edited)
@@ -68,6 +71,11 @@ class HandleController:
                 self._observe(proxy, name, lambda *_: self._edited(self._is_dragging))
         self._observe(proxy, "CutType", self._cut_type_edited)
         OptionalInputs(proxy, self._observers)
+        for name in defaults.ARRAY_LISTS:
+            if proxy.GetProperty(name):
+                self._observers.add(
+                    proxy.GetProperty(name), "ModifiedEvent", handle_lists.show_empty_list
+                )
 
     def show_pending(self, is_dragging):
         """Draw the result of pending edits in the views."""
@@ -78,6 +86,7 @@ class HandleController:
         """Extend a widget that shows these handles."""
         if not self.observe_drags(widget):
             return
+        _raise(widget.GetClientSideObject().GetWidget())
         hide_line(widget, self._observers)
         if not is_remote(widget):  # otherwise the server draws
             markers = self._markers.add_widget(widget)
@@ -210,6 +219,10 @@ class HandleController:
         before, after = self._rows[name], handle_lists.pending_rows(prop)
         self._rows[name] = after
         if not is_pending(prop):
+            if prop.GetMTime() > self._set_at and not np.array_equal(before, after):
+                first_placement.place(proxy)  # by Restore Defaults
+                self._store_rows(proxy)
+            self._set_at = max(self._set_at, prop.GetMTime())
             # the opposite edit restored this list, but not yet the other list
             has_other_length = len(after) != len(self._rows[other])
             if not (has_other_length and handle_lists.is_one_edit(before, after)):
@@ -273,7 +286,14 @@ def _add_deformed_points(source):
     if is_list and deformed.GetNumberOfElements() == 0:
         positions = [rest.GetElement(i) for i in range(rest.GetNumberOfElements())]
         deformed.SetElements(positions, len(positions))
-        source.UpdateVTKObjects()
+
+
+def _raise(widget):
+    """Let a vtkAbstractWidget of handles see events of the mouse before those of planes do."""
+    widget.SetPriority(_BEFORE_PLANES)
+    if widget.GetEnabled():  # it keeps the priority with which it was enabled
+        widget.Off()
+        widget.On()
 
 
 def _render(proxy):

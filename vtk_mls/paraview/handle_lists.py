@@ -5,10 +5,11 @@ from __future__ import annotations
 from contextlib import suppress
 
 import numpy as np
+from vtkmodules.vtkCommonCore import vtkObject
 
 from vtk_mls.files import control_point_files
 from vtk_mls.filters.control_point_source import lattice
-from vtk_mls.paraview.server_manager import input_of, pending_value, pending_values
+from vtk_mls.paraview.server_manager import EDITED, input_of, pending_value, pending_values
 
 LISTS = ("RestPoints", "DeformedPoints", "Weights")
 OTHER_LIST = {"RestPoints": "DeformedPoints", "DeformedPoints": "RestPoints"}
@@ -29,7 +30,17 @@ def pending_rows(prop):
 
 
 def set_pending_rows(prop, rows):
+    displays_warnings = vtkObject.GetGlobalWarningDisplay()
+    vtkObject.SetGlobalWarningDisplay(displays_warnings and len(rows))  # of widgets without handles
     prop.SetUncheckedElements(np.ravel(rows).tolist(), rows.size)
+    show_empty_list(prop)
+    vtkObject.SetGlobalWarningDisplay(displays_warnings)
+
+
+def show_empty_list(prop, event=None):
+    """Tell ParaView's panel that a list is empty: it does not learn of that."""
+    if prop.GetNumberOfUncheckedElements() == 0:
+        prop.InvokeEvent(EDITED)
 
 
 def first_difference(before, after):
@@ -61,17 +72,19 @@ def pending_layout(proxy):
     mode = pending_value(proxy, "Mode", "lattice")
     with suppress(ValueError, OSError):  # Apply reports it; the file may be on the server
         if mode == "file":
-            names = (pending_value(proxy, name) for name in _FILE_PROPERTIES)
-            rest, deformed, weights = control_point_files.read(*names)
+            path, deformed_path, space = (pending_value(proxy, name) for name in _FILE_PROPERTIES)
+            if control_point_files.times(path, deformed_path):
+                return np.empty((0, 3)), np.empty((0, 3)), np.empty(0)  # the file's, at each time
+            rest, deformed, weights = control_point_files.read(path, deformed_path, space)
             return rest, deformed, np.empty(0) if weights is None else weights
         if mode == "lattice":
             dimensions = pending_values(proxy.GetProperty("LatticeDimensions"))
-            positions = lattice(dimensions, _lattice_bounds(proxy))
+            positions = lattice(dimensions, lattice_bounds(proxy))
             return positions, positions, np.empty(0)
     return None
 
 
-def _lattice_bounds(proxy):
+def lattice_bounds(proxy):
     """The property Bounds, or the bounds of the input."""
     if proxy.GetProperty("Bounds"):
         return pending_values(proxy.GetProperty("Bounds"))

@@ -95,6 +95,13 @@ def _lattice_over_input(prop):
     return element(prop, domain, " ".join(str(step - 1) for step in steps))
 
 
+# Values of SetInputArrayToProcess: index, port, connection, association and name.
+CONTROL_POINT_ARRAYS = {
+    "DisplacementArray": ["0", "1", "0", "0", DISPLACEMENT],
+    "WeightArray": ["1", "1", "0", "0", WEIGHT],
+}
+
+
 def _arrays_of(source):
     """The choices of the point arrays of control points on an input, without ParaView's guess."""
     displacement = "Point vector array of the control points with their displacement q - p."
@@ -104,7 +111,7 @@ def _arrays_of(source):
         vector(
             "String",
             name,
-            f"{index};1;0;0;{default}",
+            ";".join(CONTROL_POINT_ARRAYS[name]),
             text,
             array_choice(domain, source),
             xml("Hints", xml("NoDefault"), shown_when(source, "null", inverse=1)),
@@ -115,11 +122,9 @@ def _arrays_of(source):
             animateable=0,
             panel_visibility="advanced",
         )
-        for index, (name, default, domain, text) in enumerate(
-            (
-                ("DisplacementArray", DISPLACEMENT, "vectors", displacement),
-                ("WeightArray", WEIGHT, "factors", weight),
-            )
+        for name, domain, text in (
+            ("DisplacementArray", "vectors", displacement),
+            ("WeightArray", "factors", weight),
         )
     ]
 

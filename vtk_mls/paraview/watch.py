@@ -13,7 +13,7 @@ from paraview.modules.vtkRemotingServerManager import vtkSMProxyManager
 from vtkmodules.vtkCommonCore import vtkOutputWindow
 
 from vtk_mls.base import messages
-from vtk_mls.paraview import undo
+from vtk_mls.paraview import traces, undo
 from vtk_mls.paraview.displays import copy_settings_of_input
 from vtk_mls.paraview.handle_controller import HandleController
 from vtk_mls.paraview.observers import Observers
@@ -95,6 +95,7 @@ class _Session:
             controller.show_pending(is_dragging)
 
     def _proxies_changed(self, manager, event):
+        traces.extend(_WITH_HANDLES)
         sources = self._sources()
         for deleted in self._controllers.keys() - sources.keys():
             self._controllers.pop(deleted).end()
