@@ -151,36 +151,28 @@ def test_a_click_on_the_table_jumps_to_a_pair_and_on_its_tick_leaves_it_out(rng)
     assert hands.editor.selected.tolist() != [4]
 
 
-@pytest.mark.parametrize("count", [7, 8])
-def test_a_key_takes_the_kind_with_smaller_errors(count, rng):
-    """The data are stretched to the target, which the kind "rigid" does not predict."""
+@pytest.mark.parametrize("count", [4, 5, 30])
+def test_automatic_splines_begin_with_five_pairs_and_keep_their_settings_in_a_drag(count, rng):
     q = rng.uniform(4, SIZE - 4, (count, 3))
-    state = State(q * (1.0, 0.5, 1.5), q, device="reference")
+    state = State(q * (1.0, 0.5, 1.5) + rng.normal(0, 0.1, q.shape), q, kind="auto")
     hands = Hands(ball_mesh(), state, target=ball_image(), pixels=120)
-    hands.press("8")
-    if count < 8:
-        assert table_of(state).better is None
-        assert hands.state is state
-        assert "fewer than 8 pairs" in hands.message
-        assert lines_of(table_of(state), [])[-1] == "  kinds are compared from 8 pairs on"
+    table, document = table_of(state), hands.editor.document
+    if count < 5:
+        assert table.choice == ""
+        assert state.deformation().kind == "rigid"
         return
-    kind, error = table_of(state).better
-    assert (kind, error) == ("affine", pytest.approx(0, abs=1e-6))
-    assert lines_of(table_of(state), [])[-1].startswith("  with the kind affine")
-    assert hands.state.kind == "affine"
-    assert table_of(hands.state).median_error == error
-    assert table_of(hands.state).better is None
-    hands.press("8")
-    assert hands.message.startswith("No other kind")
-
-
-def test_a_kind_that_flattens_the_volume_is_not_better(rng):
-    q = np.c_[rng.normal(0, 0.01, (18, 2)), np.linspace(4, SIZE - 4, 18)]
-    p = q * (0, 0, 0.5)  # on a line: affine maps lead everything to it
-    state = State(p, q, device="reference")
-    assert np.median(pairs.left_out_errors(state, "affine")) < 0.1 * table_of(state).median_error
-    assert table_of(state).compares_kinds
-    assert table_of(state).better is None or table_of(state).better[0] != "affine"
+    deformation = state.deformation()
+    assert table.choice.startswith(f"spline of order {deformation.order_used}")
+    assert lines_of(table, [])[-1] == f"  {table.choice}"
+    errors = [row.error for row in table.rows]
+    np.testing.assert_allclose(errors, deformation.left_out_errors, rtol=1e-6)
+    document.start_drag([0], 0)
+    document.drag_to([q[0] + 1])
+    settings = document.state.kind, document.state.order, document.state.smoothing
+    assert settings == ("spline", deformation.order_used, deformation.smoothing_used)
+    document.end_drag()
+    assert (hands.state.kind, hands.state.order, hands.state.smoothing) == ("auto", 0, 0)
+    np.testing.assert_array_equal(hands.state.deformed[0], q[0] + 1)
 
 
 def test_wrong_values_are_reported():

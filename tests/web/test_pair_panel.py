@@ -94,16 +94,14 @@ def test_pairs_are_edited_by_the_table(session):
     assert len(do(session, "cancel_landmark")["pairs"]) == 3
 
 
-def test_the_table_names_the_kind_that_predicts_the_pairs_better(session, rng):
+def test_the_table_names_the_spline_that_is_chosen(session, rng):
     values = session._on_change.values
-    assert (values["better_kind"], values["compares_kinds"]) == ("", False)
+    assert values["choice"] == ""
     q = rng.uniform(4, SIZE - 4, (9, 3))
-    state = State(q * (1.0, 0.5, 1.5), q)
+    state = State(q * (1.0, 0.5, 1.5), q, kind="auto")
     session.call(lambda: session.editor.change(state)).result()
-    assert (values["better_kind"], values["compares_kinds"]) == ("affine", True)
-    error = values["better_error"]
-    assert do(session, "take_kind")["kind"] == "affine"
-    assert (values["better_kind"], values["median_error"]) == ("", error)
+    assert values["choice"].startswith("spline of order ")
+    assert values["kind"] == "auto"
 
 
 def test_landmarks_are_refined(session):

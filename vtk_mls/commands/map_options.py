@@ -7,7 +7,6 @@ from functools import partial
 from vtk_mls.commands import property_options
 from vtk_mls.commands.running import BALL, FIXED, MASK, SLIDING
 from vtk_mls.files.landmarks import PAIR_BY
-from vtk_mls.model.kinds.splines import MIN_LANDMARKS
 
 HANDLES = (
     "control points, from p at rest to q: .csv .txt with lines px,py,pz,qx,qy,qz[,weight], or a "
@@ -50,13 +49,11 @@ def add(parser, is_interactive=False):
         "closed surfaces are rigid regions, other points are points",
     )
     for option in MAP:
-        is_kind = option.name == "Kind" and not is_interactive
-        more = (
-            f"auto from {MIN_LANDMARKS} pairs of landmarks on: two files of points, BigWarp, tags"
-        )
-        property_options.add(parser, option, more=more * is_kind)
-    if not is_interactive:
-        parser.set_defaults(kind="")
+        more = "of two files of points, and of BigWarp or tags: auto"
+        if is_interactive:
+            more = "with --target: auto"
+        property_options.add(parser, option, more=more * (option.name == "Kind"))
+    parser.set_defaults(kind="")
     _add_cuts(parser)
     for option in (*CUT_OPTIONS, *(INTERACTIVE_COMPUTING if is_interactive else COMPUTING)):
         property_options.add(parser, option)

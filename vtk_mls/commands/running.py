@@ -13,8 +13,7 @@ from pathlib import Path
 from vtk_mls.base.errors import InputError
 from vtk_mls.commands import property_options
 from vtk_mls.commands.supervision import step
-from vtk_mls.model.kinds.splines import MIN_LANDMARKS
-from vtk_mls.model.options import DEFORMATION_OPTIONS, named, values_of
+from vtk_mls.model.options import DEFORMATION_OPTIONS, KIND, values_of
 
 BALL, MASK, FIXED, SLIDING = "--mask-ball", "--mask", "--fixed-plane", "--sliding-plane"
 _BAR_LENGTH = 40  # characters
@@ -138,11 +137,8 @@ def set_up(algorithm, options, control_points=None):
     points, are_marked = control_points, False
     if points is None:
         points, are_marked = _moving_control_points(options)
+    options.kind = options.kind or ("auto" if are_marked else KIND.default)
     arguments = map_arguments(options)
-    if not options.kind:
-        is_plain = not arguments["cuts"] and options.handle_shapes == "points"
-        is_auto = are_marked and is_plain and points.GetNumberOfPoints() >= MIN_LANDMARKS
-        options.kind = "auto" if is_auto else named("kind").default
     algorithm.SetInputData(1, points)
     property_options.apply(options, algorithm)
     path = options.initial_transform
@@ -162,7 +158,7 @@ def kind_used(options, algorithm):
 
     deformation = split_chain(algorithm.updated_deformation())[1]
     if deformation.order_used == 0:
-        return options.kind
+        return deformation.kind
     text = f"spline of order {deformation.order_used}"
     if deformation.smoothing_used > 0:
         text += f" and smoothing {deformation.smoothing_used:.3g}"

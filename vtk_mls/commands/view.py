@@ -8,6 +8,7 @@ from vtk_mls.commands import map_options, running
 from vtk_mls.commands.running import files_named, read
 from vtk_mls.commands.supervision import step, temporary_folder
 from vtk_mls.files.paths import check_folder, check_replaceable
+from vtk_mls.model.options import KIND
 
 MAX_POINTS = 1 << 24  # of a level of an OME-Zarr; the finest level is saved
 _WEB_PACKAGES = "aiohttp", "trame", "trame_client", "trame_vuetify"  # of the extra `web`
@@ -160,6 +161,7 @@ def _state(options):
     from vtk_mls.editor import State
     from vtk_mls.editor.handle_polydata import handle_values
 
+    options.kind = options.kind or (KIND.default if options.target is None else "auto")
     arguments = {**running.map_arguments(options), "blend": options.blend}
     del arguments["constraints"]  # which the editor has none of
     if options.handles is None:

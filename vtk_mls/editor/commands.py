@@ -58,7 +58,6 @@ _ROWS = (
     ("", "", "jump_by", ("Down",), 1),
     ("5", "leave the selected pairs out, or include them", "toggle_enabled", ("5",)),
     ("7", "refine the selected pairs by the images", "refine", ("7",)),
-    ("8", "take the kind that predicts the pairs better", "take_kind", ("8",)),
     ("6", "show or hide the table of pairs", "toggle_table", ("6",)),
     ("B", "show the data before and after", "compare", ("b",)),
     ("M", "show or hide slices", "toggle_slices", ("m",)),

@@ -41,6 +41,7 @@ class Document:
         self._states, self._index, self._saved = [state], 0, state
         self._is_preview_due = False
         self._group = None
+        self._in_drag = state  # the committed one, with the settings that a drag keeps
 
     @property
     def committed(self):
@@ -142,13 +143,14 @@ class Document:
         """Start to drag grips `rows` by the grip `grabbed`."""
         self.show_deformed()
         self.dragged, self.grabbed = np.asarray(rows, int), grabbed
+        self._in_drag = self.committed.with_chosen_settings()
         if self.state.grips.anchored[self.dragged].all():
             self.say("This handle is fixed; F frees it.")
         self.draw(is_moving=True)
 
     def drag_to(self, positions):
         """Preview new positions (m, 3) of the dragged grips."""
-        self.preview(self.committed.moved(self.dragged, positions))
+        self.preview(self._in_drag.moved(self.dragged, positions))
 
     def end_drag(self):
         """End the drag and commit it."""
@@ -156,6 +158,8 @@ class Document:
         if (self.state.grips.deformed == self.committed.grips.deformed).all():
             self.state, self._is_preview_due = self.committed, False
             self.draw(is_moving=True)
+        else:
+            self.state = self.state.with_settings_of(self.committed)
         self.commit()
 
     def toggle_deformed(self):

@@ -154,6 +154,21 @@ class State(_Options):
             **settings,
         )
 
+    def with_chosen_settings(self):
+        """A copy whose automatic order and smoothing are those of now: numbers, for a drag."""
+        if self.kind != "auto" and self.smoothing >= 0 and (self.kind != "spline" or self.order):
+            return self
+        deformation = self.deformation()
+        if deformation is None:
+            return self
+        names = {"order": "order_used", "smoothing": "smoothing_used"}
+        chosen = {name: getattr(deformation, used) for name, used in names.items()}
+        return replace(self, kind=deformation.kind, **chosen)
+
+    def with_settings_of(self, state):
+        """A copy with the kind, order and smoothing of another state."""
+        return replace(self, kind=state.kind, order=state.order, smoothing=state.smoothing)
+
     def changed(self, **values):
         """A copy with other values of some attributes."""
         return replace(self, **values)

@@ -64,6 +64,11 @@ def positive_weights(value: ArrayLike | None, count: int) -> NDArray[np.float64]
     return weights
 
 
+def has_regions(handles):
+    """Whether there are rigid regions among handles."""
+    return any(isinstance(handle, RegionHandle) for handle in handles)
+
+
 def check_kind(parameters, kind):
     """Raise ValueError for what a `Kind` cannot have among `MapParameters`."""
     if kind.is_local:
@@ -74,9 +79,8 @@ def check_kind(parameters, kind):
                 argument="smoothing",
             )
         return
-    regions = any(isinstance(handle, RegionHandle) for handle in parameters.handles)
-    if parameters.cuts or regions:
-        what = "rigid regions" if regions else "cuts"
+    if parameters.cuts or has_regions(parameters.handles):
+        what = "cuts" if parameters.cuts else "rigid regions"
         raise InputError(
             f"must be one of {', '.join(KINDS)} with {what}, got {kind.name!r}; control points of "
             "a spline act everywhere",

@@ -15,7 +15,8 @@ from vtk_mls.model import arguments, kinds, limits
 from vtk_mls.model.cuts import Cut, Obstacle, Plane
 from vtk_mls.model.handles.handle import Handle
 from vtk_mls.model.handles.handle_set import HandleSet
-from vtk_mls.model.options import check_options, named
+from vtk_mls.model.kinds.splines import MIN_LANDMARKS
+from vtk_mls.model.options import check_options, named, with_kind
 from vtk_mls.model.regions import Region, deformed_plane, split_by_planes
 
 _MAX_OBSTACLES = 30  # each has a bit in the kernels
@@ -79,6 +80,8 @@ class MapParameters:
             )
         same_count(p, q, "control points")
         settings = check_options(given)
+        may_be_spline = len(p) >= MIN_LANDMARKS and not (cuts or arguments.has_regions(shaped))
+        settings = with_kind(settings, may_be_spline)
         factors = arguments.positive_weights(weights, len(p))
         places = arguments.path(path, len(p))
         shapes = values_of("cuts", cuts, Cut)

@@ -17,8 +17,8 @@ from vtk_mls.base.errors import InputError
 from vtk_mls.base.validation import as_float, short_repr
 from vtk_mls.model import kinds
 
-# Splines with a name of their own: order and smoothing of each.
-_NAMED_SPLINES = {"auto": (0, -1.0), "tps": (1, 0.0)}
+# Kinds that are a spline with some settings, as of `with_kind`.
+_NAMED_SPLINES = "auto", "tps"
 CUT_FRAMES = ("rest", "deformed")
 MAX_STEPS = 256
 
@@ -99,7 +99,8 @@ OPTIONS = (
         it can, similarity allows a change of size, affine allows shear, and polynomial bends most
         freely. spline is the smoothest map through the control points, and best for landmarks:
         it has neither cuts nor rigid regions. auto is the spline whose order and smoothing predict
-        control points left out best. tps is the thin-plate spline of VTK and ITK.""",
+        control points left out best; up to four points, and with cuts or rigid regions, it is
+        rigid. tps is the thin-plate spline of VTK and ITK.""",
         choices=(*kinds.ALL_KINDS, *_NAMED_SPLINES),
     ),
     Option(
@@ -225,23 +226,28 @@ def named(name: str) -> Option:
     return next(option for option in OPTIONS if option.name == name)
 
 
-DEGREE, ALPHA, NU, BLEND, CUT_FRAME, MAP_TOLERANCE = map(
-    named, ("degree", "alpha", "nu", "blend", "cut_frame", "map_tolerance")
+KIND, DEGREE, ALPHA, NU, BLEND, CUT_FRAME, MAP_TOLERANCE = map(
+    named, ("kind", "degree", "alpha", "nu", "blend", "cut_frame", "map_tolerance")
 )
 # Arguments of `Deformation`; a blend moves the control points instead.
 DEFORMATION_OPTIONS = tuple(option for option in OPTIONS if option is not BLEND)
 
 
 def check_options(values: Mapping[str, Any]) -> dict[str, Any]:
-    """`Option.checked` values of a deformation, by name; other values do not matter.
+    """`Option.checked` values of a deformation, by name; other values do not matter."""
+    return {option.name: option.checked(values[option.name]) for option in DEFORMATION_OPTIONS}
 
-    The kinds "auto" and "tps" become "spline".
-    """
-    checked = {option.name: option.checked(values[option.name]) for option in DEFORMATION_OPTIONS}
-    if checked["kind"] in _NAMED_SPLINES:
-        order, smoothing = _NAMED_SPLINES[checked["kind"]]
-        checked |= {"kind": "spline", "order": order, "smoothing": smoothing}
-    return checked
+
+def with_kind(values: dict[str, Any], may_be_spline: bool) -> dict[str, Any]:
+    """Values of a deformation with the kinds "auto" and "tps" as "spline", or as "rigid"."""
+    kind, smoothing = values["kind"], values["smoothing"]
+    if kind == "tps":
+        return {**values, "kind": "spline", "order": 1}
+    if kind != "auto":
+        return values
+    if not may_be_spline:
+        return {**values, "kind": "rigid", "smoothing": max(smoothing, 0.0)}
+    return {**values, "kind": "spline", "smoothing": smoothing or -1.0}
 
 
 def values_of(source: Any, options: tuple[Option, ...] = OPTIONS) -> dict[str, Any]:

@@ -34,7 +34,7 @@ def build(edit, begin):
         with html.Div(classes="mls-tools"):
             _comparison(edit)
             v.VSpacer()
-            _errors(edit)
+            _errors()
             _refinement(begin)
         _table(edit)
 
@@ -58,20 +58,12 @@ def _comparison(edit):
     )
 
 
-def _errors(edit):
+def _errors():
     html.Span(
-        "median error {{ median_error }}{{ "
-        "compares_kinds || comparison === 'fade' ? '' : '; kinds: from 8 pairs on' }}",
+        "median error {{ median_error }} {{ choice }}",
         v_if="median_error",
         classes="text-caption",
         title="Each pair predicted from the others",
-    )
-    small_button(
-        "{{ better_kind }}: {{ better_error }}",
-        "mdi-lightbulb-on-outline",
-        (edit, "['take_kind']"),
-        v_if="better_kind",
-        title=with_key("Take the kind that predicts the pairs better", "take_kind"),
     )
 
 

@@ -111,14 +111,9 @@ def _pairs(state, scores):
 
 
 def _summary(table):
-    """The median error, and the better kind with its own, as texts; empty where there is none."""
-    median, better = (None, None) if table is None else (table.median_error, table.better)
-    return {
-        "median_error": "" if median is None else f"{median:.3g}",
-        "better_kind": "" if better is None else better[0],
-        "better_error": "" if better is None else f"{better[1]:.3g}",
-        "compares_kinds": table is not None and table.compares_kinds,
-    }
+    """The median error and the choice of the spline, as texts; empty where there is none."""
+    median, choice = (None, "") if table is None else (table.median_error, table.choice)
+    return {"median_error": "" if median is None else f"{median:.3g}", "choice": choice}
 
 
 def _place(point, decimals):

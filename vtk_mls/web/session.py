@@ -19,6 +19,7 @@ from vtkmodules.vtkRenderingCore import vtkRenderWindow, vtkTextActor
 from vtkmodules.vtkRenderingUI import vtkGenericRenderWindowInteractor
 
 from vtk_mls.editor import Editor, commands
+from vtk_mls.model.options import KIND
 from vtk_mls.web import panel_values
 from vtk_mls.web.picture import send_event
 
@@ -104,7 +105,8 @@ class Session:
         self._leave_texts_to_page()
         if editor.state.is_resting.all() and not any(editor.state.labels):
             editor.select([])
-            editor.change(editor.state.with_handles_at([]))
+            kind = "auto" if editor.state.kind == KIND.default else editor.state.kind
+            editor.change(editor.state.with_handles_at([]).changed(kind=kind))
 
     def send(self, event):
         """Send an event of the page to the editor, as of `send_event`; in its thread."""

@@ -9,7 +9,7 @@ import numpy as np
 from vtk_mls.base.progress import Aborted
 from vtk_mls.editor import grips
 from vtk_mls.editor.matching import refining
-from vtk_mls.editor.matching.pairs import MOVING, TARGET, PairTable, with_landmark
+from vtk_mls.editor.matching.pairs import MOVING, TARGET, with_landmark
 from vtk_mls.editor.matching.target import Target
 from vtk_mls.landmarks.text import refinement_sentence
 
@@ -161,14 +161,6 @@ class PairEdits:
     def refine_all(self, progress=None):
         """Refine all pairs of the map, as of `refine`."""
         self.refine(np.flatnonzero(self.state.enabled), progress)
-
-    def take_kind(self):
-        """Take the kind with clearly smaller errors when left out, if there is one."""
-        better = PairTable.of(self.state).better
-        if better is None:
-            self.say("No other kind has clearly smaller errors, or there are fewer than 8 pairs.")
-        elif self.change(self.state.changed(kind=better[0])):
-            self.say("The kind is {}; the median error when left out is {:.3g}.".format(*better))
 
     def set_comparison(self, **values):
         """Change `mode` and `share` of the comparison; ValueError for those of no `Comparison`."""

@@ -84,10 +84,7 @@ def lines_of(table, selected, score=None, shown=slice(0, _MAX_ROWS)):
         lines.append(f"  {shown.start + 1} to {shown.stop} of {len(rows)}")
     if table.has_errors:
         lines.append(f"  median error when left out {table.median_error:.3g}")
-        if table.better:
-            lines.append("  with the kind {} {:.3g}: press 8".format(*table.better))
-        elif not table.compares_kinds:
-            lines.append("  kinds are compared from 8 pairs on")
+        lines += [f"  {table.choice}"] * bool(table.choice)
     else:
         lines.append("  no errors yet: they need 4 pairs")
     selected_pairs = [pair for pair in rows if pair.row in marked]

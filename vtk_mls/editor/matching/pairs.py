@@ -8,17 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from vtk_mls.editor import grips
-from vtk_mls.landmarks import volume
 from vtk_mls.landmarks.left_out import PointPairs, predictions
 from vtk_mls.landmarks.settings import Settings
 
 MOVING, TARGET = SIDES = "moving", "target"
 # Pairs for which the errors are computed at each edit, and those without which there is no map.
 _MAX_PAIRS, _MIN_PAIRS = 200, 4
-# Kinds are compared by the errors, which fewer pairs do not tell apart. With 5 of 1,168 points of a
-# warped brain, the kind of the smallest error was the best one in 3 of 12 cases; with 8, 10 and 12
-# in 30 of 36.
-_KINDS, _MIN_COMPARED, _MAX_RATIO = ("rigid", "similarity", "affine"), 8, 0.9
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,21 +78,19 @@ class PairTable:
     rows : tuple of PairRow
     median_error : float or None, world units
         Of the errors when left out.
-    better : (str, float) or None
-        A kind with a clearly smaller median error, and that error.
-    compares_kinds : bool
-        Whether there are enough pairs to look for a better kind.
+    choice : str
+        The spline that is chosen by these errors; "" for other kinds.
     """
 
     rows: tuple
     median_error: float | None
-    better: tuple | None = None
-    compares_kinds: bool = False
+    choice: str = ""
 
     @staticmethod
     @functools.lru_cache(maxsize=4)
     def of(state) -> PairTable:
         """The table of a state."""
+        state = state.with_chosen_settings()
         names, errors = grips.names_of(state), left_out_errors(state)
         distances = np.linalg.norm(state.deformed - state.rest, axis=1)
         rows = [
@@ -117,9 +110,7 @@ class PairTable:
             position = tuple(pending.position.tolist())
             places = (position, None) if pending.side == MOVING else (None, position)
             rows.append(PairRow(None, pending.label, *places))
-        median, is_compared = _median(errors), int(state.enabled.sum()) >= _MIN_COMPARED
-        better = _better_kind(state, median) if is_compared and median is not None else None
-        return PairTable(tuple(rows), median, better, is_compared)
+        return PairTable(tuple(rows), _median(errors), _choice(state))
 
     @property
     def has_errors(self):
@@ -127,11 +118,11 @@ class PairTable:
         return self.median_error is not None
 
 
-def left_out_errors(state, kind=None):
+def left_out_errors(state):
     """The error (n,) of each pair when left out, world units; NaN where there is none.
 
     See `PairRow.error`. Regions, curves, cuts and the mask are not part of the prediction: with any
-    of them, all errors are NaN. `kind` replaces that of the state.
+    of them, all errors are NaN.
     """
     errors = np.full(len(state), np.nan)
     rows = np.flatnonzero(state.enabled)
@@ -141,10 +132,17 @@ def left_out_errors(state, kind=None):
     pairs = _enabled_pairs(state)
     if len(np.unique(pairs.deformed, axis=0)) < len(rows):
         return errors
-    settings = Settings(kind or state.kind, state.degree, state.alpha, state.smoothing)
+    settings = Settings(state.kind, state.degree, state.alpha, state.smoothing, state.order)
     predicted = predictions(pairs, np.arange(len(rows)), settings)
     errors[rows] = np.linalg.norm(predicted - pairs.rest, axis=1)
     return errors
+
+
+def _choice(state):
+    if state.kind != "spline" or state.order == 0:
+        return ""
+    smoothing = f", smoothing {state.smoothing:.3g}" if state.smoothing > 0 else ""
+    return f"spline of order {state.order}{smoothing}"
 
 
 def _enabled_pairs(state):
@@ -156,22 +154,6 @@ def _enabled_pairs(state):
 def _median(errors):
     finite = errors[np.isfinite(errors)]
     return float(np.median(finite)) if len(finite) else None
-
-
-def _better_kind(state, median):
-    """The kind with the smallest median error, and that error; None if not clearly smaller.
-
-    Kinds whose map is not sensible around the pairs do not count.
-    """
-    found = {kind: _median(left_out_errors(state, kind)) for kind in _KINDS}
-    medians = {kind: error for kind, error in found.items() if error is not None}
-    for kind in sorted(medians, key=medians.__getitem__):
-        if medians[kind] >= _MAX_RATIO * median:
-            break
-        settings = Settings(kind, None, state.alpha, state.smoothing)
-        if volume.excess(_enabled_pairs(state), settings, "reference")[0] <= 1:
-            return kind, medians[kind]
-    return None
 
 
 def with_landmark(state, side, position):
