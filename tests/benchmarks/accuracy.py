@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import sys
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -22,9 +23,11 @@ from control_point_sets import (
     random_handles,
 )
 
+from vtk_mls import Deformation
 from vtk_mls.engine import dispatch
 from vtk_mls.engine.device.devices import Device
 from vtk_mls.engine.opencl_engine import Engine
+from vtk_mls.model.kinds.splines import ORDERS
 from vtk_mls.model.options import ALPHA
 from vtk_mls.reference import reference_engine as reference
 
@@ -59,6 +62,13 @@ def main(arguments):
     print(HEAD.format(device=engine.device.name))
     print(f"## Each set, alpha {ALPHA.default:g}\n")
     _print_table("set", SETS, lambda name, kind: error(engine, name, kind, ALPHA.default))
+    orders = {f"order {order}": order for order in ORDERS}
+    names = [name for name in SETS if name != "ten thousand"]  # more than a spline can have
+    for title, one in (("With float64", engine), ("Without float64", _without_double(engine))):
+        print(f"\n## {title}: splines\n")
+        _print_table(
+            "set", names, lambda name, k, one=one: spline_error(one, name, orders[k]), orders
+        )
     for title, one in (("With float64", engine), ("Without float64", _without_double(engine))):
         print(f"\n## {title}: each alpha, 15 control points at random\n")
         _print_table("alpha", ALPHAS, lambda a, kind, one=one: error(one, "15 at random", kind, a))
@@ -66,10 +76,19 @@ def main(arguments):
 
 def error(engine, name, kind_and_degree, alpha):
     """The largest error for a set, in voxels of 256."""
+    return _error(engine, name, partial(deformation, kind_and_degree=kind_and_degree, alpha=alpha))
+
+
+def spline_error(engine, name, order):
+    """The same of a spline."""
+    return _error(engine, name, partial(Deformation, kind="spline", order=order))
+
+
+def _error(engine, name, make):
     rng = np.random.default_rng(20240229)
     rest, deformed = SETS[name](rng)
     x = places(rng, deformed)
-    d = deformation(rest, deformed, kind_and_degree, alpha=alpha)
+    d = make(rest, deformed)
     size = max(np.ptp(deformed, axis=0).max(), 1e-3 * np.abs(deformed).max())
     apart = np.abs(engine.backward(d, x) - reference.backward(d, x)).max()
     return apart / size * EXTENT
@@ -85,12 +104,14 @@ def _without_double(engine):
     return Engine(replace(_NoDouble(**fields)))
 
 
-def _print_table(corner, rows, value):
-    names = [f"{kind} {degree}" if kind == "polynomial" else kind for kind, degree in COLUMNS]
+def _print_table(corner, rows, value, columns=COLUMNS):
+    names = [*columns]
+    if columns is COLUMNS:
+        names = [f"{kind} {degree}" if kind == "polynomial" else kind for kind, degree in COLUMNS]
     print(f"| {corner} | " + " | ".join(names) + " |")
     print("|---" * (len(names) + 1) + "|")
     for row in rows:
-        values = [value(row, kind) for kind in COLUMNS]
+        values = [value(row, kind) for kind in columns]
         print(f"| {row} | " + " | ".join(_text(value) for value in values) + " |", flush=True)
 
 

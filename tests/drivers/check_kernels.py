@@ -63,6 +63,7 @@ def steps(engine):
     """Names of steps, and functions that return errors relative to the extent or to 1."""
     compare = partial(difference, engine)
     yield from map_steps(engine, compare)
+    yield from spline_steps(engine, compare)
     yield from handle_steps(engine, compare)
     yield from node_steps(compare)
     yield from image_steps(engine, compare)
@@ -88,6 +89,19 @@ def map_steps(engine, compare):
         yield f"{name}: points", lambda d=d: compare("backward", d, POINTS) / EXTENT
         yield f"{name}: slopes", lambda d=d: compare("jacobian", d, POINTS)
         yield f"{name}: inverse", lambda d=d: inverse(engine, d)
+
+
+def spline_steps(engine, compare):
+    """Each order, in float and in double."""
+    for order, noise in ((1, 0), (2, 0), (3, 0), (3, 9.0)):
+        rest = REST + noise * RNG.normal(size=REST.shape)
+        d = Deformation(rest, DEFORMED, "spline", order=order, device="reference")
+        name = f"spline of order {order}{', in double' * (noise > 0)}"
+        yield f"{name}: points", lambda d=d: compare("backward", d, POINTS) / EXTENT
+        yield f"{name}: slopes", lambda d=d: compare("jacobian", d, POINTS[:30])
+        if order == 3 and noise == 0:
+            yield f"{name}: grid", lambda d=d: compare("displacement_field", d, GRID) / EXTENT
+            yield f"{name}: inverse", lambda d=d: inverse(engine, d)
 
 
 def handle_steps(engine, compare):

@@ -23,9 +23,10 @@ from vtkmodules.vtkCommonDataModel import (
     vtkUnstructuredGrid,
 )
 
-from vtk_mls import CUT_FRAMES, KINDS, Deformation, DeviceError
+from vtk_mls import CUT_FRAMES, Deformation, DeviceError
 from vtk_mls.base import interpolation
 from vtk_mls.filters import MLSControlPoints, MLSDeform, MLSDisplacementField
+from vtk_mls.model.options import named
 from vtk_mls.reference.fit import fit_of
 from vtk_mls.reference.weights import EvaluationPoints
 from vtk_mls.vtk import arrays
@@ -65,8 +66,10 @@ def _check_value(scene, device):
     rng = scene.rng
     rest, deformed, weights = scene.handles()
     options = {
-        "kind": str(rng.choice(KINDS)),
+        "kind": str(rng.choice(named("kind").choices)),
         "degree": int(rng.integers(1, 4)),
+        "order": int(rng.integers(0, 4)),
+        "smoothing": float(rng.choice([0.0, 0.0, 0.0, -1.0, 0.1 * scene.size])),
         "alpha": float(rng.choice([0.5, 1.0, 1.5, 2.0])),
         "weights": weights,
         "cuts": [scene.cut() for _ in range(rng.choice([0, 0, 1, 2]))],

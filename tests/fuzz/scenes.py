@@ -28,8 +28,9 @@ from vtkmodules.vtkCommonDataModel import (
 from vtkmodules.vtkFiltersAMR import vtkAMRGaussianPulseSource
 from vtkmodules.vtkFiltersSources import vtkCellTypeSource
 
-from vtk_mls import CUT_FRAMES, INTERPOLATIONS, KINDS, VOID_VALUES, HalfPlane, Plane, Surface
+from vtk_mls import CUT_FRAMES, INTERPOLATIONS, VOID_VALUES, HalfPlane, Plane, Surface
 from vtk_mls.base.validation import short_repr
+from vtk_mls.model.options import named
 from vtk_mls.vtk import arrays
 
 CONSTANT = "constant"  # the name of an array
@@ -284,7 +285,8 @@ class Scene:
         """Setters of `MLSDeform` with values; now and then one that is wrong."""
         rng, found = self.rng, {}
         choices = {
-            "Kind": KINDS,
+            "Kind": named("kind").choices,
+            "Order": (0, 1, 2, 3),
             "Alpha": (0.5, 1.0, 1.3, 2.0, 3.0),
             "Degree": (1, 2, 3),
             "Nu": (1.1, 2.0, 3.0),

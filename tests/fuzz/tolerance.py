@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vtk_mls import CUT_FRAMES, KINDS, Deformation, Grid, HalfPlane, Plane, Surface
+from vtk_mls.model.options import named
 
 
 def check_tolerance(rng, device):
@@ -13,7 +14,8 @@ def check_tolerance(rng, device):
     counts = [1, 2, 3, 4, 8, 15, 30, 100]
     rest, deformed, weights = _handles(rng, grid, int(rng.choice(counts)))
     options = {
-        "kind": str(rng.choice(KINDS)),
+        "kind": str(rng.choice(KINDS if is_cut else named("kind").choices)),
+        "order": int(rng.integers(0, 4)),
         "degree": int(rng.integers(1, 4)),
         "alpha": float(rng.choice([0.5, 0.75, 1.0, 1.5, 2.0, 3.0])),
         "weights": weights,
