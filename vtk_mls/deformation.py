@@ -32,18 +32,25 @@ class Deformation(Transform, MapParameters):
     deformed : (n, 3) array_like, world coordinates
         q, the control points in the deformed space. Control points with the same q count as one,
         at their weighted mean p.
-    kind : {"affine", "rigid", "similarity", "polynomial"}
+    kind : {"affine", "rigid", "similarity", "polynomial", "spline", "auto", "tps"}
         The maps that are fitted around each point: affine (Eq. 5 to 7), rotations (Eq. 8 to 22),
-        rotations with a uniform factor (end of section 2), polynomials (Eq. 23 to 26).
+        rotations with a uniform factor (end of section 2), polynomials (Eq. 23 to 26). Or one
+        polyharmonic spline, without cuts and rigid regions, through up to 5,000 control points.
+        "auto" is the spline with automatic order and smoothing, or, with up to four control points,
+        cuts or rigid regions, "rigid"; "tps" is the spline of order 1.
     alpha : float, > 0
         Weights are ``1 / (|q_i - v|^2 + smoothing^2)^alpha``: a larger alpha makes control points
         act more locally. The paper's examples have 1. In space only alpha > 3/2 is local: a shell
         of control points at distance r has about r^2 of them. For alpha <= 1/2 the map has a kink
         at each control point.
-    smoothing : float, >= 0, world units
-        0 interpolates the control points. Above 0 the map passes close to them.
+    smoothing : float, >= 0, world units, or "auto"
+        0 interpolates the control points. Above 0 the map passes close to them. The diagonal of the
+        equations of a spline gets ``smoothing^order / weight``; "auto", for splines, predicts
+        control points left out best.
     degree : {1, 2, 3}
         Degree of the polynomial kind.
+    order : {1, 2, 3} or "auto"
+        Order of the spline: r, r^2 log r or r^3. "auto" predicts control points left out best.
     steps : int or "auto"
         Number of steps in which p goes to q, 1 to 256, each with its own map: G is composed of
         them. It meets the control points, and the smaller the steps, the fewer folds it has. "auto"
