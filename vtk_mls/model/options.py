@@ -100,7 +100,7 @@ OPTIONS = (
         freely. spline is the smoothest map through the control points, and best for landmarks:
         it has neither cuts nor rigid regions. auto is the spline whose order and smoothing predict
         control points left out best; up to four points, and with cuts or rigid regions, it is
-        rigid. tps is the thin-plate spline of VTK and ITK.""",
+        rigid. tps is the thin-plate spline of ITK and 3D Slicer.""",
         choices=(*kinds.ALL_KINDS, *_NAMED_SPLINES),
     ),
     Option(
