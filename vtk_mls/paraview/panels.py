@@ -394,7 +394,16 @@ IMAGE_READER = [
         these."""
     ),
     _TIMES,
-    vector("String", "FileName", "", "The file.", xml("FileListDomain", name="files")),
+    vector(
+        "String",
+        "FileName",
+        "",
+        "The file. Several files are the time steps of a series.",
+        xml("FileListDomain", name="files"),
+        command="AddFileName",
+        clean_command="ClearFileNames",
+        repeat_command=1,
+    ),
     xml(
         "Hints",
         xml(
