@@ -9,7 +9,7 @@ from __future__ import annotations
 import importlib
 import importlib.util
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -173,7 +173,9 @@ TABLE = (
     _field("NIfTI", ".nii.gz .nii", RAS, "NIFTI"),
     _field("NRRD", ".nrrd .nhdr", LPS, "NRRD"),
     _field("MetaImage", ".mha .mhd", LPS, "MetaImage"),
-    _itk("ITK", ".h5 .hdf5 .tfm .txt", (FIELD, AFFINE)),
+    _itk("ITK", ".h5 .hdf5", (FIELD, AFFINE)),
+    Format("ITK, matrices in text", ".tfm .txt", LPS, (FIELD, AFFINE), "itk_transforms.read_text"),
+    replace(_itk("ITK, text", ".tfm .txt", (FIELD, AFFINE)), reads=()),
     _itk("ITK, one affine transform", ".mat", (AFFINE,)),
     # meshes
     _mesh(

@@ -75,7 +75,7 @@ def _as_steps(files):
     """Files of one time step each as one of several, at the times 0, 1, ..."""
     if any(len(times) > 1 for times, _ in files):
         raise ValueError(
-            "`FileName`: files that are opened together are the steps of a series, and one of these "
+            "`FileName`: files that are opened together are the steps of a series, and one of them "
             "has several steps itself; open it alone"
         )
     return tuple(range(len(files))), lambda index: files[index][1](0)
