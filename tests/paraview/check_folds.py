@@ -77,4 +77,5 @@ for grid, steps, drag, lines in (
             deform.DeformedPoints = list(np.ravel(REST + factor * drag))
             deform.UpdatePipeline()
     found = [line for line in messages[0].splitlines() if "MLSDeform: " in line]
-    assert len(found) == len(lines) and all(map(str.endswith, found, lines)), found
+    assert len(found) == len(lines), found
+    assert all(map(str.endswith, found, lines)), found
