@@ -16,6 +16,7 @@ import tempfile
 import threading
 from contextlib import ExitStack, suppress
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 
 from vtk_mls.base import child_process, lazy
@@ -161,13 +162,9 @@ def _compare(device):
     # Standard input is not free: pvpython reads it.
     streams = {"stdin": subprocess.DEVNULL, "stderr": subprocess.STDOUT, "env": environment}
     with tempfile.TemporaryFile("w+", errors="replace") as output, ExitStack() as stack:
-        children = [
-            stack.enter_context(
-                child_process.started(_CHECK, description(device), part, stdout=output, **streams)
-            )
-            for part in range(PARTS)
-        ]
-        for child, folder in children:
+        start = partial(child_process.started, _CHECK, description(device), stdout=output)
+        starts = [start(part, **streams) for part in range(PARTS)]
+        for child, folder in [stack.enter_context(start) for start in starts]:
             status = _status(child, folder)
             if status:
                 output.seek(0)
@@ -180,16 +177,11 @@ def _status(child, folder):
     while True:
         with suppress(subprocess.TimeoutExpired):
             return child.wait(INTERVAL)
-        before, used = used, _seconds(folder)
+        path = folder / SECONDS
+        lines = path.read_text().split() if path.exists() else []
+        before, used = used, float([0, *lines][-1])
         if not before + MIN_SECONDS <= used <= MAX_SECONDS:
             raise TimeoutError(f"no result after {used:.0f} s of processor time")
-
-
-def _seconds(folder):
-    """The processor time that a child has used: the last complete line of its file."""
-    path = folder / SECONDS
-    lines = path.read_text().split("\n")[:-1] if path.exists() else []
-    return float(lines[-1]) if lines else 0.0
 
 
 def _failure(status, folder, last_line):
