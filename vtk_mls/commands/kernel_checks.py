@@ -28,10 +28,6 @@ def main(folder, requested, part):
 
     Writes the step that begins and the processor time to `folder`. An exception before the first
     step is not the fault of the device.
-
-    Raises
-    ------
-    ArithmeticError, DeviceError
     """
     found = [device for device in devices.list_devices() if description(device) == requested]
     if not found:

@@ -57,14 +57,7 @@ _lock = threading.RLock()
 
 
 def results(found: list[devices.Device], recheck: bool = False) -> list[Result]:
-    """The result for each device; devices without one are checked now.
-
-    Parameters
-    ----------
-    found : list of Device
-    recheck : bool, optional
-        Check all of them again.
-    """
+    """The result for each device. Those without one are checked now; all are, to `recheck`."""
     with _lock:
         for name, device in {_file_name(device): device for device in found}.items():
             if recheck or cached_result(device) is None:
@@ -149,14 +142,8 @@ def _check(device):
 def _compare(device):
     """Compare kernels on a device with the reference.
 
-    Raises
-    ------
-    ValueError
-        If the device fails.
-    TimeoutError
-        If a child hangs.
-    OSError
-        If a child fails for reasons other than the device.
+    ValueError if the device fails, TimeoutError if a child hangs, OSError if a child fails for
+    reasons other than the device.
     """
     environment = {k: v for k, v in os.environ.items() if not _MPI_VARIABLES.match(k)}
     # Standard input is not free: pvpython reads it.
