@@ -267,20 +267,10 @@ def find(path: Path, **contents: tuple[str, ...]) -> Format | None:
 
 
 def choose(path: Path, purpose: str, **contents: tuple[str, ...]) -> Format:
-    """The line for a file name.
+    """The line for a file name and contents as of `endings`.
 
-    Parameters
-    ----------
-    path : Path
-    purpose : str
-        For the error, such as "read a surface from".
-    **contents
-        As in `endings`.
-
-    Raises
-    ------
-    OSError, ValueError
-        If there is none, with the endings that are possible; or if it needs a package.
+    Errors (OSError, ValueError) have the purpose, such as "read a surface from", and the endings
+    that are possible; or say which package is needed.
     """
     line = find(path, **contents)
     if line is None and has_metadata(path):  # an image in an OME-Zarr
