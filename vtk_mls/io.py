@@ -1,7 +1,8 @@
 """Images, meshes, control points and surfaces from files, and datasets to files.
 
-A broken file raises an error, unless it makes VTK's reader crash, which ends the process. The
-command line runs in a child process for that reason (see `supervision`).
+Functions raise OSError or ValueError, which name the file, also for broken files; unless they make
+VTK's reader crash, which ends the process. The command line runs in a child process for that reason
+(see `supervision`).
 """
 
 from __future__ import annotations
@@ -80,11 +81,6 @@ def read_dataset(path: _PathLike) -> vtkDataObject:
     vtkDataSet, vtkMultiBlockDataSet, vtkPartitionedDataSet or vtkPartitionedDataSetCollection
         In LPS (see docs/frames.md), images with the file's direction matrix. Field data hold the
         names of label arrays and what a file of the same format gets again (see `metadata`).
-
-    Raises
-    ------
-    OSError, ValueError
-        Naming the file.
     """
     times, read = open_dataset(path)
     if len(times) > 1:
@@ -111,11 +107,6 @@ def open_dataset(
         Of time steps, in seconds if the file states a unit; empty if the file has none.
     read : callable
         Reads the dataset of a time step by its index (0 if the file has none).
-
-    Raises
-    ------
-    OSError, ValueError
-        Naming the file.
     """
     path = Path(path) if os.fspath(path) and Path(path).is_dir() else existing_file(path)
     line = formats.choose(path, "read an image or a mesh from", reads=DATASETS)
@@ -141,11 +132,6 @@ def write_dataset(dataset: vtkDataObject, path: _PathLike) -> None:
         matrix), other image formats the active scalars or the only point array, .stl the shape,
         .ply the shape with normals, texture coordinates and colors (3 or 4 unsigned char). An old
         file is replaced when the new one is complete.
-
-    Raises
-    ------
-    OSError, ValueError
-        Naming the file.
     """
     path = check_writable(path, dataset)
     line = _writable(path, dataset)
@@ -210,11 +196,6 @@ def write_field(image: vtkImageData, path: _PathLike, convention: str = "itk") -
     image : vtkImageData
     path, convention
         As of `field_files.write`, as a transform; or a path as of `write_dataset`.
-
-    Raises
-    ------
-    OSError, ValueError
-        Naming the file.
     """
     path = check_field_writable(path)
     field_files.check_convention(convention)
@@ -263,11 +244,6 @@ def read_control_points(
     vtkPolyData
         As `control_point_polydata.fill_polydata` makes it, in LPS, with the lines and surfaces of
         .vtp, .vtu, .vts and .vtk and the curves of .mrk.json.
-
-    Raises
-    ------
-    OSError, ValueError
-        Naming the file.
     """
     rest = read_landmarks(path, space, is_alone=not deformed_path)
     return control_points(rest, read_landmarks(deformed_path, space) if deformed_path else None)
@@ -290,11 +266,6 @@ def read_handles(
         Of points.
     weights : (n,) float64 or None
     handles : list of CurveHandle and RegionHandle
-
-    Raises
-    ------
-    OSError, ValueError
-        Naming the file.
     """
     with failures_named(path):
         return handles_of(read_control_points(path, deformed_path, space))
@@ -377,11 +348,6 @@ def read_landmarks(
     -------
     Landmarks
         In LPS.
-
-    Raises
-    ------
-    OSError, ValueError
-        Naming the file.
     """
     path = existing_file(path)
     roles = (formats.POINTS, formats.POINT_DATA)
@@ -452,11 +418,6 @@ def read_surface(path: _PathLike) -> vtkPolyData:
     Returns
     -------
     vtkPolyData
-
-    Raises
-    ------
-    OSError, ValueError
-        Naming the file.
     """
     path = existing_file(path)
     line = formats.choose(path, "read a surface from", reads=(formats.SURFACE,))
@@ -478,11 +439,6 @@ def read_cuts(path: _PathLike) -> list[Surface]:
     -------
     list of Surface
         One for each connected surface.
-
-    Raises
-    ------
-    OSError, ValueError
-        Naming the file.
     """
     surface = read_surface(path)
     with failures_named(path):

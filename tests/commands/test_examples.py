@@ -47,6 +47,14 @@ def test_example(example, tmp_path):
     assert "ERR|" not in done.stderr, done.stderr
 
 
+@pytest.mark.parametrize("name", ["vtk_live", "pyvista_deform"])
+def test_a_folder_is_no_picture(name):
+    command = [sys.executable, str(PROJECT / "examples" / f"{name}.py"), "."]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 1
+    assert done.stderr == "the picture must be a .png file, got `.`\n"
+
+
 @pytest.fixture(scope="module")
 def straightening():
     """The functions of the example, without its run."""

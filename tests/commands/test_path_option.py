@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pipelines import values_of
+from turned_column import CENTER, LEGS, REST, turned
 from vtk_fixtures import FAST, add_array
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
@@ -15,20 +16,6 @@ from vtk_mls.editor import State
 from vtk_mls.editor.handle_polydata import handle_values
 from vtk_mls.vtk.arrays import ImageGeometry
 from vtk_mls.vtk.control_point_polydata import fill_polydata
-
-CENTER = np.array([4.0, 3.5, 0])
-SIDES = np.array([(a, b) for a in (1.5, 4, 6.5) for b in (1.5, 3.5, 5.5)])
-REST = np.array([(*side, z) for z in (0.0, 2.2, 4.4, 6.6) for side in SIDES])
-LEGS = 12
-
-
-def turned(share):
-    """A column after a share of a turn of its top by 360 degrees."""
-    angle = 2 * np.pi * share * REST[:, 2] / 6.6
-    x, y = (REST[:, :2] - CENTER[:2]).T
-    c, s = np.cos(angle), np.sin(angle)
-    return np.c_[c * x - s * y, s * x + c * y, REST[:, 2]] + CENTER
-
 
 PLACES = [turned(k / LEGS) for k in range(LEGS + 1)]
 

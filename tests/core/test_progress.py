@@ -102,6 +102,12 @@ def test_progress_of_every_method(question, deformation):
     np.testing.assert_array_equal(QUESTIONS[question](deformation, None), expected)
 
 
+@pytest.mark.parametrize("device", DEVICES, indirect=True)
+def test_progress_of_devices(deformation):
+    for question in ("backward", "jacobian", "displacement_field", "jacobian_field", "resample"):
+        test_progress_of_every_method(question, deformation)
+
+
 def test_all_methods_are_covered():
     public = {name for name in dir(Deformation) if callable(getattr(Deformation, name))}
     public = {name for name in public if not name.startswith("_")}

@@ -134,7 +134,7 @@ def test_devices_agree_with_the_specification(kind, alpha, handles, cut, device,
 def test_forward_undoes_backward(kind, cut, device, rng):
     rest, deformed = _moved(rng)
     steps, count = (8, 30) if device == "reference" else (32, 500)
-    d = Deformation(rest, deformed, kind, alpha=1, steps=steps, device=device, **CUTS[cut])
+    d = Deformation(rest, deformed, kind, steps=steps, device=device, **CUTS[cut])
     v = rng.random((count, 3))
     v = v[d.void_distance(v) > 1e-3]
     if CUTS[cut]:

@@ -215,10 +215,11 @@ def test_a_closed_cut_has_no_face(shape, cut_frame, device):
     np.testing.assert_allclose(d.corrected_gradient(image, grid), plain, rtol=0, atol=1e-6)
 
 
+@pytest.mark.parametrize("cut_frame", CUT_FRAMES)
 @pytest.mark.parametrize("shape", OPENINGS)
-def test_gradients_turn_smoothly_to_the_face(shape):
+def test_gradients_turn_smoothly_to_the_face(shape, cut_frame):
     """From that inside to across the face, over a voxel, wherever the voxels lie."""
-    d = pulled_apart(OPENINGS[shape], "reference")
+    d = pulled_apart(OPENINGS[shape], "reference", cut_frame=cut_frame)
     source = Grid((33, 33, 33))
     image = 3 + waves(source.points()).reshape(source.shape)
     line = Grid((1601, 1, 1), (12, 16, 22), (0.01, 1, 1))

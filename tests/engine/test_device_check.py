@@ -38,8 +38,7 @@ SPINS = "(folder / 'seconds').write_text('599\\n601\\n'); time.sleep(60)"
 WORKS = """
 with open(folder / "seconds", "w", buffering=1) as file:
     for second in range(30):
-        file.write(f"{second}\\n{second + 1}")
-        file.write("\\n")
+        file.write(f"{second}\\n")
         time.sleep(0.1)"""
 LIES = """
 error = {"classes": [["builtins", "ArithmeticError"]], "message": "off by 0.3", "cause": None}
@@ -217,7 +216,7 @@ def test_python_is_found_in_embedding_programs(tmp_path, monkeypatch):
     [
         ("jacobian", "answer + 0.01", "rigid Jacobian, fixed cut: wrong numbers, off by 0.01"),
         ("jacobian", "answer * float('nan')", "rigid Jacobian, fixed cut: wrong numbers, off by n"),
-        ("forward", "(answer[0] + 0.1, answer[1])", "similarity inverse: wrong numbers, off by "),
+        ("forward", "(answer[0] + 0.1, answer[1])", "rigid inverse: wrong numbers, off by "),
     ],
 )
 def test_wrong_results_are_detected(question, changed, failure, fresh, monkeypatch):

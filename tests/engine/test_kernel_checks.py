@@ -12,7 +12,7 @@ REQUIRED = {
     *("point_displacement", "point_jacobian", "point_inverse", "grid_displacement"),
     *("point_forward", "lattice_cells", "local_points", "node_origin", "node_cell"),
     *("grid_source_index", "resample", "gradient", "void_by_corners"),
-    *("node_displacement", "coarse_check", "coarse_displacement"),
+    *("node_displacement", "coarse_check", "coarse_displacement", "coarse_source_index"),
 }
 
 

@@ -31,13 +31,3 @@ def test_values_equal_those_of_numpy(engine, method, dtype, source, components, 
         assert found.dtype == expected.dtype
         rounding = 1 if array.dtype.kind in "iu" else 1e-4
         np.testing.assert_allclose(found, expected, rtol=0, atol=rounding)
-
-
-def test_a_device_with_little_memory_gets_slices(engine, rng, monkeypatch):
-    array = rng.random((*WHOLE.shape, 3)).astype(np.float32)
-    index = rng.uniform(0, [16, 11, 8], (500, 3))
-    arguments = array, index, "linear", 0, WHOLE
-    expected = engine.sample(*arguments)
-    monkeypatch.setattr(engine.memory, "in_place", False)
-    monkeypatch.setattr(engine.memory, "limit", array.nbytes)
-    np.testing.assert_array_equal(engine.sample(*arguments), expected)

@@ -428,12 +428,20 @@ def test_what_cannot_be_written_is_one_sentence(grid, deformation):
     assert not [*Path().glob("x*")]
 
 
-def test_without_simpleitk_it_is_named(grid, monkeypatch):
+def test_without_simpleitk_it_is_named(grid, between, monkeypatch):
+    """Matrices in text are read all the same."""
+    euler, affine = linear_transforms()[:2]
+    composite = sitk.CompositeTransform([affine, affine])
+    for transform, name in ((affine, "x.tfm"), (composite, "y.txt"), (euler, "z.tfm")):
+        sitk.WriteTransform(transform, name)
     monkeypatch.setitem(sys.modules, "SimpleITK", None)
-    for call in (io.write_transform, lambda transform, path: io.read_transform(path)):
-        Path("x.tfm").write_text("old")
-        with pytest.raises(ValueError, match=r"^`x\.tfm` needs the package SimpleITK: pip inst"):
-            call(Affine(MATRIX), "x.tfm")
+    for transform, name in ((affine, "x.tfm"), (composite, "y.txt")):
+        found = io.read_transform(name).backward(between)
+        np.testing.assert_allclose(found, moved_by(transform, between), atol=1e-12)
+    with pytest.raises(ValueError, match=r"^`z\.tfm` holds Euler3DTransform, which needs the pac"):
+        io.read_transform("z.tfm")
+    with pytest.raises(ValueError, match=r"^`x\.tfm` needs the package SimpleITK: pip inst"):
+        io.write_transform(Affine(MATRIX), "x.tfm")
 
 
 @pytest.mark.parametrize("name", ["x.tfm", "x.mat"])

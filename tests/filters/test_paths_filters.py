@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from pipelines import connect, update
+from turned_column import LEGS, REST, turned
 from vtk_fixtures import FAST, add_array, make_image
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkPolyData
@@ -12,20 +13,6 @@ from vtk_mls.filters import MLSDeform, MLSDisplacementField
 from vtk_mls.model.handles.handle_cells import HandleCells
 from vtk_mls.vtk.arrays import ImageGeometry
 from vtk_mls.vtk.control_point_polydata import fill_polydata
-
-CENTER = np.array([4.0, 3.5, 0])
-SIDES = np.array([(a, b) for a in (1.5, 4, 6.5) for b in (1.5, 3.5, 5.5)])
-REST = np.array([(*side, z) for z in (0.0, 2.2, 4.4, 6.6) for side in SIDES])
-LEGS = 12
-
-
-def turned(share, rest=REST):
-    """A column after a share of a turn of its top by 360 degrees."""
-    angle = 2 * np.pi * share * rest[:, 2] / 6.6
-    x, y = (rest[:, :2] - CENTER[:2]).T
-    c, s = np.cos(angle), np.sin(angle)
-    return np.c_[c * x - s * y, s * x + c * y, rest[:, 2]] + CENTER
-
 
 PATH = np.array([turned(k / LEGS) for k in range(1, LEGS)])
 

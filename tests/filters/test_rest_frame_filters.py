@@ -6,7 +6,7 @@ from mesh_fixtures import CUTS, MESHES, array_of, as_grid, deforming, places_of,
 from pipelines import connect, control_points, update, values_of
 from vtk_fixtures import FAST, REST, add_array, make_image
 
-from vtk_mls import Deformation, Grid, HalfPlane, Plane, Sampling, Surface
+from vtk_mls import Deformation, Plane
 from vtk_mls.base.linear_algebra import unit
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
 from vtk_mls.vtk import arrays
@@ -253,61 +253,6 @@ def test_nothing_overlaps_without_cuts_or_where_material_is_gone(device):
 
 
 # Gradients of images at the faces
-
-
-def opened(cut, device, by, angle=0.0):
-    """Both sides of a cut across x = 16 pulled apart above the middle, then everything turned."""
-    rest = np.array([(x, y, z) for x in (8, 24) for y in (8, 24) for z in (8, 24)], float)
-    way = np.where(rest[:, 2:] > 16, np.sign(rest[:, :1] - 16), 0)
-    deformed = turned(rest + by * way * [1, 0, 0], angle, np.array([1, 2, 0.5]), MIDDLE)
-    return Deformation(rest, deformed, cuts=[cut], cut_frame="rest", device=device)
-
-
-MIDDLE = np.full(3, 16.0)
-SHAPES = {
-    "plane": Plane((16.3, 16, 10.2), (1, 0.2, 0.1)),
-    "half-plane": HalfPlane((16.3, 16, 10.2), (1, 0.2, 0.1), (0, 0, 1)),
-    "polygon": Surface.polygon([(16.3, -9, 10), (16.3, 40, 10), (17.3, 40, 50), (17.3, -9, 50)]),
-}
-
-
-def ball(x):
-    return 20 - np.linalg.norm(x - MIDDLE, axis=-1)
-
-
-def slope_of_void_distance(value, v):
-    steps = 1e-5 * np.eye(3)
-    slopes = [(value.void_distance(v + e) - value.void_distance(v - e)) / 2e-5 for e in steps]
-    return np.stack(slopes, axis=1)
-
-
-@pytest.mark.parametrize("angle", [0, 0.5])
-@pytest.mark.parametrize("shape", SHAPES)
-def test_gradients_turn_smoothly_to_the_face(shape, angle):
-    """From that inside to across the face, out of the void, over a voxel."""
-    value = opened(SHAPES[shape], "reference", 3.0, angle)
-    source = Grid((33, 33, 33))
-    image = ball(source.points()).reshape(source.shape)
-    ends = turned(np.array([(10.0, 16, 22), (24, 16, 22)]), angle, np.array([1, 2, 0.5]), MIDDLE)
-    along = unit(ends[1:] - ends[:1])[0]
-    frame = np.linalg.svd(along[None])[2]
-    frame[0] = along
-    line = Grid((1401, 1, 1), ends[0], (0.01, 1, 1), frame.T)
-    v = line.points()
-    np.testing.assert_allclose(v[-1], ends[1], atol=1e-9)
-    slopes = value.corrected_gradient(image, Sampling(source, line))[0, 0]
-    solid = value.void_distance(v) >= 0
-    assert (slopes[~solid] == 0).all()
-    both = solid[1:] & solid[:-1]
-    steps = np.linalg.norm(np.diff(slopes, axis=0), axis=1)[both]
-    assert steps.max() < 0.05 * np.linalg.norm(slopes, axis=1).max()
-    at_face = np.flatnonzero(solid[1:] != solid[:-1])
-    assert len(at_face) == 2
-    for place in (at_face[0], at_face[1] + 1):
-        # the values end within one voxel of the undeformed image
-        across = slope_of_void_distance(value, v[[place]])[0]
-        level = ball(value.backward(v[[place]]))[0]
-        np.testing.assert_allclose(slopes[place], level * across, rtol=0.03, atol=0.02 * level)
 
 
 def test_faces_of_a_turned_image_look_into_the_opening(device):

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 from paraview import simple
-from scene import array, data, screenshot, wavelet
+from scene import array, data, output_messages, screenshot, wavelet
 
 from vtk_mls.rendering import volume_colors
 
@@ -59,3 +59,23 @@ deform.DeformedPoints = list(np.ravel(REST + 0.5 * DRAG))
 simple.Render(view)
 display.RescaleTransferFunctionToDataRange(True, False)
 np.testing.assert_allclose(table.RGBPoints, volume_colors.table().ravel(), atol=1e-6)
+
+# A line says so at the first update, and that material leaves the image; none if neither is true.
+FOLDS = "the map folds; set Steps to 0, or drag less"
+LEAVES = "of the material leaves the image; set Output Grid (advanced) to fitted"
+SHIFT = np.full_like(REST, 0) + (9.0, 0.0, 0.0)
+for grid, steps, drag, lines in (
+    ("fitted", 1, 0.1 * DRAG, []),
+    ("fitted", 1, DRAG, [FOLDS]),
+    ("fitted", 0, DRAG, []),
+    ("input", 1, SHIFT, [LEAVES]),
+    ("fitted", 1, SHIFT, []),
+):
+    deform.OutputGrid, deform.Steps = grid, steps
+    with output_messages() as messages:
+        for factor in (1, 1.001):
+            deform.DeformedPoints = list(np.ravel(REST + factor * drag))
+            deform.UpdatePipeline()
+    found = [line for line in messages[0].splitlines() if "MLSDeform: " in line]
+    assert len(found) == len(lines), found
+    assert all(map(str.endswith, found, lines)), found

@@ -112,6 +112,11 @@ assert reloaded.GetClientSideObject().GetKind() == "affine"
 with tempfile.TemporaryDirectory() as folder:
     shift, grid = np.tile([2.0, 0, 0], (3, 3, 3, 1)), Grid((3, 3, 3), (-20,) * 3, (20,) * 3)
     io.write_transform(Field(shift, grid), f"{folder}/shift.nrrd")
-    reloaded.InitialTransform = f"{folder}/shift.nrrd"
-    shifted = array(data(reloaded), "RTData").reshape(data(source).GetDimensions()[::-1])
-np.testing.assert_array_equal(shifted[:, :, :-2], volume.reshape(shifted.shape)[:, :, 2:])
+    with open(f"{folder}/shift.tfm", "w") as file:
+        file.write("#Insight Transform File V1.0\n#Transform 0\n")
+        file.write("Transform: AffineTransform_double_3_3\n")
+        file.write("Parameters: 1 0 0 0 1 0 0 0 1 2 0 0\nFixedParameters: 0 0 0\n")
+    for ending in ("nrrd", "tfm"):
+        reloaded.InitialTransform = f"{folder}/shift.{ending}"
+        shifted = array(data(reloaded), "RTData").reshape(data(source).GetDimensions()[::-1])
+        np.testing.assert_array_equal(shifted[:, :, :-2], volume.reshape(shifted.shape)[:, :, 2:])

@@ -5,9 +5,10 @@ from pathlib import Path
 
 import numpy as np
 from paraview import servermanager, simple
-from scene import array
+from scene import array, output_messages
 from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
 
+from vtk_mls import io
 from vtk_mls.filters import MLSControlPoints
 
 TIMES = 0.0, 1.0, 3.0
@@ -97,3 +98,19 @@ for time, index in ((1.0, 2), (0.0, 0), (0.8, 1)):
     beats.UpdatePipeline(time)
     found = array(servermanager.Fetch(beats), "MetaImage")
     np.testing.assert_array_equal(found.ravel(), values[index].ravel())
+
+# Images that are opened together are time steps, if they have one each.
+group = [str(folder / f"scan{index}.nii") for index in range(3)]
+for name, time in zip(group, beats.TimestepValues):
+    beats.UpdatePipeline(time)
+    io.write_dataset(servermanager.Fetch(beats), name)
+series = simple.OpenDataFile(group)
+assert list(series.TimestepValues) == [0, 1, 2], series.TimestepValues
+for time in (2.0, 0.0):
+    series.UpdatePipeline(time)
+    found = array(servermanager.Fetch(series), "NIFTI")
+    np.testing.assert_array_equal(np.sort(found.ravel()), values[int(time)].ravel())
+with output_messages() as text:
+    series.FileName = [group[0], str(folder / "beats.mha")]
+    series.UpdatePipeline()
+assert text[0].count("`FileName`: files that are opened together are the steps") == 1, text[0]

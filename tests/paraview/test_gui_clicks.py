@@ -131,3 +131,18 @@ def test_open_has_our_reader_selected(gui):
     gui.run("image = simple.FindSource('ras.nrrd'); image.UpdatePipeline()")
     bounds = gui.value("list(image.GetDataInformation().GetBounds())")
     assert bounds == [-6, -3, -7, -4, 5, 8]
+
+    # A group of files is a series.
+    for index in range(2):
+        scan = nibabel.Nifti1Image(np.full((4, 4, 4), index, np.float32), np.eye(4))
+        nibabel.save(scan, PROJECT / gui.folder / f"scan{index}.nii")
+    gui.press("ctrl+o")
+    gui.hover("button('Cancel')")
+    for name in (f"{gui.folder}/", "scan..nii"):
+        gui.type(name)
+    gui.click("button('OK')")
+    gui.until("simple.GetActiveSource().SMProxy != image.SMProxy")
+    gui.run("image = simple.GetActiveSource()")
+    for time in (1, 0):
+        gui.run(f"image.UpdatePipeline({time})")
+        assert gui.value("float(values(image).min())") == time

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 REGION = """
-sphere = simple.Sphere(Radius=5.0, ThetaResolution=24, PhiResolution=24)
-turned = simple.Transform(Input=sphere)
+sphere = simple.Sphere(registrationName="Bone", Radius=5.0, ThetaResolution=24, PhiResolution=24)
+turned = simple.Transform(registrationName="Turned", Input=sphere)
 turned.Transform.Rotate = [0.0, 0.0, 40.0]
 simple.Show(turned, view)
 simple.SetActiveSource(wavelet)
 """
-CONNECTED = """
-deform.ControlPoints, deform.DeformedControlPoints = sphere, turned
+CHOICES = {"ControlPoints": "Bone", "DeformedControlPoints": "Turned", "HandleShapes": "cells"}
+LIMITED = """
 deform.MaskBall = [0.0, 0.0, 0.0, 6.0, 3.0]
 deform.MapTolerance = 0.0
 """
@@ -43,9 +43,10 @@ def is_outside_still():
 def test_a_region_turns_with_its_transform(gui):
     gui.run(REGION + INSIDE)
     gui.add_deform(apply=False)
-    gui.run(CONNECTED)
-    gui.find_and_click("drop_down", "HandleShapes")
-    gui.click("option('HandleShapes', 'cells')")
+    gui.run(LIMITED)
+    for name, choice in CHOICES.items():
+        gui.find_and_click("drop_down", name)
+        gui.click(f"option({name!r}, {choice!r})")
     gui.press("alt+a")
     gui.until("error_inside(40) < 0.1")
     assert gui.value("deform.HandleShapes == 'cells'")

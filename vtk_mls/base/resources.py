@@ -9,10 +9,7 @@ from pathlib import Path
 def resource(name: str) -> Path:
     """The folder of data files, "opencl" or "paraview_plugin".
 
-    Raises
-    ------
-    FileNotFoundError
-        If the installation lacks the folder.
+    FileNotFoundError if the installation lacks it.
     """
     package = Path(__file__).resolve().parents[1]
     for folder in (package / name, package.parent / name):

@@ -84,10 +84,7 @@ def control_points(degrees=DEGREES):
 def brain_file() -> Path:
     """The T1-weighted MNI152 brain (.nii.gz, without skull) in the package nilearn.
 
-    Raises
-    ------
-    FileNotFoundError
-        If it is not installed.
+    FileNotFoundError if it is not installed.
     """
     name = "datasets/data/mni_icbm152_t1_tal_nlin_sym_09a_converted.nii.gz"
     return file_of("nilearn", name, "0.8.1")

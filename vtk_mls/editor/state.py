@@ -85,13 +85,7 @@ class State(_Options):
 
     @classmethod
     def of(cls, deformation, labels=()):
-        """The state of a Deformation.
-
-        Raises
-        ------
-        TypeError, ValueError
-            For constraints, and masks that are no balls: the editor does not have them.
-        """
+        """The state of a Deformation; an error for constraints, and masks that are no balls."""
         if deformation.constraints:
             raise ValueError("`constraints` must be empty in the editor, which has none")
         settings = options.values_of(deformation, options.DEFORMATION_OPTIONS)
@@ -273,13 +267,7 @@ class State(_Options):
         return replace(self, labels=tuple(labels))
 
     def with_rest(self, row, position):
-        """A copy with the rest position (3,) of the grip `row` changed.
-
-        Raises
-        ------
-        ValueError
-            For regions and the mask.
-        """
+        """A copy with the rest position (3,) of the grip `row` changed; no region, no mask."""
         owner, rest = self.grips.owner[row], self.grips.rest.copy()
         rest[row] = position
         if owner == grips.POINT:

@@ -75,13 +75,7 @@ class View:
         ]
 
     def show(self, state, is_final):
-        """Deform the data of the next pictures.
-
-        Raises
-        ------
-        ValueError, TypeError, RuntimeError, MemoryError
-            If the state has no map, or the device fails.
-        """
+        """Deform the data of the next pictures; an error if the state has no map."""
         deformation = self._deformation_of(state)
         self.slices.regions = state.regions
         self.distortion.deformation = deformation

@@ -12,13 +12,9 @@ from vtk_mls.reference import reference_engine as reference
 
 
 def engine_for(name=None):
-    """The engine for `name`, the `device` of a `Deformation`.
+    """The engine for `name`, the `device` of a `Deformation`, or DeviceError.
 
     Without a name it is the numpy reference if no device works, with one warning.
-
-    Raises
-    ------
-    DeviceError
     """
     name = name or os.environ.get("VTK_MLS_DEVICE") or None
     if name == "reference":
@@ -47,20 +43,10 @@ def _chosen(name, process):
 def choose(name: str | None = None, is_checked: bool = True) -> devices.Device:
     """The device for `name`, which passed the check.
 
-    Devices are checked in the order of preference, and none after the first that passes.
-
-    Parameters
-    ----------
-    name : {"gpu", "cpu", "platform:device"}, optional
-        The default is the first GPU, else the fastest CPU driver. MPI processes take the GPUs of
-        their node in turn.
-    is_checked : bool, optional
-        Without it a device is chosen that has not failed a check yet, and none is checked now.
-
-    Raises
-    ------
-    NoDevice
-        If the device is missing or fails the check; it lists the devices found.
+    Names are "gpu", "cpu" and "platform:device". The default is the first GPU, else the fastest CPU
+    driver. MPI processes take the GPUs of their node in turn. Devices are checked in the order of
+    preference, and none after the first that passes; without `is_checked` none is, and those that
+    have failed are left out. NoDevice, if none is left, lists the devices found.
     """
     found, problem = devices.find()
     candidates = [device for device in found if device.key == name]

@@ -86,10 +86,6 @@ def write(
         Of NIfTI. "itk": intent code 1006 (displacement), vectors in RAS, as ITK 5.4 reads them.
         "ants": intent code 1007 (vector), vectors in LPS, as ANTs, nitransforms and any ITK read
         them. In other formats vectors are in LPS.
-
-    Raises
-    ------
-    OSError, ValueError
     """
     path = Path(path)
     line = formats.choose(path, "write a displacement field to", writes=(formats.FIELD,))
@@ -106,10 +102,7 @@ def check_convention(name: str) -> None:
 def read_volume(name: str, path: Path) -> Field:
     """Read a displacement field in the format of this name.
 
-    Raises
-    ------
-    OSError, ValueError
-        Also for other images, and for fields that move points.
+    Other images, and fields that move points, are a ValueError.
     """
     module, _ = _FORMATS[name]
     series = module.open_file(path)
@@ -141,10 +134,7 @@ def read_volume(name: str, path: Path) -> Field:
 def _content_in_ras(lines: tuple[str, ...]) -> str:
     """The content of a NIfTI file of NiftyReg or SPM; "" for displacements as of ITK and ANTs.
 
-    Raises
-    ------
-    ValueError
-        Saying what it is, if it is not displacements or positions.
+    ValueError, which says what it is, if it is not displacements or positions.
     """
     header = dict(line.split(": ", 1) for line in lines)
     intent, name = int(header["intent_code"]), header.get("intent_name", "").strip()

@@ -9,7 +9,7 @@ from __future__ import annotations
 import importlib
 import importlib.util
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -173,7 +173,9 @@ TABLE = (
     _field("NIfTI", ".nii.gz .nii", RAS, "NIFTI"),
     _field("NRRD", ".nrrd .nhdr", LPS, "NRRD"),
     _field("MetaImage", ".mha .mhd", LPS, "MetaImage"),
-    _itk("ITK", ".h5 .hdf5 .tfm .txt", (FIELD, AFFINE)),
+    _itk("ITK", ".h5 .hdf5", (FIELD, AFFINE)),
+    Format("ITK, matrices in text", ".tfm .txt", LPS, (FIELD, AFFINE), "itk_transforms.read_text"),
+    replace(_itk("ITK, text", ".tfm .txt", (FIELD, AFFINE)), reads=()),
     _itk("ITK, one affine transform", ".mat", (AFFINE,)),
     # meshes
     _mesh(
@@ -265,20 +267,10 @@ def find(path: Path, **contents: tuple[str, ...]) -> Format | None:
 
 
 def choose(path: Path, purpose: str, **contents: tuple[str, ...]) -> Format:
-    """The line for a file name.
+    """The line for a file name and contents as of `endings`.
 
-    Parameters
-    ----------
-    path : Path
-    purpose : str
-        For the error, such as "read a surface from".
-    **contents
-        As in `endings`.
-
-    Raises
-    ------
-    OSError, ValueError
-        If there is none, with the endings that are possible; or if it needs a package.
+    Errors (OSError, ValueError) have the purpose, such as "read a surface from", and the endings
+    that are possible; or say which package is needed.
     """
     line = find(path, **contents)
     if line is None and has_metadata(path):  # an image in an OME-Zarr

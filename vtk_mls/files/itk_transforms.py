@@ -1,5 +1,7 @@
 """ITK's transform files (.h5 .hdf5 .tfm .txt .mat), which SimpleITK reads and writes.
 
+Text with matrices alone, such as the linear transforms of 3D Slicer, is read without SimpleITK.
+
 Frame. ITK's points are in LPS, as here. Its transforms map a point of the output (the deformed
 space) to its source in the input: they are backward maps.
 
@@ -18,11 +20,14 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import importlib.util
 import os
 import re
+from functools import reduce
 
 import numpy as np
 
+from vtk_mls.base.errors import InputError
 from vtk_mls.base.grid import Grid
 from vtk_mls.base.linear_algebra import fitted_affine, transformed
 from vtk_mls.transforms.affine import Affine
@@ -30,6 +35,9 @@ from vtk_mls.transforms.chain import Chain
 from vtk_mls.transforms.field import Field
 
 _HDF5, _TEXT = (".h5", ".hdf5"), (".tfm", ".txt")
+_NAME = re.compile(r"^Transform: (\w+?)_(?:double|float)_3_3\s*$", re.M)
+_NUMBERS = re.compile(r"^(?:Fixed)?Parameters:([-+.eE\d\s]*?)$", re.M)
+_MATRICES = {"AffineTransform", "MatrixOffsetTransformBase"}  # a matrix, a translation; a center
 _MAX_LAST_LINE = 4096  # bytes
 _MAX_CONDITION = 1e4  # of an affine part
 _MAX_FITTED = 64  # points along an axis to which it is fitted
@@ -57,10 +65,37 @@ def read(path):
     return parts[0] if len(parts) == 1 else Chain(parts)
 
 
+def read_text(path):
+    """As `read`; only a file with other transforms than matrices needs SimpleITK."""
+    text = path.read_text(encoding="latin-1")
+    names = _NAME.findall(text)
+    members = names[names[:1] == ["CompositeTransform"] :]
+    numbers = [np.array(line.split(), float) for line in _NUMBERS.findall(text)]
+    sizes, is_known = [row.size for row in numbers], {*members} <= _MATRICES
+    if is_known and sizes == [12, 3] * len(members) and (len(members) == 1 or members != names):
+        return _affine(reduce(np.matmul, map(_matrix, numbers[::2], numbers[1::2]), np.eye(4)))
+    if importlib.util.find_spec("SimpleITK") is None:
+        raise InputError(
+            f"holds {', '.join(names) or 'no matrix'}, which needs the package SimpleITK: "
+            "pip install SimpleITK"
+        )
+    return read(path)
+
+
+def _matrix(parameters, center):
+    """The backward matrix (4, 4) of a linear transform: its matrix and translation, row by row."""
+    matrix, linear = np.eye(4), parameters[:9].reshape(3, 3)
+    matrix[:3, :3], matrix[:3, 3] = linear, center + parameters[9:] - linear @ center
+    return matrix
+
+
 def _parts(transform):
     """The transforms (Affine, Field) of SimpleITK's transform, in its order."""
     if transform.IsLinear():
-        return [_affine(transform)]
+        zero, axes, backward = (0.0, 0.0, 0.0), np.eye(3).tolist(), np.eye(4)
+        backward[:3, :3] = np.transpose([transform.TransformVector(axis, zero) for axis in axes])
+        backward[:3, 3] = transform.TransformPoint(zero)
+        return [_affine(backward)]
     transform = transform.Downcast()
     name = transform.GetName()
     if name == "DisplacementFieldTransform":
@@ -77,11 +112,8 @@ def _parts(transform):
     )
 
 
-def _affine(transform):
-    """The Affine of a linear transform."""
-    zero, axes, backward = (0.0, 0.0, 0.0), np.eye(3).tolist(), np.eye(4)
-    backward[:3, :3] = np.transpose([transform.TransformVector(axis, zero) for axis in axes])
-    backward[:3, 3] = transform.TransformPoint(zero)
+def _affine(backward):
+    """The Affine of a backward matrix (4, 4)."""
     if not np.isfinite(backward).all() or np.linalg.matrix_rank(backward[:3, :3]) < 3:
         raise ValueError(f"its matrix must be invertible, got {backward[:3, :3].tolist()}")
     return Affine(_inverse(backward))

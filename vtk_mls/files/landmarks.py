@@ -131,12 +131,8 @@ def paired(rest, deformed=None, between=(), pair_by=""):
     Returns
     -------
     Pairs
-        Without pairs that lack a position.
-
-    Raises
-    ------
-    ValueError
-        If labels or numbers of points differ, or no pair is left.
+        Without pairs that lack a position. ValueError if labels or numbers of points differ, or no
+        pair is left.
     """
     p, q, places = rest.positions, rest.partners, rest.places
     is_pair = rest.is_placed if q is None else rest.is_placed & np.isfinite(q).all(axis=1)

@@ -28,10 +28,11 @@ def read_transform(path: str | PathLike[str]) -> Affine | Field | Chain:
     Parameters
     ----------
     path : path
-        Of an ITK transform (.h5, .hdf5, .tfm, .txt, .mat), which needs SimpleITK: linear
-        transforms, displacement fields and composites of them. Or of a displacement field (.nii,
-        .nii.gz, .nrrd, .nhdr, .mha, .mhd), its vectors in LPS; in NIfTI with the intent code 1006
-        in RAS. Also displacements and positions of NiftyReg, positions of SPM (`y_*.nii`).
+        Of an ITK transform (.h5, .hdf5, .tfm, .txt, .mat): linear transforms, displacement fields
+        and composites of them. It needs SimpleITK, unless it is text with matrices alone. Or of a
+        displacement field (.nii, .nii.gz, .nrrd, .nhdr, .mha, .mhd), its vectors in LPS; in NIfTI
+        with the intent code 1006 in RAS. Also displacements and positions of NiftyReg, positions of
+        SPM (`y_*.nii`).
 
     Returns
     -------

@@ -57,7 +57,7 @@ def split_by_planes(
             middle = handles.positions[0 if in_rest_frame else 1].mean(axis=0)
             fixed = (middle - planes[0].height(middle) * planes[0].normal)[None]
             own = HandleSet.of(fixed, fixed, np.ones(1))
-        regions.append(Region(np.array(sides), ControlPoints(own, kind, extent, has_zero_mean)))
+        regions.append(Region(np.array(sides), ControlPoints.of(own, kind, extent, has_zero_mean)))
     return tuple(regions)
 
 

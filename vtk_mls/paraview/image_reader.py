@@ -23,16 +23,23 @@ class MLSImageReader(Algorithm):
 
     def __init__(self):
         super().__init__(nInputPorts=0, nOutputPorts=1, outputType="vtkImageData")
-        self._file_name, self._series, self._cached_image = "", None, CachedValue()
+        self._file_names, self._series, self._cached_image = (), None, CachedValue()
 
-    def SetFileName(self, name):
-        """An image, as of `io.read_dataset`; also one with a time axis."""
+    def AddFileName(self, name):
+        """An image, as of `io.read_dataset`; also one with a time axis.
+
+        Several images, as of a group of files in ParaView's file dialog, are time steps.
+        """
         self._series, self._cached_image = None, CachedValue()
-        self._set("_file_name", name or "")
+        self._set("_file_names", (*self._file_names, name or ""))
+
+    def ClearFileNames(self):
+        """Remove all images."""
+        self._set("_file_names", ())
 
     def GetFileName(self):
         """ParaView names the data after it."""
-        return self._file_name
+        return self._file_names[0] if self._file_names else ""
 
     def RequestInformation(self, request, inInfo, outInfo):
         info = outInfo.GetInformationObject(0)
@@ -52,15 +59,26 @@ class MLSImageReader(Algorithm):
         """Times, and a function that reads one by its index."""
         if self._series is None:
             try:
-                self._series = io.open_dataset(self._file_name)
+                files = [io.open_dataset(name) for name in self._file_names or ("",)]
             except OSError as error:
                 raise ValueError(f"`FileName`: {error}") from error
+            self._series = files[0] if len(files) == 1 else _as_steps(files)
         return self._series
 
     def _image(self, info):
         times, read = self._opened()
         index = step_at(times, pipeline.requested_time(info))
         return self._cached_image.of(index, lambda: along_world_axes(read(index)))
+
+
+def _as_steps(files):
+    """Files of one time step each as one of several, at the times 0, 1, ..."""
+    if any(len(times) > 1 for times, _ in files):
+        raise ValueError(
+            "`FileName`: files that are opened together are the steps of a series, and one of them "
+            "has several steps itself; open it alone"
+        )
+    return tuple(range(len(files))), lambda index: files[index][1](0)
 
 
 def along_world_axes(image):

@@ -6,27 +6,33 @@ import numpy as np
 from vtkmodules.vtkCommonCore import vtkOutputWindow
 from vtkmodules.vtkCommonDataModel import vtkDataSet, vtkImageData
 
-from vtk_mls.filters import parallel
+from vtk_mls.filters import parallel, pipeline
 from vtk_mls.filters.deforming_filter import input_dataset
 from vtk_mls.queries import arrival
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 
 _MIN_CONTRAST = 0.1  # of material to the background, as a fraction of the range of values
-_MIN_SHARE = 0.01  # of the material
+_MIN_SHARE = 0.02  # of the material
 _SAMPLES = 24  # along each axis of an image; their third power of a mesh
 
 
 class NotesLosses:
-    """A deforming filter that says once that the map folds, or that an image loses material."""
+    """A deforming filter that says once that the map folds, or that an image loses material.
 
-    _noted = frozenset()  # at the last update: an animation repeats no line
+    While time goes on, as in an animation, it says nothing.
+    """
+
+    _noted, _noted_time = frozenset(), None  # what it said last, and the time of the last update
 
     def RequestData(self, request, inInfo, outInfo):
         result = super().RequestData(request, inInfo, outInfo)
         output = vtkDataSet.GetData(outInfo)
-        is_whole = not parallel.is_parallel() and not self.is_among_blocks()
-        if is_whole and output.GetNumberOfPoints() > 0:
+        time = pipeline.requested_time(outInfo.GetInformationObject(0))
+        is_playing = self._noted_time not in (None, time)
+        self._noted_time = time
+        is_part = parallel.is_parallel() or self.is_among_blocks()
+        if not is_playing and not is_part and output.GetNumberOfPoints() > 0:
             notes = dict(self._notes(inInfo, output))
             for kind, sentence in notes.items():
                 if kind not in self._noted:

@@ -165,7 +165,8 @@ _DEFORMED_CONTROL_POINTS = data_input(
     "vtkPointSet",
     """The dataset of the input ControlPoints, moved (optional), for example by a Transform: its
     points, paired with those by their numbers, are q, instead of a displacement array. With
-    HandleShapes cells, a closed surface and its Transform are a rigid region.""",
+    HandleShapes cells, a closed surface and its Transform, which must not scale (untick Scaling in
+    its panel), are a rigid region.""",
     hints=[shown_when("ControlPoints", None, inverse=1)],
 )
 
@@ -174,7 +175,8 @@ _CUTS = data_input(
     2,
     "vtkPolyData",
     """Surfaces to cut along (optional): the polygons of each input, for example of the sources
-    Plane and Disk. Each input and each connected part of it is a cut.""",
+    Plane and Disk. Each input and each connected part of it is a cut. Change Input (right click on
+    the filter) connects several.""",
     hints=[],
     command="AddInputConnection",
     multiple_input=1,
@@ -394,7 +396,16 @@ IMAGE_READER = [
         these."""
     ),
     _TIMES,
-    vector("String", "FileName", "", "The file.", xml("FileListDomain", name="files")),
+    vector(
+        "String",
+        "FileName",
+        "",
+        "The file. Several files are the time steps of a series.",
+        xml("FileListDomain", name="files"),
+        command="AddFileName",
+        clean_command="ClearFileNames",
+        repeat_command=1,
+    ),
     xml(
         "Hints",
         xml(

@@ -16,6 +16,7 @@ import tempfile
 import threading
 from contextlib import ExitStack, suppress
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 
 from vtk_mls.base import child_process, lazy
@@ -56,14 +57,7 @@ _lock = threading.RLock()
 
 
 def results(found: list[devices.Device], recheck: bool = False) -> list[Result]:
-    """The result for each device; devices without one are checked now.
-
-    Parameters
-    ----------
-    found : list of Device
-    recheck : bool, optional
-        Check all of them again.
-    """
+    """The result for each device. Those without one are checked now; all are, to `recheck`."""
     with _lock:
         for name, device in {_file_name(device): device for device in found}.items():
             if recheck or cached_result(device) is None:
@@ -148,26 +142,16 @@ def _check(device):
 def _compare(device):
     """Compare kernels on a device with the reference.
 
-    Raises
-    ------
-    ValueError
-        If the device fails.
-    TimeoutError
-        If a child hangs.
-    OSError
-        If a child fails for reasons other than the device.
+    ValueError if the device fails, TimeoutError if a child hangs, OSError if a child fails for
+    reasons other than the device.
     """
     environment = {k: v for k, v in os.environ.items() if not _MPI_VARIABLES.match(k)}
     # Standard input is not free: pvpython reads it.
     streams = {"stdin": subprocess.DEVNULL, "stderr": subprocess.STDOUT, "env": environment}
     with tempfile.TemporaryFile("w+", errors="replace") as output, ExitStack() as stack:
-        children = [
-            stack.enter_context(
-                child_process.started(_CHECK, description(device), part, stdout=output, **streams)
-            )
-            for part in range(PARTS)
-        ]
-        for child, folder in children:
+        start = partial(child_process.started, _CHECK, description(device), stdout=output)
+        starts = [start(part, **streams) for part in range(PARTS)]
+        for child, folder in [stack.enter_context(start) for start in starts]:
             status = _status(child, folder)
             if status:
                 output.seek(0)
@@ -180,16 +164,11 @@ def _status(child, folder):
     while True:
         with suppress(subprocess.TimeoutExpired):
             return child.wait(INTERVAL)
-        before, used = used, _seconds(folder)
+        path = folder / SECONDS
+        lines = path.read_text().split() if path.exists() else []
+        before, used = used, float([0, *lines][-1])
         if not before + MIN_SECONDS <= used <= MAX_SECONDS:
             raise TimeoutError(f"no result after {used:.0f} s of processor time")
-
-
-def _seconds(folder):
-    """The processor time that a child has used: the last complete line of its file."""
-    path = folder / SECONDS
-    lines = path.read_text().split("\n")[:-1] if path.exists() else []
-    return float(lines[-1]) if lines else 0.0
 
 
 def _failure(status, folder, last_line):

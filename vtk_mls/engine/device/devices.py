@@ -117,10 +117,7 @@ def _process_on_node():
 def find() -> tuple[list[Device], str]:
     """All OpenCL devices, and the reason if the list is empty.
 
-    Raises
-    ------
-    DeviceError
-        In a fork of a process that has used OpenCL.
+    DeviceError in a fork of a process that has used OpenCL.
     """
     if _loaded_in not in (None, os.getpid()):
         raise DeviceError(
@@ -157,12 +154,7 @@ def _listed():
 
 
 def _pyopencl():
-    """The module pyopencl, with writable caches.
-
-    Raises
-    ------
-    ImportError
-    """
+    """The module pyopencl, with writable caches, or ImportError."""
     caches.folder()
     # otherwise pyopencl raises after a failure of its cache
     os.environ.setdefault("PYOPENCL_CACHE_FAILURE_FATAL", "")
@@ -200,10 +192,7 @@ def _device(key, platform, handle):
 def context(device: Device):
     """The context of `device` alone. It is cached: a queue of Intel's runtime does not own it.
 
-    Raises
-    ------
-    DeviceError
-        If another driver has a context, and a process can use only one of both.
+    DeviceError if another driver has a context, and a process can use only one of both.
     """
     import pyopencl as cl
 
@@ -244,12 +233,7 @@ def queue(device: Device):
 
 @contextlib.contextmanager
 def driver_errors(device: Device):
-    """Turns errors of the driver into a DeviceError.
-
-    Raises
-    ------
-    OutOfDeviceMemory, DeviceError
-    """
+    """Turns errors of the driver into a DeviceError or OutOfDeviceMemory."""
     import pyopencl as cl
 
     try:
@@ -268,10 +252,7 @@ def driver_errors(device: Device):
 def kernel(device: Device, name: str, constants: tuple[tuple[str, object], ...]):
     """The kernel `name` of the file `name`.cl, built once for `device` with macros `constants`.
 
-    Raises
-    ------
-    DeviceError
-        With the errors of the compiler.
+    A DeviceError has the errors of the compiler.
     """
     inform("Building OpenCL kernels", logged=False)
     text = source(f"{name}.cl", constants)

@@ -8,7 +8,7 @@ few points the cubic terms), and finds the local frame in which coordinates are 
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from vtk_mls.model.kinds.kind import Kind
 _COINCIDENT = 1e-12
 
 
-@dataclass(frozen=True, eq=False, init=False)
+@dataclass(frozen=True, eq=False)
 class ControlPoints:
     """Distinct control points with their local frame, for a kind of map.
 
@@ -42,22 +42,26 @@ class ControlPoints:
     mean_displacement: np.ndarray
     _steps: tuple[ControlPoints, ...] = field(default=(), init=False)
 
-    def __init__(self, handles, kind, extent, has_zero_mean=False):
+    @classmethod
+    def of(cls, handles, kind, extent, has_zero_mean=False):
+        """The control points of a `HandleSet`."""
         handles = _merged(handles)
         rest, deformed = handles.positions
         center = deformed.mean(axis=0)
         size = np.abs(deformed - center).max()
         scale = float(size if size > _COINCIDENT * extent else extent)
         mean = np.zeros(3) if has_zero_mean else (rest - deformed).mean(axis=0)
-        freeze(
-            self,
-            handles=handles,
-            kind=kind,
-            has_zero_mean=has_zero_mean,
-            center=center,
-            scale=scale,
-            mean_displacement=mean,
-        )
+        return cls(handles, kind, has_zero_mean, center, scale, mean)
+
+    @property
+    def positions(self) -> tuple[np.ndarray, np.ndarray]:
+        """Those of `HandleSet`."""
+        return self.handles.positions
+
+    @functools.cached_property
+    def determined(self) -> object:
+        """The part of the map that the control points determine."""
+        return self.kind.determined(self)
 
     @property
     def rest(self) -> np.ndarray:
@@ -77,38 +81,16 @@ class ControlPoints:
     @property
     def swapped(self) -> ControlPoints:
         """The control points with p and q swapped."""
-        return ControlPoints(self.handles.swapped, self.kind, self.scale, self.has_zero_mean)
+        return ControlPoints.of(self.handles.swapped, self.kind, self.scale, self.has_zero_mean)
 
     def steps(self, count: int) -> tuple[ControlPoints, ...]:
         """The steps along the path, in the local frame of the whole; only with `has_zero_mean`."""
         if count == 1:
             return (self,)
         if len(self._steps) != count:
-            freeze(self, _steps=tuple(map(self._step, handle_paths.steps(self.handles, count))))
+            steps = handle_paths.steps(self.handles, count)
+            freeze(self, _steps=tuple(replace(self, handles=step) for step in steps))
         return self._steps
-
-    def _step(self, handles):
-        step = object.__new__(ControlPoints)
-        freeze(
-            step,
-            handles=handles,
-            kind=self.kind,
-            has_zero_mean=True,
-            center=self.center,
-            scale=self.scale,
-            mean_displacement=self.mean_displacement,
-        )
-        return step
-
-    @property
-    def positions(self) -> tuple[np.ndarray, np.ndarray]:
-        """Those of `HandleSet`."""
-        return self.handles.positions
-
-    @functools.cached_property
-    def determined(self):
-        """The part of the map that the control points determine."""
-        return self.kind.determined(self)
 
     @functools.cached_property
     def affine(self) -> tuple[np.ndarray, np.ndarray]:
