@@ -29,6 +29,14 @@ needs_device = pytest.mark.skipif(
 )
 
 
+@pytest.fixture(autouse=True)
+def no_choice():
+    """As in a process that has chosen no device."""
+    dispatch._chosen.cache_clear()
+    yield
+    dispatch._chosen.cache_clear()
+
+
 @pytest.fixture
 def found(monkeypatch):
     """Replace the devices of the machine and the results of their checks, good unless given."""
