@@ -177,7 +177,11 @@ def report(
         rows = _sample(len(pairs))
         shape = Shape.of(pairs)
         found, is_outlier, predicted = _agreed(pairs, shape, choosing)
-        baseline = {n: float(np.median(_errors(pairs, rows, s))) for n, s in BASELINE.items()}
+        extent = shape.extents[0]
+        baseline = {
+            kind: float(np.median(_errors(pairs, rows, settings.one_map(kind, extent))))
+            for kind in BASELINE
+        }
         tried = {s: float(np.median(size)) for s, (_, size) in found.items()}
         best, deformation, is_sensible = _best(pairs, rows, tried, found, shape, device)
         error = _errors(pairs, np.arange(len(pairs)), best, finding)

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-_WHOLE_SMOOTHING = 100.0  # extents of the pairs, with which all weigh alike to 1e-4
+# Smoothings in extents of the pairs, with which all weigh alike to 1e-4, and to 1e-12.
+_WHOLE_SMOOTHING, _EXACTLY_WHOLE = 100.0, 1e6
 
 
 @dataclass(frozen=True)
@@ -48,6 +49,11 @@ class Settings:
 
 
 BASELINE = {kind: Settings(kind, None, 0.0) for kind in ("rigid", "affine")}
+
+
+def one_map(kind: str, extent: float) -> Settings:
+    """Settings with which a map of `BASELINE` is computed."""
+    return Settings(kind, None, 1.0, _EXACTLY_WHOLE * extent)
 
 
 def whole_motions(extent: float) -> list[Settings]:
