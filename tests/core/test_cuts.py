@@ -41,7 +41,7 @@ def shortest(cut, v, q):
         (
             lambda: HalfPlane((0, 0, 0), (0, 0, 1), (0, 0, -3)),
             ValueError,
-            "`inward` must not be parallel to `normal`",
+            "`inward` must not be parallel to the normal",
         ),
         (lambda: Surface([(0, 0, 0)], [(0, 0, 1)]), ValueError, "`triangles` must be rows of"),
         (

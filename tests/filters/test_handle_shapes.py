@@ -60,6 +60,18 @@ def test_overlapping_bones_are_reported_once(messages):
     messages.assert_none()
 
 
+@pytest.mark.parametrize(("radius", "is_reported"), [(1, True), (1.1, False)])
+def test_equal_bones_that_change_places_are_reported(radius, is_reported, messages):
+    """Copies that were appended in another order look so."""
+    moves = ((-3, 1, 3), (0, radius, -3), (3, 1, 0))  # x, radius, motion
+    bones = [moved(ball((x, 0, 0), r), transform(0, move=(move, 0, 0))) for x, r, move in moves]
+    update(deforming(joined(*bones)))
+    if is_reported:
+        messages.assert_one("MLSDeform: rigid regions 0 and 1 have the same shape, and are moved")
+    else:
+        messages.assert_none()
+
+
 def test_a_curve_is_carried_along_its_whole_length(device):
     """Between its nodes, too, where they turn by 90 degrees."""
     nodes = np.array([(-3, 0, 0), (0, 0, 0), (3, 0, 0)], float)

@@ -110,7 +110,7 @@ def check_errors(deform, values):
     half = simple.Clip(Input=simple.Sphere(Radius=3.0))
     opened = simple.ExtractSurface(Input=half)
     for inputs, sentence in (
-        ((opened, opened), "`ControlPoints`, surface 0, is no rigid region"),
+        ((opened, opened), "`Control Points`, surface 0, is no rigid region"),
         ((closed, opened), "`DeformedControlPoints` must have a point for each of the"),
         ((None, moved), "`DeformedControlPoints` is what `ControlPoints` is, moved"),
     ):
@@ -145,3 +145,10 @@ assert loaded.HandleShapes == "cells"
 assert (list(loaded.MaskBall), list(loaded.FixedPlanes)) == (BALL, PLANE)
 np.testing.assert_array_equal(array(data(loaded), "RTData"), values)
 check_errors(loaded, values)
+
+# Equal bones whose copies are appended in another order.
+scene = build()
+scene.deformed.Input = [scene.moved[1], scene.moved[0], scene.moved_parts[2]]
+with output_messages() as text:
+    data(scene.deform)
+assert text[0].count("MLSDeform: rigid regions 0 and 1 have the same shape, and are moved") == 1

@@ -60,18 +60,23 @@ def check(visible, changed, name, bad, word, meanwhile=()):
 
 
 MAP = [  # of both filters
-    ("Kind", "elastic", "`kind`"),
-    ("Alpha", -3.0, "`alpha`"),
+    ("Kind", "elastic", "`Kind`"),
+    ("Alpha", -3.0, "`Locality (alpha)`"),
+    (
+        "Steps",
+        -3,
+        "`Steps (0 prevents folds)` must be an integer from 1 to 256, or 0 for automatic",
+    ),
     ("Device", "9:9", "`9:9`"),
-    ("DeformedPoints", [1.0, 2.0, 3.0], "`DeformedPoints`"),
-    ("CutType", "cube", "`CutType`"),
-    ("CutNormal", [0.0, 0.0, 0.0], "`normal`", [("CutType", "plane")]),
+    ("DeformedPoints", [1.0, 2.0, 3.0], "`Deformed Points`"),
+    ("CutType", "cube", "`Cut Type`"),
+    ("CutNormal", [0.0, 0.0, 0.0], "`Cut Normal`", [("CutType", "plane")]),
 ]
 OF_IMAGES = [
     ("Interpolation", "sharp", "`Interpolation`"),
     ("LabelArrays", ["Bone"], "`Bone`"),
     ("GradientArray", "Density", "`Density`"),
-    ("OutputDimensions", [3, 0, 3], "`dimensions`", [("OutputGrid", "given")]),
+    ("OutputDimensions", [3, 0, 3], "`Output Dimensions`", [("OutputGrid", "given")]),
 ]
 
 sphere = simple.Sphere()
@@ -99,7 +104,7 @@ for source in (sphere, wavelet):
     display.SetRepresentationType("Surface")
     simple.ColorBy(display, ("POINTS", "BackwardDisplacement"))
     simple.ResetCamera(view)
-    own = [("SampleDimensions", [0, 1, 2], "`SampleDimensions`")] if source is sphere else []
+    own = [("SampleDimensions", [0, 1, 2], "`Sample Dimensions`")] if source is sphere else []
     for name, bad, word, *meanwhile in [*MAP, *own]:
         check(field, field, name, bad, word, *meanwhile)
     simple.Delete(field)
@@ -114,7 +119,7 @@ with tempfile.TemporaryDirectory() as folder:
     simple.ResetCamera(view)
     OWN = [
         ("Mode", "random", "`Mode`"),
-        ("DeformedPoints", [1.0, 2.0, 3.0], "`DeformedPoints`"),
+        ("DeformedPoints", [1.0, 2.0, 3.0], "`Deformed Points`"),
         ("Weights", [1.0, 2.0], "`Weights`"),
     ]
     for name, bad, word in OWN:
@@ -123,20 +128,20 @@ with tempfile.TemporaryDirectory() as folder:
     deform = simple.MLSDeform(Input=wavelet, ControlPoints=handles)
     simple.Hide(handles, view)
     simple.Show(deform, view).SetRepresentationType("Surface")
-    for name, bad, word in [*OWN, ("DeformedPoints", [np.nan] * 24, "`deformed`")]:
+    for name, bad, word in [*OWN, ("DeformedPoints", [np.nan] * 24, "`Control Points`")]:
         check(deform, handles, name, bad, word)
     below = simple.MLSDeform(Input=deform)
     drag(below)
     simple.Hide(deform, view)
     simple.Show(below, view).SetRepresentationType("Surface")
-    check(below, deform, "Alpha", -3.0, "`alpha`")
+    check(below, deform, "Alpha", -3.0, "`Locality (alpha)`")
     check(below, handles, "Mode", "random", "`Mode`")
     for proxy in (below, deform):
         simple.Delete(proxy)
     simple.Show(handles, view)
     handles.DeformedPoints = []
     lattice = [("Mode", "lattice")]
-    check(handles, handles, "LatticeDimensions", [2, 0, 1], "`LatticeDimensions`", lattice)
+    check(handles, handles, "LatticeDimensions", [2, 0, 1], "`Lattice Dimensions`", lattice)
     check(handles, handles, "Bounds", [1, -1, 0, 1, 0, 1], "`Bounds`", lattice)
     handles.FileName = str(file)
     check(

@@ -57,7 +57,7 @@ def test_harness_can_fail(start):
         gui.run(SETUP)
         assert noise(gui) == []
         gui.run("simple.MLSDeform(Input=wavelet, Alpha=-1.0).UpdatePipeline()")
-        assert any("`alpha`" in line for line in noise(gui))
+        assert any("`Locality (alpha)`" in line for line in noise(gui))
 
 
 def test_drag_apply_undo_and_save(gui, paraview, display):

@@ -66,9 +66,10 @@ class Grid:
             first=(0, 0, 0),
         )
         if abs(np.linalg.det(self.direction)) < 1e-9 or not self.spacing.all():
-            raise ValueError(
-                "`spacing` must not be zero and `direction` must be invertible, "
-                f"got {self.spacing.tolist()} and {self.direction.tolist()}"
+            raise InputError(
+                "must not be zero and `direction` must be invertible, "
+                f"got {self.spacing.tolist()} and {self.direction.tolist()}",
+                argument="spacing",
             )
 
     def part(self, first: Iterable[int], dimensions: ArrayLike) -> Grid:
@@ -176,9 +177,9 @@ def _positive_integers(dimensions):
     values = as_float("dimensions", dimensions, "three positive integers (nx, ny, nz)")
     is_valid = (values >= 1) & (values % 1 == 0) & (values < 2**62)
     if values.shape != (3,) or not is_valid.all():
-        raise ValueError(
-            "`dimensions` must be three positive integers (nx, ny, nz), "
-            f"got {short_repr(dimensions)}"
+        raise InputError(
+            f"must be three positive integers (nx, ny, nz), got {short_repr(dimensions)}",
+            argument="dimensions",
         )
     return tuple(int(n) for n in values)
 

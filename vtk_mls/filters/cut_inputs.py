@@ -6,6 +6,7 @@ import numpy as np
 from vtkmodules.vtkFiltersCore import vtkCleanPolyData, vtkPolyDataConnectivityFilter
 
 from vtk_mls import Surface
+from vtk_mls.base.errors import InputError
 from vtk_mls.filters.property_tables import CUT_FIELDS, CUT_TYPE
 from vtk_mls.model.cuts import BY_NUMBERS
 from vtk_mls.vtk import arrays
@@ -28,9 +29,8 @@ def own_cuts(name, *values):
     shape = BY_NUMBERS[name]
     try:
         return (shape(*values),)
-    except (TypeError, ValueError) as error:
-        names = " and ".join(f"`{CUT_FIELDS[field.name].name}`" for field in shape.fields)
-        raise ValueError(f"the {name} by {names} is not one: {error}") from error
+    except InputError as error:
+        raise InputError(error.predicate, argument=CUT_FIELDS[error.argument].name) from error
 
 
 def surfaces(polydata):

@@ -16,6 +16,7 @@ from vtkmodules.vtkCommonDataModel import (
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandDrivenPipeline
 
 from vtk_mls import Grid, Sampling
+from vtk_mls.base.errors import InputError
 from vtk_mls.base.sampling import AUTOMATIC
 from vtk_mls.filters import gradients, initial_transforms, pipeline, property_tables, warping
 from vtk_mls.filters.algorithm import CachedValue
@@ -362,8 +363,9 @@ class MLSDeform(ReferenceInput, DeformingFilter):
         axes = self.GetOutputDimensions(), self.GetOutputOrigin(), self.GetOutputSpacing()
         try:
             grid = Grid(*axes, np.reshape(source.direction, (3, 3)))
-        except (TypeError, ValueError) as error:
-            raise ValueError(f"the given output grid is not one: {error}") from error
+        except InputError as error:
+            name = f"Output{error.argument.capitalize()}"
+            raise InputError(error.predicate, argument=name) from error
         return ImageGeometry.of_grid(grid)
 
     def _check(self, dataset):

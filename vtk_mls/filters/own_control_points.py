@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from vtk_mls.base.errors import InputError
 from vtk_mls.base.validation import as_float, short_repr
 
 
@@ -26,9 +27,10 @@ class OwnControlPoints:
         }
         for name, values in listed.items():
             if len(values) not in (0, len(rest)):
-                raise ValueError(
-                    f"`{name}` must be none or one for each of the {len(rest)} rest points, "
-                    f"got {len(values)}"
+                raise InputError(
+                    f"must be none or one for each of the {len(rest)} rest points, "
+                    f"got {len(values)}",
+                    argument=name,
                 )
         if len(listed["DeformedPoints"]):
             deformed = listed["DeformedPoints"]
@@ -43,4 +45,4 @@ def as_float_rows(name, values, row):
         return as_float(name, values).reshape(len(values), *row)
     except (TypeError, ValueError):
         expected = f"rows of {row[0]} numbers" if row else "numbers"
-        raise ValueError(f"`{name}` must be {expected}, got {short_repr(values)}") from None
+        raise InputError(f"must be {expected}, got {short_repr(values)}", argument=name) from None

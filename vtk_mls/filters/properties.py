@@ -11,8 +11,9 @@ import textwrap
 from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass, field
 
+from vtk_mls.base.errors import InputError
 from vtk_mls.base.grid import Grid
-from vtk_mls.base.validation import short_repr
+from vtk_mls.base.validation import choice, short_repr
 
 _WIDTH = 88  # of docstrings; those of stubs are indented further
 
@@ -49,6 +50,11 @@ class Property:
     def singular(self):
         """The name of one element of a list."""
         return self.name.removesuffix("s")
+
+    @property
+    def label(self):
+        """In ParaView's panel."""
+        return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", self.name)
 
     @property
     def initial(self):
@@ -156,9 +162,9 @@ class Dimensions(Vector):
         try:
             return Grid(dimensions).dimensions
         except (TypeError, ValueError):
-            raise ValueError(
-                f"`{self.name}` must be three positive integers (nx, ny, nz), "
-                f"got {short_repr(dimensions)}"
+            raise InputError(
+                f"must be three positive integers (nx, ny, nz), got {short_repr(dimensions)}",
+                argument=self.name,
             ) from None
 
 
@@ -175,11 +181,7 @@ class Choice(Property):
 
     def checked(self, algorithm):
         """The value; an error if it is not one of the choices."""
-        choice = getattr(algorithm, self.attribute)
-        if choice not in self.choices:
-            listed = ", ".join(self.choices)
-            raise ValueError(f"`{self.name}` must be one of {listed}, got {short_repr(choice)}")
-        return choice
+        return choice(self.name, getattr(algorithm, self.attribute), self.choices)
 
 
 @dataclass(frozen=True)

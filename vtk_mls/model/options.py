@@ -160,7 +160,7 @@ OPTIONS = (
         more="`Deformation.steps_used` and `smallest_determinant` report what was found there.",
         spellings={"auto": 0},
         is_valid=lambda steps: steps in range(MAX_STEPS + 1),
-        expected='an integer from 1 to 256, or "auto"',
+        expected="an integer from 1 to 256, or 0 for automatic steps",
     ),
     Option(
         "blend",

@@ -211,6 +211,23 @@ def _group(props, label, *hints, **attributes):
     return xml("PropertyGroup", *names, *hints, label=label, **attributes)
 
 
+_TITLED, _TITLED_OF_CUTS = ("alpha", "steps"), ("nu",)
+
+
+def names_in_errors(table, has_control_points):
+    """Labels of the properties of a table, by the names of properties and arguments.
+
+    `has_control_points` is whether the input ControlPoints is connected.
+    """
+    names = {"DeformedControlPoints": "`Deformed Control Points`"}
+    for prop in table:
+        option = prop.option.removesuffix("_points")  # rest, deformed
+        label = options.named(option).label if option in _TITLED + _TITLED_OF_CUTS else prop.label
+        names |= dict.fromkeys((prop.name, option), f"`{label}`")
+    points = ("ControlPoints", *("rest", "deformed", "weights") * bool(has_control_points))
+    return names | dict.fromkeys(points, "`Control Points`")
+
+
 def _titled(name):
     """The property of an option under the label of the option.
 
@@ -240,7 +257,7 @@ _CUT = [
         panel_widget="InteractivePlane",
     ),
     *elements((*_MORE, *tables.CUT_OPTIONS)),
-    _titled("nu"),
+    *map(_titled, _TITLED_OF_CUTS),
 ]
 
 _LIVE = check_box(
@@ -265,7 +282,7 @@ def _filter_panel(description, inputs, middle, *properties):
     return [
         documentation(description, short_help=MOUSE_HELP),
         *elements(tables.MAP),
-        *map(_titled, ("alpha", "steps")),
+        *map(_titled, _TITLED),
         element(tables.CUT_TYPE),
         input_property,
         _CONTROL_POINTS,

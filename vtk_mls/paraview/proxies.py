@@ -8,6 +8,7 @@ from __future__ import annotations
 from paraview.util.vtkAlgorithm import smhint, smproperty, smproxy
 
 from vtk_mls import filters
+from vtk_mls.base.errors import InputError
 from vtk_mls.paraview import image_reader, panels
 from vtk_mls.paraview.frame_check import frame_mismatch, producers
 from vtk_mls.paraview.losses import NotesLosses
@@ -43,6 +44,9 @@ class _Recovers:
 
     def _fail(self, out_info, error):
         self._empty(out_info)
+        if isinstance(error, InputError):
+            is_connected = self.GetNumberOfInputPorts() > 1 and self.GetNumberOfInputConnections(1)
+            error = error.renamed(panels.names_in_errors(self.PROPERTIES, is_connected))
         failure = self.GetExecutive().GetPipelineMTime(), str(error)
         if failure != self._failure and not any(map(_has_failed, producers(self))):
             self._report(error)

@@ -1,12 +1,15 @@
-"""Warnings about handles: those that limits keep from their places, and overlapping regions."""
+"""Warnings about handles: kept from their places, overlapping, or in each other's places."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from vtk_mls.model.handles.region import RegionHandle
+from vtk_mls.model.handles.rigid_motion import fitted_motion
+from vtk_mls.model.handles.shapes import Solid
 
 _MAX_MISS = 1e-4  # largest miss of a handle that is met, as a fraction of the extent of all
+_SAME_SHAPE = 1e-4  # largest distance of points of equal surfaces, as a fraction of the size
 _SAMPLES = 8  # along each axis of the bounds of a region
 _MAX_PAIRS = 5  # in a sentence
 
@@ -14,7 +17,7 @@ _MAX_PAIRS = 5  # in a sentence
 def handle_warnings(deformation, has_overlap=True):
     """Sentences, without a capital and a full stop, about the handles of a Deformation."""
     overlap = overlap_warnings(deformation) if has_overlap else []
-    return [*_held_handles(deformation), *overlap]
+    return [*_held_handles(deformation), *overlap, *_exchanged_regions(deformation)]
 
 
 def _held_handles(deformation):
@@ -34,6 +37,34 @@ def _held_handles(deformation):
             f"{is_missed.sum()} of {len(is_missed)} handles are not met, by up to "
             f"{misses.max():.3g}, because the mask or a face holds them"
         )
+
+
+def _exchanged_regions(deformation):
+    """A sentence about surfaces of the same shape that are moved to each other's places."""
+    handles = [handle for handle in deformation.handles if isinstance(handle, RegionHandle)]
+    regions = [region for region in handles if isinstance(region.shape, Solid)]
+    if len(regions) < 2:
+        return
+    rest, moved = np.swapaxes([region.center for region in regions], 0, 1)
+    nearest = np.linalg.norm(moved[:, None] - rest, axis=2).argmin(axis=1)
+    rows = np.arange(len(regions))
+    for _ in regions:  # rows that are not in a cycle drop out
+        rows = np.unique(nearest[rows])
+    rows = [i for i in rows if nearest[i] != i and _are_equal(regions[i], regions[nearest[i]])]
+    if rows:
+        numbers = " and ".join(str(handles.index(regions[i])) for i in rows)
+        yield (
+            f"rigid regions {numbers} have the same shape, and are moved to each other's places; "
+            "if they are not to be, append the moved surfaces in the order of the others"
+        )
+
+
+def _are_equal(region, other):
+    """Whether surfaces have the same points, by their numbers, but for a motion."""
+    points, others = region.shape.points, other.shape.points
+    if points.shape != others.shape:
+        return False
+    return fitted_motion(points, others)[1] <= _SAME_SHAPE * np.ptp(points, axis=0).max()
 
 
 def _handle_positions(deformation):

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from vtk_mls.base.errors import InputError
 from vtk_mls.base.linear_algebra import dots, unit
 from vtk_mls.base.validation import freeze, vector
 from vtk_mls.model.cuts.cut import Obstacle, direction
@@ -61,8 +62,9 @@ class HalfPlane(Obstacle):
         n, along = direction("normal", normal), direction("inward", inward)
         across = along - (along @ n) * n
         if np.linalg.norm(across) < 1e-6:
-            raise ValueError(
-                f"`inward` must not be parallel to `normal`, got {inward!r} and {normal!r}"
+            raise InputError(
+                f"must not be parallel to the normal, got {inward!r} and {normal!r}",
+                argument="inward",
             )
         across = across / np.linalg.norm(across)
         freeze(
