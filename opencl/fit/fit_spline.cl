@@ -23,12 +23,9 @@ typedef struct {
 
 // Value i of the table, in the digits of the sums.
 inline SUM spline_value(const map_t *map, int i) {
-#ifdef USE_FP64
   const int count = SPLINE_AFFINE + SPLINE_TERM * map->params.count;
-  return (SUM)map->kind_table[i] + (SUM)map->kind_table[count + i];
-#else
-  return map->kind_table[i];
-#endif
+  const SUM value = map->kind_table[i];
+  return sizeof(SUM) > sizeof(float) ? value + map->kind_table[count + i] : value;
 }
 
 inline spline_vec spline_point(vec v) { return (spline_vec){TO_SUM(v.x), TO_SUM(v.y), TO_SUM(v.z)}; }
@@ -76,24 +73,16 @@ inline sum_t spline_log(sum_t x) {
 
 // phi(r) by the square of r.
 inline sum_t spline_phi(sum_t square) {
-#if ORDER == 1
-  return -square * spline_rsqrt(square);
-#elif ORDER == 2
-  return (SUM)0.5f * square * spline_log(square);
-#else
-  return square * square * spline_rsqrt(square);
-#endif
+  if (ORDER == 2) return (SUM)0.5f * square * spline_log(square);
+  const sum_t r = square * spline_rsqrt(square);
+  return ORDER == 1 ? -r : square * r;
 }
 
 // phi'(r) / r; 0 in the cone of r.
 inline sum_t spline_slope(sum_t square) {
-#if ORDER == 1
-  return square > 0 ? -spline_rsqrt(square) : (sum_t)(0);
-#elif ORDER == 2
-  return square > 0 ? spline_log(square) + 1 : (sum_t)(0);
-#else
+  if (ORDER == 1) return square > 0 ? -spline_rsqrt(square) : (sum_t)(0);
+  if (ORDER == 2) return square > 0 ? spline_log(square) + 1 : (sum_t)(0);
   return 3 * square * spline_rsqrt(square);
-#endif
 }
 
 // G(v) - v - mean displacement.

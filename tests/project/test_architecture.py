@@ -113,8 +113,8 @@ def test_the_house_stays_small():
     assert len([*PACKAGE.glob("*.py")]) <= 6
     assert len(ROOMS) <= 23
     assert floors() <= 14
-    assert lines(PACKAGE, KERNELS) <= 51_850
-    assert lines(PACKAGE.parent / "tests", endings=(".py",)) <= 45_900
+    assert lines(PACKAGE, KERNELS) <= 52_400
+    assert lines(PACKAGE.parent / "tests", endings=(".py",)) <= 46_400
     conditionals = [
         conditional for file in texts(KERNELS) for conditional in CONDITIONAL.findall(file)
     ]
