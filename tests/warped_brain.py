@@ -78,7 +78,7 @@ class WarpedBrain:
         """Median errors at the held-out points, mm: without a map, of an affine map, of ours."""
         q = self.held_out
         affine = np.linalg.lstsq(_homogeneous(deformed), rest, rcond=None)[0]
-        deformation = Deformation(rest, deformed, alpha=2, device="reference")
+        deformation = Deformation(rest, deformed, "auto", device="reference")
         maps = q, _homogeneous(q) @ affine, deformation.backward(q)
         return [float(np.median(np.linalg.norm(p - self.on_brain(q), axis=1))) for p in maps]
 
