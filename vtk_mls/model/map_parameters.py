@@ -120,9 +120,11 @@ class MapParameters:
         arguments.check_cut_distances(self.cuts, regions)
 
     def __repr__(self) -> str:
-        degree = f", degree={self.degree}" if self.regions[0].control_points.kind.has_degree else ""
+        kind = self.regions[0].control_points.kind
+        degree = f", degree={self.degree}" if kind.has_degree else ""
+        shape = f"alpha={self.alpha:g}" if kind.is_local else f"order={kind.order}"
         return (
-            f"<Deformation {self.kind}{degree}, alpha={self.alpha:g}, "
+            f"<Deformation {self.kind}{degree}, {shape}, "
             f"{len(self.rest)} control points" + (f", {len(self.cuts)} cuts>" if self.cuts else ">")
         )
 
