@@ -123,9 +123,8 @@ class MapParameters:
         kind = self.regions[0].control_points.kind
         degree = f", degree={self.degree}" if kind.has_degree else ""
         shape = f"alpha={self.alpha:g}" if kind.is_local else f"order={kind.order}"
-        return (
-            f"<Deformation {self.kind}{degree}, {shape}, "
-            f"{len(self.rest)} control points" + (f", {len(self.cuts)} cuts>" if self.cuts else ">")
+        return f"<Deformation {self.kind}{degree}, {shape}, {len(self.rest)} control points" + (
+            f", {len(self.cuts)} cuts>" if self.cuts else ">"
         )
 
     @property
@@ -153,7 +152,7 @@ class MapParameters:
     def left_out_errors(self) -> NDArray[np.float64] | None:
         """Distance (n,) from p of each control point to the map of all others, world units.
 
-        Only for splines with automatic settings. Of more than 2,000 points, these are of 2,000.
+        Only for splines with automatic settings. Of more than 1,500 points, these are of 1,500.
         """
         left_out = getattr(self.regions[0].control_points.kind, "left_out", None)
         return None if left_out is None else np.linalg.norm(left_out, axis=1)

@@ -8,7 +8,6 @@ error at each control point of the spline without it (Rippa 1999).
 
 from __future__ import annotations
 
-import functools
 import operator
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -24,11 +23,13 @@ AUTOMATIC = 0
 MIN_LANDMARKS = 5  # from which the errors of landmarks left out tell something
 MAX_POINTS = 5000
 # Above this number of control points, order and smoothing are chosen from so many of them.
-_MAX_CHOSEN_FROM = 2000
+_MAX_CHOSEN_FROM = 1500
 # Smoothings that are tried, as additions to the diagonal in local units.
 _TRIED = np.append(0, 10.0 ** np.arange(-9, 1.1, 0.25))
-# Additions to the diagonal, relative to its bound, that no rounding can make singular.
+# Addition to the diagonal, relative to the bound of eigenvalues, so that it is never singular.
 _FLOOR = 1e-15
+# Weights count as at least this share of the largest where settings are chosen.
+_MIN_WEIGHT = 1e-6
 # Size below which the diagonal of the solved equations counts as 0.
 _LONE = 1e-8
 # Bound of the rounding of float sums, local units, above which kernels sum in double.
@@ -147,66 +148,71 @@ class Solution:
 class _System:
     """The equations of a spline through `q` (n, 3), local units, with `weights` (n,).
 
-    Each row and column has the factor sqrt(weight), so the diagonal gets the same addition. Affine
-    functions that the points do not determine (of points on a plane, those across it) are left out:
-    so the map is the identity there.
+    Affine functions that the points do not determine (of points on a plane, those across it) are
+    left out: so the map is the identity there.
     """
 
     def __init__(self, q, weights, order):
-        self.q, self.order, self.root = q, order, np.sqrt(weights)[:, None]
+        self.q, self.weights, self.order = q, weights, order
+        self.matrix = _RADIAL[order].value(distances(q, q))
+        self.bound = np.abs(self.matrix).sum(axis=1).max() or 1.0  # of its eigenvalues
         self._middle = q.mean(axis=0)  # functions across a plane of points are 0 on it then
-        affine = np.column_stack([np.ones(len(q)), q - self._middle])
-        u, singular, v = np.linalg.svd(self.root * affine, full_matrices=False)
-        rank = int((singular > RANK_TOLERANCE * singular[0]).sum())
-        self.affine, self._to_affine = u[:, :rank], v[:rank].T / singular[:rank]
-        self.matrix = self.root * _RADIAL[order].value(distances(q, q)) * self.root.T
-        bound = np.abs(self.matrix).sum(axis=1).max() or 1.0
-        self.shift, self.floor = 2 * bound, _FLOOR * bound
-        # affine functions have an eigenvalue of their own, above all others
-        inner = self._projected(self._projected(self.matrix).T)
-        self._regular = inner + self.shift * self.affine @ self.affine.T
+        self.affine, self._to_affine = self._determined(np.ones((len(q), 1)))
 
-    def _projected(self, values):
-        """`values` (n, k) less their affine part."""
-        return values - self.affine @ (self.affine.T @ values)
+    def _determined(self, factors):
+        """An orthonormal basis (n, k) of affine functions times `factors`, and what makes it."""
+        functions = np.column_stack([np.ones(len(self.q)), self.q - self._middle])
+        u, singular, v = np.linalg.svd(factors * functions, full_matrices=False)
+        rank = int((singular > RANK_TOLERANCE * singular[0]).sum())
+        return u[:, :rank], v[:rank].T / singular[:rank]
+
+    def _bordered(self, addition):
+        """The equations with side conditions."""
+        n, k = self.affine.shape
+        result = np.zeros((n + k, n + k))
+        result[:n, :n] = self.matrix
+        result[:n, n:], result[n:, :n] = self.affine, self.affine.T
+        result[range(n), range(n)] += addition / self.weights + _FLOOR * self.bound
+        return result
 
     def solved(self, u, addition):
         """The spline with displacements `u` (n, 3), and an `addition` to the diagonal."""
-        addition = max(addition, self.floor)
-        matrix = self._regular + addition * np.eye(len(u))
-        values = self.root * u
-        c = self._projected(np.linalg.solve(matrix, self._projected(values)))
-        rest = values - self.matrix @ c - addition * c
-        affine = self._to_affine @ (self.affine.T @ rest)
+        n, k = self.affine.shape
+        found = np.linalg.solve(self._bordered(addition), np.vstack([u, np.zeros((k, 3))]))
+        affine = self._to_affine @ found[n:]
         affine[0] -= self._middle @ affine[1:]
-        return Solution(self.order, self.q, self.root * c, affine)
+        return Solution(self.order, self.q, found[:n], affine)
 
     def precision(self, addition):
         """`precision` in local units."""
-        addition = max(addition, self.floor)
-        inverse = np.linalg.inv(self._regular + addition * np.eye(len(self.q)))
-        inverse -= self.affine @ self.affine.T / (self.shift + addition)
-        return self.root * inverse * self.root.T * (self.shift + addition)
-
-    @functools.cached_property
-    def _spectrum(self):
-        """Eigenvalues (k,) and eigenvectors (n, k) where weights vanish on affine functions."""
-        values, vectors = np.linalg.eigh(self._regular)
-        count = len(values) - self.affine.shape[1]
-        return np.maximum(values[:count], self.floor), vectors[:, :count]
+        n = len(self.q)
+        return np.linalg.inv(self._bordered(addition))[:n, :n] * (self.bound + addition)
 
     def left_out(self, u, additions):
         """Errors (k, n, 3) at each point of the spline without it, for each of the `additions`.
 
-        NaN where a point alone determines an affine function.
+        NaN where a point alone determines an affine function. Rows and columns have the factor
+        sqrt(weight), so that an addition is the same for all.
         """
-        values, vectors = self._spectrum
-        data = vectors.T @ (self.root * u)
-        additions = np.maximum(additions, self.floor)[:, None]
-        inverse = (self.shift + additions) / (values + additions)
+        least = _MIN_WEIGHT * self.weights.max()
+        root = np.sqrt(np.maximum(self.weights, least))[:, None]
+        affine, _ = self._determined(root)
+
+        def projected(values):
+            return values - affine @ (affine.T @ values)
+
+        matrix = projected(projected(root * self.matrix * root.T).T)
+        # affine functions have an eigenvalue of their own, above all others
+        shift = 2 * self.bound * self.weights.max()
+        values, vectors = np.linalg.eigh(matrix + shift * affine @ affine.T)
+        count = len(values) - affine.shape[1]
+        values, vectors = np.maximum(values[:count], _FLOOR * shift), vectors[:, :count]
+        data = vectors.T @ (root * u)
+        additions = np.maximum(additions, _FLOOR * shift)[:, None]
+        inverse = (shift + additions) / (values + additions)
         diagonal = without_lone(inverse @ (vectors**2).T)
         c = vectors @ (inverse[:, :, None] * data)
-        return c / diagonal[:, :, None] / self.root
+        return c / diagonal[:, :, None] / root
 
 
 @dataclass(frozen=True, eq=False)
@@ -255,7 +261,7 @@ def best_choice(q, u, weights, orders=ORDERS, smoothing=None) -> Choice:
 
 
 def chosen_from(count):
-    """Rows (m,) of the control points from which settings are chosen, at most 2,000."""
+    """Rows (m,) of the control points from which settings are chosen, at most 1,500."""
     if count <= _MAX_CHOSEN_FROM:
         return np.arange(count)
     return np.sort(np.random.default_rng(0).permutation(count)[:_MAX_CHOSEN_FROM])
