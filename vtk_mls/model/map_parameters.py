@@ -123,9 +123,8 @@ class MapParameters:
         kind = self.regions[0].control_points.kind
         degree = f", degree={self.degree}" if kind.has_degree else ""
         shape = f"alpha={self.alpha:g}" if kind.is_local else f"order={kind.order}"
-        return (
-            f"<Deformation {self.kind}{degree}, {shape}, "
-            f"{len(self.rest)} control points" + (f", {len(self.cuts)} cuts>" if self.cuts else ">")
+        return f"<Deformation {self.kind}{degree}, {shape}, {len(self.rest)} control points" + (
+            f", {len(self.cuts)} cuts>" if self.cuts else ">"
         )
 
     @property
