@@ -219,7 +219,7 @@ def _sliver():
 
 WRONG = {
     "nu 1": (lambda d: d.SetNu(1), "`nu` must be a number above 1, got 1"),
-    "zero normal": (lambda d: d.SetCutNormal(0, 0, 0), "`CutNormal`.*`normal` must not be zero"),
+    "zero normal": (lambda d: d.SetCutNormal(0, 0, 0), "`CutNormal` must not be zero"),
     "parallel": (lambda d: d.SetCutInward(2, 0, 0), "`CutInward`.*not be parallel to the normal"),
     "not a type": (lambda d: d.SetCutType("disk"), "`CutType` must be one of none, plane.*'disk'"),
     "no cut": (lambda d: d.AddCut("x"), "`cuts` must be Plane, HalfPlane or Surface, got 'x'"),

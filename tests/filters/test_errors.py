@@ -95,11 +95,11 @@ DEFORM = {
     "no such label": (lambda s: s.deforming.AddLabelArray("Bone"), "`Bone`.*it has `RTData`"),
     "no dimensions": (
         lambda s: (s.deforming.SetOutputGrid("given"), s.deforming.SetOutputDimensions(3, 0, 3)),
-        r"output grid .*`dimensions`.*\(3, 0, 3\)",
+        r"`OutputDimensions` must be three positive integers .*\(3, 0, 3\)",
     ),
     "no spacing": (
         lambda s: (s.deforming.SetOutputGrid("given"), s.deforming.SetOutputSpacing(1, 0, 1)),
-        "output grid .*`spacing`",
+        "`OutputSpacing` must not be zero",
     ),
     "no fit": (
         lambda s: (s.deforming.SetOutputGrid("fitted"), s.deforming.SetAlpha(-2)),
