@@ -208,7 +208,7 @@ def test_what_a_spline_cannot_have_is_refused():
             Deformation(p, q, "spline", **options)
         assert Deformation(p, q, "auto", **options).kind == "rigid"
     assert Deformation(p[:4], q[:4], "auto").kind == "rigid"
-    with pytest.raises(ValueError, match="`smoothing` must be a number from 0 on, got -1.0; only"):
+    with pytest.raises(ValueError, match="`smoothing` must be a number from 0 on, got 'auto'"):
         Deformation(p, q, "rigid", smoothing="auto")
     with pytest.raises(ValueError, match='`order` must be 1, 2, 3 or "auto", got 4'):
         Deformation(p, q, "spline", order=4)

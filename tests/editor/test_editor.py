@@ -251,12 +251,12 @@ def test_kind_and_alpha_change_and_undeformed_data_are_shown(hands, monkeypatch)
     hands.press("b")
     assert hands.state is state
     assert np.abs(hands.picture() - after).mean() < 0.5
-    for kind in ("similarity", "polynomial 2", "polynomial 3", "affine", "rigid"):
+    for kind in ("similarity", "polynomial 2", "polynomial 3", "spline", "affine", "rigid"):
         hands.press("k")
         deformation = hands.state.deformation()
         assert deformation.kind == kind.split()[0]
         assert deformation.degree == (3 if "3" in kind else 2)
-        assert f"handles   {kind}   alpha" in hands.editor.status
+        assert f"handles   {kind}{'   alpha' * (kind != 'spline')}" in hands.editor.status
     hands.press("plus")
     assert hands.state.deformation().alpha == 1.25 * ALPHA.default
     size = np.ptp(hands.editor.scene.bounds, axis=0).max()

@@ -15,6 +15,7 @@ from vtk_mls.editor.scene import Scene
 from vtk_mls.editor.shape_actors import ShapeActors
 from vtk_mls.editor.slices import Slices
 from vtk_mls.editor.volume_legend import VolumeLegend
+from vtk_mls.model.kinds import KINDS
 from vtk_mls.model.options import DEGREE
 from vtk_mls.rendering.pace import MapPace
 
@@ -246,7 +247,8 @@ class View:
     def _status_of(self, state, selected):
         pace = self._pace
         parts = [f"{len(state)} handles", *_shapes_of(state), _kind_of(state)]
-        parts.append(f"alpha {state.alpha:g}")
+        if state.kind in KINDS:
+            parts.append(f"alpha {state.alpha:g}")
         if len(selected):
             parts.append(f"{len(selected)} selected")
         if state.anchored.any():
@@ -254,7 +256,8 @@ class View:
         if not state.enabled.all():
             parts.append(f"{int((~state.enabled).sum())} off")
         if state.smoothing:
-            parts.append(f"smoothing {state.smoothing:g}")
+            is_automatic = state.smoothing < 0
+            parts.append("smoothing " + ("automatic" if is_automatic else f"{state.smoothing:g}"))
         if state.steps != 1:
             parts.append(f"{state.steps} steps" if state.steps else "steps automatic")
         if state.blend != 1:

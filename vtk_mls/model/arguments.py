@@ -71,15 +71,8 @@ def has_regions(handles):
 
 def check_kind(parameters, kind):
     """Raise ValueError for what a `Kind` cannot have among `MapParameters`."""
-    if kind.is_local:
-        if parameters.smoothing < 0:
-            raise InputError(
-                f"must be a number from 0 on, got {short_repr(parameters.smoothing)}; only splines "
-                "have an automatic one",
-                argument="smoothing",
-            )
-        return
-    if parameters.cuts or has_regions(parameters.handles):
+    has_shapes = parameters.cuts or has_regions(parameters.handles)
+    if has_shapes and not kind.is_local:
         what = "cuts" if parameters.cuts else "rigid regions"
         raise InputError(
             f"must be one of {', '.join(KINDS)} with {what}, got {kind.name!r}; control points of "

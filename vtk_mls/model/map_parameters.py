@@ -82,6 +82,9 @@ class MapParameters:
         settings = check_options(given)
         may_be_spline = len(p) >= MIN_LANDMARKS and not (cuts or arguments.has_regions(shaped))
         settings = with_kind(settings, may_be_spline)
+        if settings["kind"] in kinds.KINDS and settings["smoothing"] < 0:  # automatic
+            text = f"must be a number from 0 on, got {short_repr(smoothing)}"
+            raise InputError(text, argument="smoothing")
         factors = arguments.positive_weights(weights, len(p))
         places = arguments.path(path, len(p))
         shapes = values_of("cuts", cuts, Cut)
