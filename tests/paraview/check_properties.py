@@ -28,6 +28,7 @@ PANEL = {"Drag": "deformed", "NumberHandles": 0}
 FILTER_PANEL = {
     **PANEL,
     "LatticeDimensions": (3, 3, 3),
+    "restored": 1,
     "DisplacementArray": ("POINTS", "Displacement"),
     "WeightArray": ("POINTS", "Weight"),
 }

@@ -8,7 +8,10 @@ from vtk_mls.filters import properties, property_tables
 from vtk_mls.paraview import panels
 
 IN_EVERY_PANEL = {"Drag", "NumberHandles"}
-IN_FILTER_PANELS = IN_EVERY_PANEL | {"DisplacementArray", "WeightArray", "LatticeDimensions"}
+IN_FILTER_PANELS = IN_EVERY_PANEL | {
+    *("DisplacementArray", "WeightArray", "LatticeDimensions"),
+    panels.RESTORED,
+}
 INPUTS = {"Input", "ControlPoints", "DeformedControlPoints", "Cuts", "Mask"}
 
 

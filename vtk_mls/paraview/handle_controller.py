@@ -12,7 +12,7 @@ import time
 
 import numpy as np
 
-from vtk_mls.paraview import defaults, first_placement, handle_lists, undo
+from vtk_mls.paraview import first_placement, handle_lists, panels, undo
 from vtk_mls.paraview.deferred_drags import DeferredDrags
 from vtk_mls.paraview.handle_lists import LISTS, OTHER_LIST
 from vtk_mls.paraview.handle_markers import HandleMarkers, hide_line
@@ -47,7 +47,6 @@ class HandleController:
     def __init__(self, proxy, edited, selected):
         self._proxy_id, self._edited = proxy.GetGlobalID(), edited
         self._is_busy = self._is_dragging = False
-        self._set_at = 0  # modification time of the list that was set last, not by an edit
         self._last_count_change = None  # time, name of the other list, rows before of all lists
         self._widget_ids, self._surface_mice = set(), []
         self._markers, self._observers = HandleMarkers(), Observers()
@@ -71,11 +70,9 @@ class HandleController:
                 self._observe(proxy, name, lambda *_: self._edited(self._is_dragging))
         self._observe(proxy, "CutType", self._cut_type_edited)
         OptionalInputs(proxy, self._observers)
-        for name in defaults.ARRAY_LISTS:
-            if proxy.GetProperty(name):
-                self._observers.add(
-                    proxy.GetProperty(name), "ModifiedEvent", handle_lists.show_empty_list
-                )
+        if proxy.GetProperty(panels.RESTORED):
+            proxy.GetProperty(panels.RESTORED).SetElement(0, 0)
+        self._observe(proxy, panels.RESTORED, self._edit_callback(self._restored))
 
     def show_pending(self, is_dragging):
         """Draw the result of pending edits in the views."""
@@ -199,6 +196,20 @@ class HandleController:
         self._update_markers(proxy)
         _render(proxy)
 
+    def _restored(self, prop, proxy):
+        """After Restore Defaults, choose arrays and place handles as in a new filter."""
+        if prop.GetElement(0) == 0:
+            return
+        prop.SetElement(0, 0)
+        for name in filter(proxy.GetProperty, panels.ARRAY_LISTS):
+            proxy.GetProperty(name).SetNumberOfElements(0)
+            handle_lists.show_empty_list(proxy.GetProperty(name))
+        for name, values in panels.CONTROL_POINT_ARRAYS.items():
+            for index, value in enumerate(values):
+                proxy.GetProperty(name).SetElement(index, value)
+        first_placement.place(proxy)
+        self._store_rows(proxy)
+
     def _layout_edited(self, prop, proxy):
         """Replace the handles by those of a lattice or a file."""
         layout = handle_lists.pending_layout(proxy) if is_pending(prop) else None
@@ -219,10 +230,6 @@ class HandleController:
         before, after = self._rows[name], handle_lists.pending_rows(prop)
         self._rows[name] = after
         if not is_pending(prop):
-            if prop.GetMTime() > self._set_at and not np.array_equal(before, after):
-                first_placement.place(proxy)  # by Restore Defaults
-                self._store_rows(proxy)
-            self._set_at = max(self._set_at, prop.GetMTime())
             # the opposite edit restored this list, but not yet the other list
             has_other_length = len(after) != len(self._rows[other])
             if not (has_other_length and handle_lists.is_one_edit(before, after)):

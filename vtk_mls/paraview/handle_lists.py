@@ -37,7 +37,7 @@ def set_pending_rows(prop, rows):
     vtkObject.SetGlobalWarningDisplay(displays_warnings)
 
 
-def show_empty_list(prop, event=None):
+def show_empty_list(prop):
     """Tell ParaView's panel that a list is empty: it does not learn of that."""
     if prop.GetNumberOfUncheckedElements() == 0:
         prop.InvokeEvent(EDITED)

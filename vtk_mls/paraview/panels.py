@@ -11,7 +11,7 @@ from itertools import product
 
 from vtk_mls.files import formats
 from vtk_mls.filters import property_tables as tables
-from vtk_mls.filters.properties import Value, Values
+from vtk_mls.filters.properties import ArrayNames, Value, Values
 from vtk_mls.model import options
 from vtk_mls.paraview.property_xml import (
     array_choice,
@@ -95,6 +95,9 @@ def _lattice_over_input(prop):
     return element(prop, domain, " ".join(str(step - 1) for step in steps))
 
 
+# The controller sets it to 0. Restore Defaults sets it to 1, after all others, in their order.
+RESTORED = "restored"
+ARRAY_LISTS = tuple(prop.name for prop in tables.DEFORM if isinstance(prop, ArrayNames))
 # Values of SetInputArrayToProcess: index, port, connection, association and name.
 CONTROL_POINT_ARRAYS = {
     "DisplacementArray": ["0", "1", "0", "0", DISPLACEMENT],
@@ -145,6 +148,13 @@ _HANDLES = [
     ),
     element(_WEIGHTS),
     *_arrays_of("ControlPoints"),
+    check_box(
+        RESTORED,
+        "Whether default values were restored.",
+        default=1,
+        command="",
+        panel_visibility="never",
+    ),
 ]
 
 _CONTROL_POINTS = data_input(
