@@ -68,8 +68,9 @@ class _Material:
 
     def __init__(self, image, background):
         self._grid, array = ImageGeometry.of_image(image).grid, image.GetPointData().GetScalars()
-        self._background, self._values, self._limit = background, np.ones(self._grid.shape), 0
+        self._background, self._values, self._limit = 0, np.ones(self._grid.shape), 0
         if array is not None and array.GetNumberOfComponents() == 1:
+            self._background = background
             self._values = arrays.to_numpy(array).reshape(self._grid.shape)
             self._limit = _MIN_CONTRAST * np.nanmax(self._contrast(self._lattice()), initial=0)
 
