@@ -110,6 +110,8 @@ def simpleitk(q, p):
 def ants(q, p):
     import ants
 
+    middle, size = (q.min(axis=0) + q.max(axis=0)) / 2, np.ptp(q, axis=0).max() / (2 * HALF)
+    p, q = (p - middle) / size, (q - middle) / size
     domain = ants.make_image([SIDE] * 3, origin=[-1.1 * HALF] * 3)
     domain.set_spacing([2.2 * HALF / (SIDE - 1)] * 3)
     # its transforms lead from fixed to moving points
@@ -121,7 +123,12 @@ def ants(q, p):
         number_of_fitting_levels=6,
         enforce_stationary_boundary=False,
     )
-    return lambda x: np.array([transform.apply_to_point(y) for y in x.tolist()]), None
+
+    def there(x):
+        places = [transform.apply_to_point(y) for y in ((x - middle) / size).tolist()]
+        return middle + size * np.array(places)
+
+    return there, None
 
 
 def scipy(kernel):

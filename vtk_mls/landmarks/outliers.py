@@ -24,17 +24,20 @@ _ROUNDING = 1e-9  # of the extent of the pairs; smaller errors are ignored
 _MAX_SWAP_RATIO = 0.5
 
 
-def find(pairs: PointPairs, settings: Settings) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
+def find(
+    pairs: PointPairs, settings: Settings, suspected: NDArray[np.bool_] | None = None
+) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
     """The outliers (n,), and p of each pair (n, 3) as predicted from the other pairs.
 
     The q are distinct; the settings are those of a spline. Outliers predict nothing, since they
     would spoil the predictions of their neighbors: the worst pair of each neighborhood is removed
-    until all others are within the limit. All follows from the equations solved once.
+    until all others are within the limit. Those `suspected` (n,) are left out at first. All
+    follows from the equations solved once.
 
     An error is divided by its standard deviation as a Gaussian process has it, which is larger at
     the rim of the pairs and where they are sparse.
     """
-    inliers = np.arange(len(pairs))
+    inliers = np.arange(len(pairs)) if suspected is None else np.flatnonzero(~suspected)
     min_count = len(pairs) - int(_MAX_SHARE * len(pairs))
     matrix = precision(pairs.deformed, pairs.weights, settings.order, settings.smoothing)
     while True:

@@ -130,8 +130,8 @@ def report(
     """Predict each pair of landmarks from the others.
 
     The map of all other pairs, at q of a pair, should lead to its p. The distance is an honest
-    error: residuals at the landmarks of a map are 0. The median and the error of 9 of 10 pairs
-    choose the order and the smoothing of a spline.
+    error: residuals at the landmarks of a map are 0. Their geometric mean chooses the order
+    and the smoothing of a spline.
 
     The recommended map is sensible around the pairs, if settings with such a map were found: the
     pairs alone do not show that a map flattens, folds or explodes the volume beside a line or a
@@ -221,17 +221,21 @@ def _candidates(pairs, rows, tried, found, shape):
 def _agreed(pairs, shape, progress):
     """The `_choices` without outliers, the outliers (n,), and the predictions (n, 3)."""
     first, second = progress.divided(1, 1)
-    found = _choices(pairs, first)
+    found = _choices(pairs, first, _spread)  # smooth enough for outliers to stand out
     if shape.is_drag:
-        return found, np.zeros(len(pairs), bool), pairs.rest
+        return _choices(pairs, second), np.zeros(len(pairs), bool), pairs.rest
     is_outlier, predicted = outliers.find(pairs, next(iter(found)))
-    if is_outlier.any():  # they make smoothing look good
-        found = _choices(pairs.of_rows(np.flatnonzero(~is_outlier)), second)
-        is_outlier, predicted = outliers.find(pairs, next(iter(found)))
+    found = _choices(pairs.of_rows(np.flatnonzero(~is_outlier)), second)
+    if is_outlier.any():
+        is_outlier, predicted = outliers.find(pairs, next(iter(found)), is_outlier)
     return found, is_outlier, predicted
 
 
-def _choices(pairs, progress):
+def _spread(choice):
+    return np.quantile(choice.sizes, (0.5, 0.9)).sum() if len(choice.sizes) else 0.0
+
+
+def _choices(pairs, progress, score=attrgetter("score")):
     """Of each order the exact spline and that of the best smoothing, the best first.
 
     By settings: the score, and the distances (m,) of pairs left out.
@@ -241,12 +245,12 @@ def _choices(pairs, progress):
     found = {}
     for order in progress.over(ORDERS):
         tried = [*choices(q, u, weights, (order,))]
-        for choice in (tried[0], min(tried, key=attrgetter("score"))):
+        for choice in (tried[0], min(tried, key=score)):
             settings = Settings("spline", None, 0.0, choice.smoothing, order)
             size = np.linalg.norm(choice.left_out, axis=1)
             if np.isnan(size).any():
                 size = _errors(pairs, rows, settings)
-            found[settings] = choice.score, size
+            found[settings] = score(choice), size
     return dict(sorted(found.items(), key=lambda item: item[1][0]))
 
 
