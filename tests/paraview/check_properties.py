@@ -75,7 +75,8 @@ for proxy, table, panel, others in (
         if isinstance(prop, properties.Choice):
             assert tuple(proxy.GetProperty(prop.name).Available) == prop.choices
 assert [deform.Kind, deform.Alpha, deform.Nu, deform.CutType] == ["rigid", 2, 2, "none"]
-assert list(field.GetProperty("Kind").Available) == ["affine", "rigid", "similarity", "polynomial"]
+KINDS = ["affine", "rigid", "similarity", "polynomial", "spline", "auto", "tps"]
+assert list(field.GetProperty("Kind").Available) == KINDS
 
 # Array lists show the arrays of the right input.
 weighted = control_points(Weights=[1.0] * len(REST))
