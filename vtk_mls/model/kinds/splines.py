@@ -282,8 +282,9 @@ def chosen_from(count):
 
 
 def precision(q, weights, order, smoothing) -> np.ndarray:
-    """The matrix P (n, n) of the equations of a spline solved: ``c = P u``, up to a factor by which
-    the diagonal is at least 1/2 where no point determines an affine function.
+    """The matrix P (n, n) of the equations of a spline solved: ``c = P u``, up to a factor.
+
+    By the factor the diagonal is at least 1 less the leverage of the point in an affine fit.
 
     The error at point i without it is ``c_i / P_ii``, and 1 / P_ii its variance as a Gaussian
     process has it (Dubrule 1983).
