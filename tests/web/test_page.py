@@ -231,7 +231,13 @@ def test_cuts_and_the_map_by_the_panel(page):
     page.tab.keyboard.press("Control+z")
     page.tab.keyboard.press("k")
     page.status("similarity")
-    page.tab.keyboard.press("Control+z")
+    assert page.tab.get_by_label("Order (0: automatic)").count() == 0
+    for _ in range(3):
+        page.tab.keyboard.press("k")
+    page.status("spline")
+    page.tab.get_by_label("Order (0: automatic)").first.wait_for()
+    for _ in range(4):
+        page.tab.keyboard.press("Control+z")
     page.status("rigid")
 
 

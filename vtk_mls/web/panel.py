@@ -68,18 +68,22 @@ def _options(edit, section):
 def _select(edit, option):
     labels = option.choice_labels or option.choices
     items = [{"title": title, "value": value} for title, value in zip(labels, option.choices)]
-    condition = {}
-    if option.needs:
-        name, value = option.needs
-        condition["v_if"] = f"{name} === '{value}'"
     v.VSelect(
         items=(f"{option.name}_choices", items),
         model_value=(option.name,),
         update_modelValue=(edit, f"['{option.name}', $event]"),
         label=option.label,
-        **condition,
+        **_condition(option),
         **FIELD,
     )
+
+
+def _condition(option):
+    """When a control is shown: while the option has an effect."""
+    if not option.needs:
+        return {}
+    name, value = option.needs
+    return {"v_if": f"{name} === '{value}'"}
 
 
 def _slider(edit, option):
@@ -97,6 +101,7 @@ def _number(edit, option):
         label=option.label,
         title=" ".join(option.help.split()),
         change=(edit, f"['{option.name}', $event.target.value]"),
+        **_condition(option),
         **FIELD,
     )
 
