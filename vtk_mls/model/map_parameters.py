@@ -16,7 +16,7 @@ from vtk_mls.model.cuts import Cut, Obstacle, Plane
 from vtk_mls.model.handles.handle import Handle
 from vtk_mls.model.handles.handle_set import HandleSet
 from vtk_mls.model.kinds.splines import MIN_LANDMARKS
-from vtk_mls.model.options import check_options, named, with_kind
+from vtk_mls.model.options import DEFORMATION_OPTIONS, check_options, named, with_kind
 from vtk_mls.model.regions import Region, deformed_plane, split_by_planes
 
 _MAX_OBSTACLES = 30  # each has a bit in the kernels
@@ -196,3 +196,7 @@ class MapParameters:
         if not self.in_rest_frame:
             return self.planes
         return [deformed_plane(plane, *self.handle_set.positions) for plane in self.planes]
+
+
+for _option in DEFORMATION_OPTIONS:  # `Deformation.alpha` is the default
+    setattr(MapParameters, _option.name, _option.default)
