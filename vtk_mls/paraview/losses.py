@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from paraview.modules.vtkRemotingSettings import vtkPVGeneralSettings
 from vtkmodules.vtkCommonCore import vtkOutputWindow
 from vtkmodules.vtkCommonDataModel import vtkDataSet, vtkImageData
 
@@ -36,8 +37,7 @@ class NotesLosses:
             notes = dict(self._notes(inInfo, output))
             for kind, sentence in notes.items():
                 if kind not in self._noted:
-                    text = f"{type(self).__name__}: {sentence}\n"
-                    vtkOutputWindow.GetInstance().DisplayWarningText(text)
+                    _display(f"{type(self).__name__}: {sentence}\n")
             self._noted = notes.keys()
         return result
 
@@ -61,6 +61,13 @@ class NotesLosses:
             places = places[material.contains(transform.backward(places))]
         if self.GetSteps() > 0 and (np.linalg.det(transform.jacobian(places)) <= 0).any():
             yield "folds", "the map folds; set Steps to 0, or drag less"
+
+
+def _display(text):
+    """Show a line; with Auto Apply without the window of warnings, which covers the view."""
+    window = vtkOutputWindow.GetInstance()
+    is_quiet = vtkPVGeneralSettings.GetInstance().GetAutoApply()
+    (window.DisplayText if is_quiet else window.DisplayWarningText)(text)
 
 
 class _Material:
