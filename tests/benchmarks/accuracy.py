@@ -40,7 +40,8 @@ Kernels compute in float32, in coordinates scaled to the control points. Sums lo
 few control points outweigh all others. With alpha above 1, displacements whose estimated loss is
 too large take one step of iterative refinement, and sum in float64 where that does not suffice, or
 where there are curves or rigid regions. Maps of degree 3 always sum in float64. The default alpha
-is 2. Smoothing does not change the errors.
+is 2. Smoothing does not change the errors. Splines sum in float64 where their coefficients are so
+large that rounding could be seen.
 
 As a fraction of the extent of the control points, the largest error is 1e-6 with 15 random
 control points, and 1.1e-5 in the hardest set at alpha 2. Some devices lack float64. There,
