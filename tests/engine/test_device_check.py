@@ -34,7 +34,7 @@ folder = Path(sys.argv[1]).parent
 DIES = "os.kill(os.getpid(), signal.SIGSEGV)"
 HANGS = "time.sleep(60)"
 SPINS = "(folder / 'seconds').write_text('599\\n601\\n'); time.sleep(60)"
-# A child that ends after many times the interval, in each of which it has worked.
+# A slow child: it ends after several intervals, and uses processor time in each of them.
 WORKS = """
 with open(folder / "seconds", "w", buffering=1) as file:
     for second in range(30):
@@ -114,7 +114,7 @@ def test_a_driver_that_fails_is_not_used(child, behavior, sentence, monkeypatch)
 
 @pytest.mark.parametrize(("behavior", "seconds"), [(HANGS, 0), (SPINS, 601), (WORKS, None)])
 def test_only_a_child_that_hangs_is_ended(child, behavior, seconds, monkeypatch):
-    """By its processor time, of which a busy machine gives it little."""
+    """Processor time decides: on a busy machine a sound child can take long."""
     child(behavior)
     monkeypatch.setattr(device_check, "INTERVAL", 0.9)
     (result,), sentences = messages_of(device_check.results, [FAKE])

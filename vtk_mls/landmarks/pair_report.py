@@ -182,8 +182,8 @@ def report(
             kind: float(np.median(_errors(pairs, rows, settings.one_map(kind, extent))))
             for kind in BASELINE
         }
-        tried = {s: float(np.median(size)) for s, (_, size) in found.items()}
-        best, deformation, is_sensible = _best(pairs, rows, tried, found, shape, device)
+        tried = {s: float(np.median(size)) for s, size in found.items()}
+        best, deformation, is_sensible = _best(pairs, rows, tried, shape, device)
         error = _errors(pairs, np.arange(len(pairs)), best, finding)
         folding.report(0)
         p, q = pairs.rest, pairs.deformed
@@ -197,10 +197,10 @@ def report(
     )
 
 
-def _best(pairs, rows, tried, found, shape, device):
+def _best(pairs, rows, tried, shape, device):
     """The settings to recommend, the Deformation, and whether it is sensible."""
     judged = []
-    for candidate in _candidates(pairs, rows, tried, found, shape):
+    for candidate in _candidates(pairs, rows, tried, shape):
         excess, deformation = volume.excess(pairs, candidate, device)
         judged.append((excess, candidate, deformation))
         if excess <= 1:
@@ -209,10 +209,10 @@ def _best(pairs, rows, tried, found, shape, device):
     return best, deformation, excess <= 1
 
 
-def _candidates(pairs, rows, tried, found, shape):
+def _candidates(pairs, rows, tried, shape):
     """The settings tried, the best first; then those of one motion for all, which are tried now."""
     if not shape.mirror:
-        yield from found
+        yield from [*tried]
     motions = settings.whole_motions(shape.extents[0])
     tried |= {s: float(np.median(_errors(pairs, rows, s))) for s in motions}
     yield from sorted(motions, key=tried.__getitem__)
@@ -238,20 +238,20 @@ def _spread(choice):
 def _choices(pairs, progress, score=attrgetter("score")):
     """Of each order the exact spline and that of the best smoothing, the best first.
 
-    By settings: the score, and the distances (m,) of pairs left out.
+    By settings: the distances (m,) of pairs left out.
     """
     rows = chosen_from(len(pairs))
     q, u, weights = pairs.deformed[rows], (pairs.rest - pairs.deformed)[rows], pairs.weights[rows]
-    found = {}
+    kept = []
     for order in progress.over(ORDERS):
         tried = [*choices(q, u, weights, (order,))]
-        for choice in (tried[0], min(tried, key=score)):
-            settings = Settings("spline", None, 0.0, choice.smoothing, order)
-            size = np.linalg.norm(choice.left_out, axis=1)
-            if np.isnan(size).any():
-                size = _errors(pairs, rows, settings)
-            found[settings] = score(choice), size
-    return dict(sorted(found.items(), key=lambda item: item[1][0]))
+        kept += tried[0], min(tried, key=score)
+    found = {}
+    for choice in sorted(kept, key=score):
+        settings = Settings("spline", None, 0.0, choice.smoothing, choice.order)
+        size = np.linalg.norm(choice.left_out, axis=1)
+        found[settings] = _errors(pairs, rows, settings) if np.isnan(size).any() else size
+    return found
 
 
 def _errors(pairs, rows, tried, progress=SILENT):
