@@ -18,7 +18,7 @@ from vtk_mls.landmarks.left_out import PointPairs, nearest, predictions
 from vtk_mls.landmarks.settings import BASELINE, Settings
 from vtk_mls.landmarks.volume import Shape
 from vtk_mls.model import arguments
-from vtk_mls.model.kinds.splines import ORDERS, choices, chosen_from
+from vtk_mls.model.kinds.splines import ORDERS, Choice, choices, chosen_from
 
 MIN_PAIRS = 4
 # Settings are compared by this many of the pairs, each predicted from all others.
@@ -242,7 +242,7 @@ def _choices(pairs, progress, score=attrgetter("score")):
     """
     rows = chosen_from(len(pairs))
     q, u, weights = pairs.deformed[rows], (pairs.rest - pairs.deformed)[rows], pairs.weights[rows]
-    kept = []
+    kept: list[Choice] = []
     for order in progress.over(ORDERS):
         tried = [*choices(q, u, weights, (order,))]
         kept += tried[0], min(tried, key=score)
