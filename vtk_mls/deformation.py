@@ -36,7 +36,7 @@ class Deformation(Transform, MapParameters):
         The maps that are fitted around each point: affine (Eq. 5 to 7), rotations (Eq. 8 to 22),
         rotations with a uniform factor (end of section 2), polynomials (Eq. 23 to 26). Or one
         polyharmonic spline, without cuts and rigid regions, through up to 5,000 control points.
-        "auto" is the spline with automatic order and smoothing, or, with up to four control points,
+        "auto" is the spline with all settings automatic, or, with up to four control points,
         cuts or rigid regions, "rigid"; "tps" is the spline of order 1.
     alpha : float, > 0
         Weights are ``1 / (|q_i - v|^2 + smoothing^2)^alpha``: a larger alpha makes control points
@@ -51,6 +51,9 @@ class Deformation(Transform, MapParameters):
         Degree of the polynomial kind.
     order : {1, 2, 3} or "auto"
         Order of the spline: r, r^2 log r or r^3. "auto" predicts control points left out best.
+    softening : float, >= 0, world units, or "auto"
+        In a spline r is ``sqrt(r^2 + softening^2)``, so that it is smooth at the control points.
+        "auto" is 0 for a given order, and chosen with an automatic one.
     steps : int or "auto"
         Number of steps in which p goes to q, 1 to 256, each with its own map: G is composed of
         them. It meets the control points, and the smaller the steps, the fewer folds it has. "auto"
@@ -170,7 +173,8 @@ class Deformation(Transform, MapParameters):
 
     @property
     def _engine(self):
-        return engine_for(self.device)
+        points = [region.control_points for region in self.regions]
+        return engine_for(self.device, any(p.kind.is_wrong_in_float32(p) for p in points))
 
     def _material_samples(self, grid):
         return self.handle_set.positions

@@ -1,7 +1,7 @@
-// Polyharmonic splines: G(v) = v + A [1, v] + sum_i c_i phi(|v - q_i|), phi = -r, r^2 log r or r^3.
+// Splines: G(v) = v + A [1, v] + sum_i c_i phi(sqrt(|v - q_i|^2 + l^2)), phi = -r, r^2 log r or r^3.
 //
-// `kind_table` has A, by rows of four for 1, x, y and z, then q and c of each control point; and again
-// what float lost of all these. No weight depends on v, so there is no pivot.
+// `kind_table` has A, by rows of four for 1, x, y and z, l^2, then q and c of each control point; and
+// again what float lost of all these. No weight depends on v, so there is no pivot.
 //
 // Build constants: ORDER 1, 2 or 3; USE_FP64, LANES.
 
@@ -19,23 +19,25 @@ typedef struct {
 } spline_vec;
 
 #define SPLINE_AFFINE 12
+#define SPLINE_POINTS 13
 #define SPLINE_TERM 6
 
 // Value i of the table, in the digits of the sums.
 inline SUM spline_value(const map_t *map, int i) {
-  const int count = SPLINE_AFFINE + SPLINE_TERM * map->params.count;
+  const int count = SPLINE_POINTS + SPLINE_TERM * map->params.count;
   const SUM value = map->kind_table[i];
   return sizeof(SUM) > sizeof(float) ? value + map->kind_table[count + i] : value;
 }
 
 inline spline_vec spline_point(vec v) { return (spline_vec){TO_SUM(v.x), TO_SUM(v.y), TO_SUM(v.z)}; }
 
-// v - q of control point i, and its square.
+// v - q of control point i, and its square + l^2.
 HOT spline_vec spline_offset(const map_t *map, int i, spline_vec v, sum_t *square) {
-  const int at = SPLINE_AFFINE + SPLINE_TERM * i;
+  const int at = SPLINE_POINTS + SPLINE_TERM * i;
   const spline_vec x = {v.x - spline_value(map, at), v.y - spline_value(map, at + 1),
                         v.z - spline_value(map, at + 2)};
-  *square = fma(x.x, x.x, fma(x.y, x.y, x.z * x.z));
+  const sum_t softening2 = (sum_t)(spline_value(map, SPLINE_AFFINE));
+  *square = fma(x.x, x.x, fma(x.y, x.y, fma(x.z, x.z, softening2)));
   return x;
 }
 
@@ -78,7 +80,7 @@ inline sum_t spline_phi(sum_t square) {
   return ORDER == 1 ? -r : square * r;
 }
 
-// phi'(r) / r; 0 in the cone of r.
+// phi'(r) / r by the square of r; 0 in the cone of r.
 inline sum_t spline_slope(sum_t square) {
   if (ORDER == 1) return square > 0 ? -spline_rsqrt(square) : (sum_t)(0);
   if (ORDER == 2) return square > 0 ? spline_log(square) + 1 : (sum_t)(0);
@@ -99,7 +101,7 @@ inline vec displacement_of(const map_t *map, const fit_t *fit) {
   for (int start = 0; start < count; start += block) {
     spline_vec sum = {0, 0, 0};
     for (int i = start; i < min(start + block, count); ++i) {
-      const int at = SPLINE_AFFINE + SPLINE_TERM * i + 3;
+      const int at = SPLINE_POINTS + SPLINE_TERM * i + 3;
       sum_t square;
       spline_offset(map, i, v, &square);
       const sum_t phi = spline_phi(square);
@@ -118,7 +120,7 @@ inline weight_jacobian_t displacement_jacobian(const map_t *map, const fit_t *fi
   sum_t sums[9];
   for (int i = 0; i < 9; ++i) sums[i] = (sum_t)(spline_value(map, i / 3 * 4 + 1 + i % 3));
   for (int i = 0; i < map->params.count; ++i) {
-    const int at = SPLINE_AFFINE + SPLINE_TERM * i + 3;
+    const int at = SPLINE_POINTS + SPLINE_TERM * i + 3;
     sum_t square;
     const spline_vec x = spline_offset(map, i, v, &square);
     const sum_t slope = spline_slope(square);

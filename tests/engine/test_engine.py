@@ -390,6 +390,22 @@ def test_a_device_without_float64(key, kind_and_degree, alpha, rng, monkeypatch)
     assert np.percentile(miss, 99) <= 1e-4 * EXTENT
 
 
+def test_numpy_computes_a_spline_that_a_device_without_float64_cannot(
+    key, rng, monkeypatch, caplog
+):
+    monkeypatch.setattr(device.Device, "has_float64", property(lambda self: False))
+    deformed = rng.uniform(0, EXTENT, (200, 3))
+    rest = deformed + 8 * np.sin(deformed[:, [1, 2, 0]] / 60)
+    settings = {"order": 1, "softening": EXTENT}
+    expected, got = (
+        Deformation(rest, deformed, "spline", device=name, **settings)
+        for name in ("reference", key)
+    )
+    found = got.backward(deformed)
+    assert "has no double precision, which this spline needs: numpy is used" in caplog.text
+    np.testing.assert_array_equal(found, expected.backward(deformed))
+
+
 FEW_STEPS = "affine, half-plane: points", "images, linear"
 
 

@@ -167,7 +167,9 @@ def test_json_and_page(found):
     (i, j), *_ = value.swaps
     assert content["pairs"][i]["swapped_with"] == str(j + 1)
     assert content["recommended"] in content["tried"]
-    assert {*content["tried"][0]} == {*("kind", "degree", "alpha", "smoothing", "order", "median")}
+    assert {*content["tried"][0]} == {
+        *("kind", "degree", "alpha", "smoothing", "order", "softening", "median")
+    }
     assert content["baseline"] == value.baseline
     text = page(value)
     assert text.count("<svg") == 4

@@ -155,13 +155,13 @@ def kind_used(options, algorithm):
     import numpy as np
 
     from vtk_mls.filters.initial_transforms import split_chain
+    from vtk_mls.model.kinds import splines
 
     deformation = split_chain(algorithm.updated_deformation())[1]
     if deformation.order_used == 0:
         return deformation.kind
-    text = f"spline of order {deformation.order_used}"
-    if deformation.smoothing_used > 0:
-        text += f" and smoothing {deformation.smoothing_used:.3g}"
+    lengths = deformation.smoothing_used, deformation.softening_used
+    text = splines.in_words(deformation.order_used, *lengths)
     errors = deformation.left_out_errors
     if errors is None:
         return text

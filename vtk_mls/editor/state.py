@@ -13,6 +13,7 @@ from vtk_mls.model import kinds, options
 from vtk_mls.model.handles.handle_paths import blended_path
 
 _, _POLYNOMIAL = options.DEGREE.needs
+_CHOSEN = ("order", "smoothing", "softening")  # options that may be automatic
 # The options, with the defaults of the editor.
 _Options = make_dataclass(
     "_Options",
@@ -130,6 +131,10 @@ class State(_Options):
 
     def deformation(self):
         """The `Deformation`; None for the identity."""
+        return self._deformation
+
+    @functools.cached_property
+    def _deformation(self):
         if self.is_identity:
             return None
         settings = options.values_of(self, options.DEFORMATION_OPTIONS)
@@ -149,19 +154,18 @@ class State(_Options):
         )
 
     def with_chosen_settings(self):
-        """A copy whose automatic order and smoothing are those of now: numbers, for a drag."""
+        """A copy whose automatic settings are those of now: numbers, for a drag."""
         if self.kind != "auto" and self.smoothing >= 0 and (self.kind != "spline" or self.order):
             return self
         deformation = self.deformation()
         if deformation is None:
             return self
-        names = {"order": "order_used", "smoothing": "smoothing_used"}
-        chosen = {name: getattr(deformation, used) for name, used in names.items()}
+        chosen = {name: getattr(deformation, f"{name}_used") for name in _CHOSEN}
         return replace(self, kind=deformation.kind, **chosen)
 
     def with_settings_of(self, state):
-        """A copy with the kind, order and smoothing of another state."""
-        return replace(self, kind=state.kind, order=state.order, smoothing=state.smoothing)
+        """A copy with the kind of another state, and the settings that are chosen with it."""
+        return replace(self, **{name: getattr(state, name) for name in ("kind", *_CHOSEN)})
 
     def changed(self, **values):
         """A copy with other values of some attributes."""

@@ -11,10 +11,11 @@ from vtk_mls.engine.device.devices import NoDevice
 from vtk_mls.reference import reference_engine as reference
 
 
-def engine_for(name=None):
+def engine_for(name=None, needs_float64=False):
     """The engine for `name`, the `device` of a `Deformation`, or DeviceError.
 
-    Without a name it is the numpy reference if no device works, with one warning.
+    It is the numpy reference, with one warning, if no device works and none is named, or if the
+    device has no float64 and the map needs it.
     """
     name = name or os.environ.get("VTK_MLS_DEVICE") or None
     if name == "reference":
@@ -25,6 +26,9 @@ def engine_for(name=None):
         if name is not None:
             raise
         _warn_once(f"numpy is used, slowly: {error}")
+        return reference
+    if needs_float64 and not chosen.has_float64:
+        _warn_once(f"{chosen} has no double precision, which this spline needs: numpy is used")
         return reference
     from vtk_mls.engine import opencl_engine as engine  # needs OpenCL
 

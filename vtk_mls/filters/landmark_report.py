@@ -116,6 +116,7 @@ def fill_settings(table, result):
     for name, values in (
         ("Alpha", [s.alpha for s in settings]),
         ("Smoothing", [s.smoothing for s in settings]),
+        ("Softening", [s.softening for s in settings]),
         ("Median", [medians[s] for s in settings]),
     ):
         arrays.add(rows, name, np.array(values, float))

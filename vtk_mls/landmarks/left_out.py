@@ -27,6 +27,11 @@ class PointPairs:
     def __len__(self) -> int:
         return len(self.rest)
 
+    def precision(self, settings: Settings) -> NDArray[np.float64]:
+        """`splines.precision` for the settings of a spline."""
+        lengths = settings.smoothing, settings.softening
+        return precision(self.deformed, self.weights, settings.order, *lengths)
+
     def of_rows(self, rows: NDArray[np.int64]) -> PointPairs:
         return PointPairs(self.rest[rows], self.deformed[rows], self.weights[rows])
 
@@ -40,7 +45,7 @@ def predictions(
     """
     result, is_alone = pairs.rest.copy(), np.ones(len(pairs), bool)
     if settings.kind == "spline":
-        matrix = precision(pairs.deformed, pairs.weights, settings.order, settings.smoothing)
+        matrix = pairs.precision(settings)
         diagonal = without_lone(matrix.diagonal())
         is_alone = np.isnan(diagonal)
         result -= matrix @ (pairs.rest - pairs.deformed) / diagonal[:, None]

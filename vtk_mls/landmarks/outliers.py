@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from vtk_mls.landmarks.left_out import PointPairs, nearest
 from vtk_mls.landmarks.settings import Settings
-from vtk_mls.model.kinds.splines import precision, without_lone
+from vtk_mls.model.kinds.splines import without_lone
 
 _NEIGHBORS = 12  # their errors define the usual error at a place
 # Limit of the error of a good pair, in usual errors. Normal noise of each coordinate exceeds 2.7
@@ -39,7 +39,7 @@ def find(
     """
     inliers = np.arange(len(pairs)) if suspected is None else np.flatnonzero(~suspected)
     min_count = len(pairs) - int(_MAX_SHARE * len(pairs))
-    matrix = precision(pairs.deformed, pairs.weights, settings.order, settings.smoothing)
+    matrix = pairs.precision(settings)
     while True:
         neighbors = nearest(pairs, inliers, _NEIGHBORS)
         errors, variance = _left_out(matrix, pairs.rest - pairs.deformed, inliers)

@@ -130,8 +130,8 @@ def report(
     """Predict each pair of landmarks from the others.
 
     The map of all other pairs, at q of a pair, should lead to its p. The distance is an honest
-    error: residuals at the landmarks of a map are 0. Their geometric mean chooses the order
-    and the smoothing of a spline.
+    error: residuals at the landmarks of a map are 0. The mean of their square roots chooses the
+    order, the softening and the smoothing of a spline.
 
     The recommended map is sensible around the pairs, if settings with such a map were found: the
     pairs alone do not show that a map flattens, folds or explodes the volume beside a line or a
@@ -168,7 +168,7 @@ def report(
 
     Notes
     -----
-    The time is proportional to n^3 up to 1,500 pairs: settings are compared by at most so many,
+    The time is proportional to n^3 up to 1,000 pairs: settings are compared by at most so many,
     and one map for all by at most 256. The largest number of pairs is 5,000.
     """
     pairs, labels = _checked(rest, deformed, names, weights)
@@ -236,7 +236,7 @@ def _spread(choice):
 
 
 def _choices(pairs, progress, score=attrgetter("score")):
-    """Of each order the exact spline and that of the best smoothing, the best first.
+    """Of each order the best exact spline and the best of all, the best first.
 
     By settings: the distances (m,) of pairs left out.
     """
@@ -244,11 +244,13 @@ def _choices(pairs, progress, score=attrgetter("score")):
     q, u, weights = pairs.deformed[rows], (pairs.rest - pairs.deformed)[rows], pairs.weights[rows]
     kept: list[Choice] = []
     for order in progress.over(ORDERS):
-        tried = [*choices(q, u, weights, (order,))]
-        kept += tried[0], min(tried, key=score)
+        tried = choices(q, u, weights, (order,), score=score)
+        exact = (choice for choice in tried if choice.smoothing == 0)
+        kept += min(exact, key=score), min(tried, key=score)
     found = {}
     for choice in sorted(kept, key=score):
-        settings = Settings("spline", None, 0.0, choice.smoothing, choice.order)
+        lengths = {"smoothing": choice.smoothing, "softening": choice.softening}
+        settings = Settings("spline", None, 0.0, order=choice.order, **lengths)
         size = np.linalg.norm(choice.left_out, axis=1)
         found[settings] = _errors(pairs, rows, settings) if np.isnan(size).any() else size
     return found

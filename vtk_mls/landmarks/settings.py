@@ -22,6 +22,8 @@ class Settings:
         With alpha 0 all pairs weigh alike: one map for all; and of a spline it has no meaning.
     order : int or None
         Of a spline.
+    softening : float
+        Of a spline.
     """
 
     kind: str
@@ -29,6 +31,7 @@ class Settings:
     alpha: float
     smoothing: float = 0.0
     order: int | None = None
+    softening: float = 0.0
 
     @property
     def options(self) -> dict[str, Any]:
@@ -44,7 +47,7 @@ class Settings:
 
     @property
     def _names(self):
-        names = ["kind", "degree", "order", "alpha", "smoothing"]
+        names = ["kind", "degree", "order", "alpha", "smoothing", "softening"]
         return [name for name in names if getattr(self, name) not in (None, 0)]
 
 

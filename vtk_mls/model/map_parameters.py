@@ -34,6 +34,7 @@ class MapParameters:
     smoothing: float
     degree: int
     order: int
+    softening: float
     steps: int
     path: NDArray[np.float64]
     handles: tuple[Handle, ...]
@@ -58,6 +59,7 @@ class MapParameters:
         smoothing: float | str = named("smoothing").default,
         degree: int = named("degree").default,
         order: int | str = named("order").default,
+        softening: float | str = named("softening").default,
         steps: int | str = named("steps").default,
         path: ArrayLike | None = None,
         weights: ArrayLike | None = None,
@@ -106,9 +108,8 @@ class MapParameters:
                 f"got {len(self.obstacles)}; join surfaces into one",
                 argument="cuts",
             )
-        kind = kinds.named(
-            self.kind, degree=self.degree, order=self.order, smoothing=self.smoothing
-        )
+        names = ("degree", "order", "smoothing", "softening")
+        kind = kinds.named(self.kind, **{name: getattr(self, name) for name in names})
         arguments.check_kind(self, kind)
         in_rest_frame = self.cut_frame == "rest"
         points = self.rest, self.deformed, self.weights
@@ -152,10 +153,15 @@ class MapParameters:
         return getattr(self.regions[0].control_points.kind, "smoothing", self.smoothing)
 
     @property
+    def softening_used(self) -> float:
+        """The softening of the spline, world units; 0 for other kinds."""
+        return getattr(self.regions[0].control_points.kind, "softening", 0.0)
+
+    @property
     def left_out_errors(self) -> NDArray[np.float64] | None:
         """Distance (n,) from p of each control point to the map of all others, world units.
 
-        Only for splines with automatic settings. Of more than 1,500 points, these are of 1,500.
+        Only for splines with automatic settings. Of more than 1,000 points, these are of 1,000.
         """
         left_out = getattr(self.regions[0].control_points.kind, "left_out", None)
         return None if left_out is None else np.linalg.norm(left_out, axis=1)

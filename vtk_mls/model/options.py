@@ -98,9 +98,9 @@ OPTIONS = (
         """How the space between the control points deforms. rigid keeps sizes and angles as well as
         it can, similarity allows a change of size, affine allows shear, and polynomial bends most
         freely. spline is the smoothest map through the control points, and best for landmarks:
-        it has neither cuts nor rigid regions. auto is the spline whose order and smoothing predict
-        control points left out best; up to four points, and with cuts or rigid regions, it is
-        rigid. tps is the thin-plate spline of ITK and 3D Slicer.""",
+        it has neither cuts nor rigid regions. auto is the spline whose settings predict control
+        points left out best; up to four points, and with cuts or rigid regions, it is rigid. tps is
+        the thin-plate spline of ITK and 3D Slicer.""",
         choices=(*kinds.ALL_KINDS, *_NAMED_SPLINES),
     ),
     Option(
@@ -117,7 +117,7 @@ OPTIONS = (
         0,
         "Order (0: automatic)",
         """Order of the spline: 1 for r, 2 for r^2 log r, 3 for r^3, the smoothest. auto, or 0,
-        takes the one that predicts control points left out best.""",
+        takes the one that predicts control points left out best, and with it the softening.""",
         spellings={"auto": 0},
         is_valid=lambda order: order in range(4),
         expected='1, 2, 3 or "auto"',
@@ -146,6 +146,19 @@ OPTIONS = (
         spellings={"auto": -1},
         is_valid=lambda length: length >= 0 or length == -1,
         expected="a number from 0 on",
+        is_advanced=True,
+    ),
+    Option(
+        "softening",
+        -1.0,
+        "Softening (-1: automatic)",
+        """Length in world units that rounds a spline at the control points: r becomes sqrt(r^2 +
+        softening^2), so that order 1 is smooth there, and still straight far away. auto, or -1, is
+        0 for a given order; with an automatic order it predicts control points left out best.""",
+        spellings={"auto": -1},
+        is_valid=lambda length: length >= 0 or length == -1,
+        expected='a number from 0 on, or "auto"',
+        needs=("kind", "spline"),
         is_advanced=True,
     ),
     Option(

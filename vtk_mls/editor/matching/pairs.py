@@ -10,6 +10,7 @@ import numpy as np
 from vtk_mls.editor import grips
 from vtk_mls.landmarks.left_out import PointPairs, predictions
 from vtk_mls.landmarks.settings import Settings
+from vtk_mls.model.kinds import splines
 
 MOVING, TARGET = SIDES = "moving", "target"
 # Pairs for which the errors are computed at each edit, and those without which there is no map.
@@ -132,7 +133,8 @@ def left_out_errors(state):
     pairs = _enabled_pairs(state)
     if len(np.unique(pairs.deformed, axis=0)) < len(rows):
         return errors
-    settings = Settings(state.kind, state.degree, state.alpha, state.smoothing, state.order)
+    lengths = {"smoothing": state.smoothing, "softening": state.softening}
+    settings = Settings(state.kind, state.degree, state.alpha, order=state.order, **lengths)
     predicted = predictions(pairs, np.arange(len(rows)), settings)
     errors[rows] = np.linalg.norm(predicted - pairs.rest, axis=1)
     return errors
@@ -141,8 +143,7 @@ def left_out_errors(state):
 def _choice(state):
     if state.kind != "spline" or state.order == 0:
         return ""
-    smoothing = f", smoothing {state.smoothing:.3g}" if state.smoothing > 0 else ""
-    return f"spline of order {state.order}{smoothing}"
+    return splines.in_words(state.order, state.smoothing, state.softening)
 
 
 def _enabled_pairs(state):

@@ -23,8 +23,8 @@ class Kind:
     """A kind of maps.
 
     A kind is a subclass with a `name` in any file of this folder, and a kernel file with the
-    functions of "Kinds" in opencl/README.md. `degree` is that of polynomials, `order` and
-    `smoothing` (world units) are those of splines.
+    functions of "Kinds" in opencl/README.md. `degree` is that of polynomials; `order`, `smoothing`
+    and `softening` (world units) are those of splines.
     """
 
     name = None  # as in `Deformation`; None for a base class
@@ -63,6 +63,10 @@ class Kind:
 
     def needs_float64(self, alpha, points) -> bool:
         """Whether the kernels may sum in double on devices that support it."""
+        return False
+
+    def is_wrong_in_float32(self, points) -> bool:
+        """Whether only devices that support double can compute the map."""
         return False
 
     def constants(self) -> dict:
