@@ -1,7 +1,7 @@
 // Splines: G(v) = v + A [1, v] + sum_i c_i phi(sqrt(|v - q_i|^2 + l^2)), phi = -r, r^2 log r or r^3.
 //
 // `kind_table` has A, by rows of four for 1, x, y and z, l^2, then q and c of each control point; and
-// again what float lost of all these. No weight depends on v, so there is no pivot.
+// again all these in double. No weight depends on v, so there is no pivot.
 //
 // Build constants: ORDER 1, 2 or 3; USE_FP64, LANES.
 
@@ -23,11 +23,14 @@ typedef struct {
 #define SPLINE_TERM 6
 
 // Value i of the table, in the digits of the sums.
+#ifdef USE_FP64
 inline SUM spline_value(const map_t *map, int i) {
   const int count = SPLINE_POINTS + SPLINE_TERM * map->params.count;
-  const SUM value = map->kind_table[i];
-  return sizeof(SUM) > sizeof(float) ? value + map->kind_table[count + i] : value;
+  return as_double(vload2(i, map->kind_table + count));
 }
+#else
+inline SUM spline_value(const map_t *map, int i) { return map->kind_table[i]; }
+#endif
 
 inline spline_vec spline_point(vec v) { return (spline_vec){TO_SUM(v.x), TO_SUM(v.y), TO_SUM(v.z)}; }
 

@@ -123,13 +123,12 @@ class Spline(Kind):
     def table(self, points):
         """The affine part, the softening squared, q and c of each control point.
 
-        All of them twice: rounded to float32, then what was lost.
+        All of them twice: in float32, then in float64.
         """
         spline = points.determined
         exact = np.append(spline.affine.T, spline.softening**2)
         exact = np.append(exact, np.hstack([spline.q, spline.c]))
-        rounded = exact.astype(np.float32)
-        return np.concatenate([rounded, (exact - rounded).astype(np.float32)])
+        return np.append(exact.astype(np.float32), exact.view(np.float32))
 
 
 @dataclass(frozen=True, eq=False)
