@@ -13,8 +13,9 @@ each library leads from their target positions to the moving ones, as images are
 
 Medians over 5 sets. The second table has median errors, and those of 9 of 10 places, for other
 numbers of landmarks, and for a fifth of published pairs, in five splits: those of the package
-flybrains, at most 1,300 of each file. Libraries that are not installed are left out: pip install antspyx flybrains
-itk-filtering itk-registration libigl molesq scipy SimpleITK; on Debian apt-get install plastimatch.
+flybrains, at most 1,300 of each file. Libraries that are not installed are left out: pip install
+antspyx flybrains itk-filtering itk-registration libigl molesq scipy SimpleITK; on Debian apt-get
+install plastimatch.
 """
 
 from __future__ import annotations
