@@ -1,7 +1,5 @@
 """Errors of arguments and files, which know whose they are."""
 
-from __future__ import annotations
-
 from contextlib import contextmanager
 
 

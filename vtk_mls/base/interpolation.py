@@ -1,7 +1,5 @@
 """Interpolation of an array between its points: the float64 specification of the kernels."""
 
-from __future__ import annotations
-
 import numpy as np
 
 # By method: how many points beyond those next to an index determine the value there.

@@ -1,7 +1,5 @@
 """The folder of a displacement field as an OME-Zarr."""
 
-from __future__ import annotations
-
 _COMPONENTS = "x", "y", "z"
 _IN_LPS = "to the left", "to posterior", "to superior"
 _COLORS = "FF0000", "00FF00", "0000FF"

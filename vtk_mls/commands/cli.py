@@ -1,7 +1,5 @@
 """The command `vtk-mls`."""
 
-from __future__ import annotations
-
 import sys
 
 from vtk_mls import __version__

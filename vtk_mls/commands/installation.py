@@ -1,7 +1,5 @@
 """The report of `vtk-mls doctor`: versions, checked OpenCL devices, and problems."""
 
-from __future__ import annotations
-
 import importlib
 import os
 import platform

@@ -1,7 +1,5 @@
 """Compares the kernels on a device with the numpy reference; runs in a child process."""
 
-from __future__ import annotations
-
 import os
 import threading
 import time

@@ -1,7 +1,5 @@
 """`vtk-mls deform` and `vtk-mls field` of OME-Zarr: block by block, larger than memory."""
 
-from __future__ import annotations
-
 from functools import partial
 
 from vtk_mls.base.sampling import AUTOMATIC

@@ -1,7 +1,5 @@
 """Options of the commands that are properties of a filter."""
 
-from __future__ import annotations
-
 
 def add(parser, item, *, flag="", choices=(), text="", more="", default=None):
     """Add the option of a property, an `item` by its name or itself, to a parser.

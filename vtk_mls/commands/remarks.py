@@ -1,7 +1,5 @@
 """Notes on possible mistakes that a command adds to its summary."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

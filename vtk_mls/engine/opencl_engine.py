@@ -1,7 +1,5 @@
 """The engine of OpenCL devices: implements `protocol.Engine` with kernels."""
 
-from __future__ import annotations
-
 import functools
 import threading
 from contextlib import ExitStack

@@ -9,8 +9,6 @@ Other keys (`Modality`, `Comment`, those of SimpleITK's dictionary) are written 
 Labels. MetaImage has no key for them. ITK writes NIfTI labels with `intent_code = 1002`.
 """
 
-from __future__ import annotations
-
 import io
 import math
 import re

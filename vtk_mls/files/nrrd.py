@@ -19,8 +19,6 @@ Labels. A file has labels if its name ends in .seg.nrrd or .seg.nhdr, if it name
 has `intent_code:=1002`, as files that ITK converts from NIfTI labels do.
 """
 
-from __future__ import annotations
-
 import contextlib
 import re
 from dataclasses import replace

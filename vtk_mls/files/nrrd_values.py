@@ -1,7 +1,5 @@
 """The values of NRRD files, by the fields of their headers."""
 
-from __future__ import annotations
-
 import contextlib
 import io
 import math

@@ -6,8 +6,6 @@ metadata voxels are cubes of size 1, for the resolution of a plain TIFF file say
 distance of its pages.
 """
 
-from __future__ import annotations
-
 import contextlib
 import functools
 import logging

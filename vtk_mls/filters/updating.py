@@ -1,7 +1,5 @@
 """Updates of filters that raise their errors and log their warnings."""
 
-from __future__ import annotations
-
 import re
 
 from vtkmodules.util.misc import calldata_type

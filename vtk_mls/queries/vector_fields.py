@@ -1,7 +1,5 @@
 """Gradients of arrays on a grid, and vectors moved by a deformation (Eq. 29)."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from vtk_mls.base import interpolation

@@ -1,7 +1,5 @@
 """The map at points in float64: the weighted fit of Eq. 2, of one step or of several."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from vtk_mls.base.linear_algebra import finite

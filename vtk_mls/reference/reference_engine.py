@@ -7,8 +7,6 @@ tested against the properties of the map. The weights are in `weights`, the fits
 `vtk_mls.model.kinds`.
 """
 
-from __future__ import annotations
-
 import functools
 import itertools
 

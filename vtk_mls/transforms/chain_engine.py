@@ -3,8 +3,6 @@
 Questions on grids go through slabs of points. Arrays are sampled by the engine of the device.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from vtk_mls.base.linear_algebra import transformed

@@ -1,7 +1,5 @@
 """Points and cells of meshes as numpy arrays, and back."""
 
-from __future__ import annotations
-
 import numpy as np
 from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_FLOAT, VTK_UNSIGNED_CHAR, vtkPoints
 from vtkmodules.vtkCommonDataModel import (

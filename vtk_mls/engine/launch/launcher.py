@@ -1,7 +1,5 @@
 """Kernels of an OpenCL device: built at their first use, launched in slabs."""
 
-from __future__ import annotations
-
 import weakref
 
 from vtk_mls.engine.device import devices
