@@ -106,9 +106,8 @@ class MapParameters:
                 f"got {len(self.obstacles)}; join surfaces into one",
                 argument="cuts",
             )
-        kind = kinds.named(
-            self.kind, degree=self.degree, order=self.order, smoothing=self.smoothing
-        )
+        options = {"degree": self.degree, "order": self.order, "smoothing": self.smoothing}
+        kind = kinds.BY_NAME[self.kind](**options)
         arguments.check_kind(self, kind)
         in_rest_frame = self.cut_frame == "rest"
         points = self.rest, self.deformed, self.weights

@@ -19,7 +19,7 @@ from vtk_mls.queries import first_guesses as guesses
 from vtk_mls.queries import vector_fields, void_cells
 from vtk_mls.queries.direct_inverses import direct_inverses
 from vtk_mls.queries.newton import newton
-from vtk_mls.queries.vector_fields import bounds_of_parts, indices_of_parts, sampled_parts
+from vtk_mls.queries.vector_fields import indices_of_parts, sampled_parts
 from vtk_mls.reference import rest_frame
 from vtk_mls.reference.fit import StepFit, fit_of
 from vtk_mls.reference.weights import EvaluationPoints
@@ -257,14 +257,7 @@ def jacobian_field(deformation, grid, progress=SILENT):
     return result.reshape(*grid.shape, 3, 3)
 
 
-def resample(
-    deformation,
-    arrays,
-    sampling,
-    progress=SILENT,
-    void_distance=None,
-    covariant=None,
-):
+def resample(deformation, arrays, sampling, progress=SILENT, void_distance=None, covariant=None):
     parts = _sources(deformation, sampling, progress, with_jacobian=bool(covariant))
     versions = [None] * len(arrays)
     return sampled_parts(arrays, versions, sampling, parts, sample, void_distance, covariant)
@@ -287,10 +280,6 @@ def void_distance_listed(deformation, grid, indices, progress=SILENT):
     for part in progress.over(_parts(len(indices), deformation)):
         result[part] = _evaluate(deformation, grid.points_of(indices[part]))[1]
     return result
-
-
-def source_bounds(deformation, sampling, progress=SILENT):
-    return bounds_of_parts(_sources(deformation, sampling, progress), sampling)
 
 
 def source_index(deformation, sampling, progress=SILENT):

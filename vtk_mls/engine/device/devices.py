@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import functools
 import os
 import re
@@ -201,8 +200,10 @@ def context(device: Device):
             f"{device} cannot be used in a process that uses another {device.platform} already; "
             "use another `device` or another process"
         )
-    with driver_errors(device):
+    try:
         made = cl.Context([device.handle])
+    except cl.Error as error:
+        raise failure(device, error) from error
     _in_use.append(device)
     return made
 
@@ -227,25 +228,19 @@ def queue(device: Device):
     """The command queue of `device`."""
     import pyopencl as cl
 
-    with driver_errors(device):
-        return cl.CommandQueue(context(device))
-
-
-@contextlib.contextmanager
-def driver_errors(device: Device):
-    """Turns errors of the driver into a DeviceError or OutOfDeviceMemory."""
-    import pyopencl as cl
-
     try:
-        yield
+        return cl.CommandQueue(context(device))
     except cl.Error as error:
-        # some errors of pyopencl have only a text
-        code = getattr(error.args[0], "code", int)() if error.args else 0
-        if code in _OUT_OF_MEMORY:
-            raise OutOfDeviceMemory(f"{device} does not have enough memory: {error}") from error
-        raise DeviceError(
-            f"the driver of {device} failed: {error}; try another `device`"
-        ) from error
+        raise failure(device, error) from error
+
+
+def failure(device: Device, error: Exception) -> DeviceError:
+    """The DeviceError or OutOfDeviceMemory of an error of the driver, a pyopencl.Error."""
+    # some errors of pyopencl have only a text
+    code = getattr(error.args[0], "code", int)() if error.args else 0
+    if code in _OUT_OF_MEMORY:
+        return OutOfDeviceMemory(f"{device} does not have enough memory: {error}")
+    return DeviceError(f"the driver of {device} failed: {error}; try another `device`")
 
 
 @lazy.cached
