@@ -43,30 +43,16 @@ class OutOfDeviceMemory(DeviceError):
 
 @dataclass(frozen=True)
 class Device:
-    """An OpenCL device.
+    """An OpenCL device."""
 
-    Attributes
-    ----------
-    key : str
-        "platform:device", as `device` of `Deformation` takes it.
-    kind : str
-        "gpu", "cpu" or "accelerator".
-    version : str
-        OpenCL version, with the driver's additions.
-    driver : str
-        Versions of the driver and of its platform.
-    width : int, optional
-        Points per work item, instead of those that `quirks` chooses.
-    """
-
-    key: str
+    key: str  # "platform:device", as `device` of `Deformation` takes it
     name: str
     platform: str
-    kind: str
-    version: str
+    kind: str  # "gpu", "cpu" or "accelerator"
+    version: str  # of OpenCL, with the driver's additions
     handle: object = field(repr=False, compare=False)
-    driver: str = ""
-    width: int | None = None
+    driver: str = ""  # versions of the driver and of its platform
+    width: int | None = None  # points per work item, instead of those that `quirks` chooses
 
     @functools.cached_property
     def lanes(self) -> int:
