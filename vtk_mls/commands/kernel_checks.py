@@ -19,7 +19,6 @@ EXTENT = 40.0
 _CUT = HalfPlane((20, 20, 20), (0.1, 0.2, 1), (1, 0.1, 0))
 _GRID = Grid((19, 7, 5), spacing=(2.1, 5.7, 8.0))
 _FINE_GRID = Grid((33, 30, 30), spacing=(1.25, 1.3, 1.4))
-_SPEED_GRID = Grid((64, 64, 64), spacing=(0.6, 0.6, 0.6))
 
 
 def main(folder, requested, part):
@@ -122,16 +121,3 @@ def error(engine, results):
     pairs = zip(results(engine), results(reference))
     errors = [np.abs(np.subtract(a, b, dtype=np.float64)) for a, b in pairs]
     return np.max([np.percentile(e, 95) for e in errors])
-
-
-def speed(engine):
-    """Points per second of a rigid map, 15 control points: the best of some launches."""
-    rng = np.random.default_rng(2)
-    deformed = rng.uniform(0, EXTENT, (15, 3))
-    d = Deformation(deformed + rng.normal(0, 1, (15, 3)), deformed, device="reference")
-    times = []
-    for _ in range(6):
-        start = time.perf_counter()
-        engine.displacement_field(d, _SPEED_GRID)
-        times.append(time.perf_counter() - start)
-    return _SPEED_GRID.size / min(times)

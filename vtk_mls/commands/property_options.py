@@ -36,12 +36,7 @@ def numbers(flag, text, count):
 
 def default(name):
     """The default of a property, as text of an option."""
-    return _text(value(name))
-
-
-def value(name):
-    """The default of a property."""
-    return _properties()[name].default
+    return _text(_properties()[name].default)
 
 
 def _properties():

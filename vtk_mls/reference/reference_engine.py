@@ -21,7 +21,7 @@ from vtk_mls.queries.direct_inverses import direct_inverses
 from vtk_mls.queries.newton import newton
 from vtk_mls.queries.vector_fields import indices_of_parts, sampled_parts
 from vtk_mls.reference import rest_frame
-from vtk_mls.reference.fit import StepFit, fit_of
+from vtk_mls.reference.fit import StepFit, fit_of, jacobian_of
 from vtk_mls.reference.weights import EvaluationPoints
 
 NAME = "reference (numpy, float64)"
@@ -62,7 +62,8 @@ def jacobian(deformation, points, progress=SILENT, origins=None):
         for region in deformation.regions:
             rows = part.start + np.flatnonzero(region.holds(deformation.planes, origins[part]))
             at = _evaluation_points(deformation, origins[rows])
-            result[rows] = fit_of(deformation, region.control_points, points[rows], at).jacobian()
+            fit = fit_of(deformation, region.control_points, points[rows], at)
+            result[rows] = jacobian_of(fit)
     return result
 
 
@@ -337,7 +338,7 @@ def _merge_region(deformation, region, points, rows, results):
 def _in_region(deformation, region, v, start=None, with_jacobian=False):
     """`_evaluate` for the material of one region; only on the side of `start` (m, 3), if given."""
     displacement, void_distance, fit = _fit_in_region(deformation, region, v, start)
-    return displacement, void_distance, fit.jacobian() if with_jacobian else None
+    return displacement, void_distance, jacobian_of(fit) if with_jacobian else None
 
 
 def _fit_in_region(deformation, region, v, start=None):
