@@ -33,10 +33,7 @@ def _attributes(image, space, version):
     origin = grid.origin @ grid.direction  # along the axes of the file
     scale = [1.0, *grid.spacing[::-1].tolist()[-count:]]
     shift = [0.0, *origin[::-1].tolist()[-count:]]
-    transforms = [
-        {"type": "scale", "scale": scale},
-        {"type": "translation", "translation": shift},
-    ]
+    transforms = [{"type": "scale", "scale": scale}, {"type": "translation", "translation": shift}]
     multiscale = {
         "name": "displacement",
         "axes": axes,

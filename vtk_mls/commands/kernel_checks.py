@@ -55,12 +55,9 @@ def checks(engine):
     of a larger kernel than it needs. The first image and the search for folds of a filter find most
     of their kernels built. Two children take every other check, which take about the same time.
 
-    Returns
-    -------
-    list of (step, results, bound)
-        `results(module)` are the arrays that an engine or the reference computes, relative to the
-        extent or to 1. `bound` is that of `error`: far above rounding in float32, and far below the
-        error of a miscompiled kernel.
+    A check is (step, results, bound): `results(module)` are the arrays that an engine or the
+    reference computes, relative to the extent or to 1. `bound` is that of `error`: far above
+    rounding in float32, and far below the error of a miscompiled kernel.
     """
     rng = np.random.default_rng(1)
     deformed = rng.uniform(0, EXTENT, (12, 3))

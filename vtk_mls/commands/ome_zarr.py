@@ -115,9 +115,7 @@ def _run(options, algorithm, run):
     transform = algorithm.updated_deformation()
     with step("deform", options.input), progress_bar(options) as bar:
         note = run(
-            *(options.input, options.output, transform),
-            scheduler=options.scheduler,
-            progress=bar,
+            *(options.input, options.output, transform), scheduler=options.scheduler, progress=bar
         )
     return f"; {note}" if note else ""
 

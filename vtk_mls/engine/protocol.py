@@ -9,14 +9,9 @@ class Engine(Protocol):
     Arguments are valid: `Deformation` checks them. Points are float64, finite and in world
     coordinates unless stated otherwise; v is a point of the deformed space, x of the undeformed
     space, and x = G(v). `progress` is reported before each piece of the work.
-
-    Attributes
-    ----------
-    NAME : str
-        Name for people.
     """
 
-    NAME: str
+    NAME: str  # for people
 
     def backward(self, deformation, points, progress):
         """Origins G(v) (m, 3) float64, world coordinates, of the material at `points` v (m, 3)."""

@@ -166,11 +166,7 @@ TABLE = (
     _mesh("VTK XML", ".vtp", _ROLES, "vtkIOXML.vtkXMLPolyData", (POLYDATA,)),
     _mesh("VTK legacy", ".vtk", _ROLES, "vtkIOLegacy.vtkDataSet", (MESH,)),
     _mesh(
-        "VTK XML",
-        ".vtu",
-        (MESH, POINT_DATA),
-        "vtkIOXML.vtkXMLUnstructuredGrid",
-        (UNSTRUCTURED,),
+        "VTK XML", ".vtu", (MESH, POINT_DATA), "vtkIOXML.vtkXMLUnstructuredGrid", (UNSTRUCTURED,)
     ),
     _mesh("VTK XML", ".vts", (MESH, POINT_DATA), "vtkIOXML.vtkXMLStructuredGrid", (STRUCTURED,)),
     Format("VTK XML", ".vtr", AS_IS, (MESH,), _VTR),
@@ -237,14 +233,7 @@ def extensions(reads: str) -> str:
 
 
 def find(path: Path, **contents: tuple[str, ...]) -> Format | None:
-    """The line for a file name; None without.
-
-    Parameters
-    ----------
-    path : Path
-    **contents
-        As in `endings`.
-    """
+    """The line for a file name and contents as of `endings`; None without."""
     return next((line for line in _lines(**contents) if line.ending(path)), None)
 
 
