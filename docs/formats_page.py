@@ -128,7 +128,7 @@ to which the others are converted: micrometers stay micrometers, for handles too
 metadata do not state is that of another axis, with a warning; a missing unit of OME is the
 micrometer, or the second. NRRD and NIfTI outputs state the unit. Other TIFF files have voxels of
 size 1. Several images of different sizes in one file are refused. Files that are compressed by
-LZW need the package SimpleITK or imagecodecs.
+LZW need the package imagecodecs.
 
 **Not read**: N5, and the HDF5 files of BigDataViewer. Export a TIFF stack or NRRD from Fiji.
 """

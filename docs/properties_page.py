@@ -6,10 +6,11 @@ python docs/properties_page.py
 from argparse import ArgumentParser
 from pathlib import Path
 
+import array_table
+
 from vtk_mls.commands import deform, field
 from vtk_mls.filters import property_tables as tables
 from vtk_mls.filters.properties import Items, Rows, Value, Values
-from vtk_mls.vtk import array_table
 
 PAGE = Path(__file__).with_name("properties.md")
 HEAD = """# Properties of the filters
@@ -33,7 +34,7 @@ first: Kind, Degree, Alpha, Smoothing, Median, Options, Recommended. Alpha 0 is 
 pairs. Arrays of the input are chosen as above."""
 OUTPUTS = """\
 The filters write these arrays beside the arrays of their inputs, which they carry along. The
-table is made from `vtk_mls/vtk/array_table.py`; a test compares it with the output of the
+table is made from `docs/array_table.py`; a test compares it with the output of the
 filters.
 """
 # Of values of `vtk_mls`.

@@ -25,14 +25,7 @@ from vtkmodules.vtkCommonDataModel import (
 
 from vtk_mls.base import validation
 from vtk_mls.base.errors import InputError
-from vtk_mls.files import (
-    control_point_files,
-    field_files,
-    formats,
-    mesh_files,
-    metadata,
-    validity,
-)
+from vtk_mls.files import control_point_files, field_files, formats, mesh_files, metadata, validity
 from vtk_mls.files.block_files import COMPOSITE, block_writer, blocks, leaves
 from vtk_mls.files.field_files import FieldContent
 from vtk_mls.files.landmarks import Landmarks, paired
@@ -92,9 +85,7 @@ def read_dataset(path: _PathLike) -> vtkDataObject:
     return read(0)
 
 
-def open_dataset(
-    path: _PathLike,
-) -> tuple[tuple[float, ...], Callable[[int], vtkDataObject]]:
+def open_dataset(path: _PathLike) -> tuple[tuple[float, ...], Callable[[int], vtkDataObject]]:
     """The time steps of a file for `read_dataset`, and a function that reads one.
 
     Parameters

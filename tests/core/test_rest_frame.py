@@ -333,7 +333,7 @@ def test_devices_agree_on_images(key, shape, rng):
     gradients = [d.resample_gradients(vectors, sampling) for d in devices]
     np.testing.assert_allclose(*images, rtol=0, atol=1e-4)
     np.testing.assert_allclose(*gradients, rtol=0, atol=1e-4)
-    bounds = [d._engine.source_bounds(d, sampling, SILENT) for d in devices]
+    bounds = [d.source_bounds(sampling) for d in devices]
     np.testing.assert_allclose(*bounds, rtol=0, atol=1e-4)
 
 

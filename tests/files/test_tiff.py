@@ -1,6 +1,5 @@
 """TIFF stacks that tifffile writes as ImageJ and OME do."""
 
-import sys
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -157,27 +156,17 @@ def test_pages_that_are_written_one_by_one_are_a_stack(rng, components):
     np.testing.assert_array_equal(values_of(image), pages.reshape(-1, *components))
 
 
-@pytest.mark.parametrize("dtype", ["uint8", "int16", "uint16", "float32"])
-@pytest.mark.parametrize("components", [(), (3,)])
-def test_lzw_is_read_by_simpleitk_or_the_package_is_named(rng, dtype, components, monkeypatch):
-    values = rng.integers(0, 99, (*SHAPE, *components)).astype(dtype)
+@pytest.mark.skipif(find_spec("imagecodecs") is not None, reason="reads LZW")
+def test_the_package_for_lzw_is_named(rng):
     writer = SimpleITK.ImageFileWriter()
     writer.SetFileName("x.tif")
     writer.UseCompressionOn()
     writer.SetCompressor("LZW")
-    writer.Execute(SimpleITK.GetImageFromArray(values, isVector=bool(components)))
-    with tifffile.TiffFile("x.tif") as file:
-        assert file.pages[0].compression.name == "LZW"
-    image = io.read_dataset("x.tif")
-    assert image.GetDimensions() == SHAPE[::-1]
-    np.testing.assert_array_equal(values_of(image), values.reshape(-1, *components))
-    if find_spec("imagecodecs") is None:
-        monkeypatch.setitem(sys.modules, "SimpleITK", None)
-        with pytest.raises(
-            ValueError,
-            match=r"used: it needs the package imagecodecs: pip install imagecodecs \(.*LZW",
-        ):
-            io.read_dataset("x.tif")
+    writer.Execute(SimpleITK.GetImageFromArray(rng.integers(0, 99, SHAPE).astype(np.uint8)))
+    with pytest.raises(
+        ValueError, match=r"used: it needs the package imagecodecs: pip install imagecodecs \(.*LZW"
+    ):
+        io.read_dataset("x.tif")
 
 
 def appended(first, second):

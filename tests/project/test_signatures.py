@@ -11,7 +11,7 @@ from vtk_mls.reference import reference_engine as reference
 QUESTIONS = (
     *("backward", "void_distance", "forward", "jacobian", "least_determinant"),
     *("displacement_field", "jacobian_field"),
-    *("resample", "gradient", "source_bounds", "source_index", "origins_from", "sample"),
+    *("resample", "gradient", "source_index", "origins_from", "sample"),
     *("void_by_corners", "void_distance_listed"),
 )
 

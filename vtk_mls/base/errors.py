@@ -1,27 +1,14 @@
 """Errors of arguments and files, which know whose they are."""
 
-from __future__ import annotations
-
 from contextlib import contextmanager
 
 
 class InputError(ValueError):
     """A wrong argument or file: one sentence that begins with its name.
 
-    Parameters
-    ----------
-    predicate : str
-        The sentence behind the name.
-    argument : str or tuple of str, optional
-        The argument, or arguments.
-    path : path, optional
-        The file.
-    name : str, optional
-        The beginning of the sentence; by default the file or the arguments in backticks.
-
-    Attributes
-    ----------
-    predicate, argument, path, name : as the parameters
+    The attributes are the parameters: the `predicate`, which is the sentence behind the name; the
+    `argument`, or a tuple of them; the `path` of a file; and the `name`, by default the file or the
+    arguments in backticks.
     """
 
     def __init__(self, predicate, *, argument="", path="", name=""):

@@ -1,7 +1,5 @@
 """Interpolation of an array between its points: the float64 specification of the kernels."""
 
-from __future__ import annotations
-
 import numpy as np
 
 # By method: how many points beyond those next to an index determine the value there.
@@ -11,26 +9,15 @@ NO_BOUNDS = np.array([[np.inf] * 3, [-np.inf] * 3])  # without points
 
 
 def sample(array, index, method, background, source):
-    """Values of `array` at continuous indices.
+    """Values (m,) or (m, components) of `array` at continuous indices (i, j, k) of the whole grid.
 
-    Parameters
-    ----------
-    array : (nz, ny, nx) or (nz, ny, nx, components) array of any real dtype
-    index : (m, 3) float64
-        Continuous indices (i, j, k) of the whole grid. The border's value continues up to half a
-        spacing outside; beyond that it is `background`.
-    method : {"nearest", "linear", "cubic"}
-        "cubic" is Catmull-Rom (Keys, a = -1/2).
-    background : float or int, or a tuple with one for each component
-        Value outside.
-    source : Grid
-        Of the values. For a part of a grid, values outside are taken from its own border.
+    `array` (nz, ny, nx) or (nz, ny, nx, components), of any real dtype, is on the Grid `source`. At
+    `index` (m, 3) the border's value continues up to half a spacing outside; beyond that it is the
+    `background`, a number or one for each component. For a part of a grid, values outside are taken
+    from its own border. "cubic" is Catmull-Rom (Keys, a = -1/2).
 
-    Returns
-    -------
-    (m,) or (m, components) array of the same dtype
-        Integers are rounded to the nearest and limited to their range. At a point of the grid it is
-        exactly the value of that point; between equal values it is that value.
+    Integers are rounded to the nearest and limited to their range. At a point of the grid it is
+    exactly the value of that point; between equal values it is that value.
     """
     size = np.array(source.whole.dimensions)
     first = np.array(source.first)

@@ -4,8 +4,6 @@ Products with many vectors avoid BLAS: its threads busy-wait for tens of millise
 product, and take processor time from the kernels.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 _NEXT, _LAST = [1, 2, 0], [2, 0, 1]  # cyclic indices of coordinates

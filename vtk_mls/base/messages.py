@@ -1,7 +1,5 @@
 """Messages for the user: progress and warnings, to the handlers of a context or to `logging`."""
 
-from __future__ import annotations
-
 import contextlib
 import contextvars
 import logging

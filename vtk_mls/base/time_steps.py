@@ -1,7 +1,5 @@
 """Time steps of data."""
 
-from __future__ import annotations
-
 import numpy as np
 
 _ROUNDING = 0.01  # steps; files round times to float32, or to a few decimal digits

@@ -1,7 +1,5 @@
 """The folder of a displacement field as an OME-Zarr."""
 
-from __future__ import annotations
-
 _COMPONENTS = "x", "y", "z"
 _IN_LPS = "to the left", "to posterior", "to superior"
 _COLORS = "FF0000", "00FF00", "0000FF"
@@ -35,10 +33,7 @@ def _attributes(image, space, version):
     origin = grid.origin @ grid.direction  # along the axes of the file
     scale = [1.0, *grid.spacing[::-1].tolist()[-count:]]
     shift = [0.0, *origin[::-1].tolist()[-count:]]
-    transforms = [
-        {"type": "scale", "scale": scale},
-        {"type": "translation", "translation": shift},
-    ]
+    transforms = [{"type": "scale", "scale": scale}, {"type": "translation", "translation": shift}]
     multiscale = {
         "name": "displacement",
         "axes": axes,

@@ -1,7 +1,5 @@
 """Deforms OME-Zarr images in blocks, by threads of this process or by a dask cluster."""
 
-from __future__ import annotations
-
 import concurrent.futures
 import functools
 import os

@@ -6,8 +6,6 @@ its place. So an output with its own name is complete, and an interrupted one is
 process at a time has the lock of the folder, which the system frees when that process ends.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import errno
 import hashlib

@@ -1,7 +1,5 @@
 """`vtk-mls check`: how well pairs of landmarks agree, and which settings suit them."""
 
-from __future__ import annotations
-
 import json
 from contextlib import contextmanager
 

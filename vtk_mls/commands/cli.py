@@ -1,7 +1,5 @@
 """The command `vtk-mls`."""
 
-from __future__ import annotations
-
 import sys
 
 from vtk_mls import __version__
@@ -10,18 +8,10 @@ from vtk_mls.commands.supervision import supervise
 
 
 def main(arguments=None):
-    """Run a command.
+    """Run a command; its exit status: 0, 1 after one sentence on stderr, or 130 after Ctrl-C.
 
-    Parameters
-    ----------
-    arguments : list of str, optional
-        Run in this process, which a crash of VTK ends. By default the arguments of the process are
-        run in a child.
-
-    Returns
-    -------
-    int
-        Exit status: 0, 1 after one sentence on stderr, or 130 after Ctrl-C.
+    A list of `arguments` is run in this process, which a crash of VTK ends; by default those of the
+    process are run in a child.
     """
     try:
         # ParaView is a process of its own, and Ctrl-C is for it too

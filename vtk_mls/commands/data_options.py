@@ -1,7 +1,5 @@
 """Options of `vtk-mls deform` and `vtk-mls field` that are for some kinds of data only."""
 
-from __future__ import annotations
-
 IMAGES, MESHES, OME_ZARR = "images", "meshes", "OME-Zarr"
 _ONE = {IMAGES: "an image", MESHES: "a mesh", OME_ZARR: "an OME-Zarr, written block by block"}
 _ONLY = {  # option and kinds of data, by attribute of the options

@@ -1,7 +1,5 @@
 """`vtk-mls deform`: an image or a mesh, deformed."""
 
-from __future__ import annotations
-
 from functools import cache, partial
 
 from vtk_mls.commands import data_options, map_options, ome_zarr, property_options, remarks, running

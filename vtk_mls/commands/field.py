@@ -1,7 +1,5 @@
 """`vtk-mls field`: the displacement field of a deformation, for other programs."""
 
-from __future__ import annotations
-
 from vtk_mls.commands import data_options, map_options, ome_zarr, property_options, remarks
 from vtk_mls.commands.running import kind_used, read, set_up, update
 from vtk_mls.commands.supervision import step

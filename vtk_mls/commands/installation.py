@@ -1,7 +1,5 @@
 """The report of `vtk-mls doctor`: versions, checked OpenCL devices, and problems."""
 
-from __future__ import annotations
-
 import importlib
 import os
 import platform
@@ -96,8 +94,6 @@ def _devices(problems, retest):
         mark = "->" if is_used else "  "
         lines.append(f"  {mark} {candidate}, {candidate.version}, driver {candidate.driver}")
         lines += [f"       {line}" for line in _result(candidate, result)]
-        if is_used:
-            lines.append(f"       computes {_speed(candidate):.0f} million points/s")
     if not any(drivers.is_fastest(candidate.platform) for candidate in devices):
         lines.append(f"faster on this processor: {drivers.advice()}")
     if requested is not None:
@@ -113,11 +109,3 @@ def _result(device, result):
         yield f"{how} with {device.lanes} points per work item"
     path = device_check.result_path(device)
     yield f"result kept in {path}" if path and path.exists() else "result not kept"
-
-
-def _speed(device):
-    """Millions of points per second of a map."""
-    from vtk_mls.commands import kernel_checks  # needs OpenCL
-    from vtk_mls.engine import opencl_engine
-
-    return kernel_checks.speed(opencl_engine.on(device)) / 1e6

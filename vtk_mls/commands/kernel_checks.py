@@ -1,7 +1,5 @@
 """Compares the kernels on a device with the numpy reference; runs in a child process."""
 
-from __future__ import annotations
-
 import os
 import threading
 import time
@@ -21,7 +19,6 @@ EXTENT = 40.0
 _CUT = HalfPlane((20, 20, 20), (0.1, 0.2, 1), (1, 0.1, 0))
 _GRID = Grid((19, 7, 5), spacing=(2.1, 5.7, 8.0))
 _FINE_GRID = Grid((33, 30, 30), spacing=(1.25, 1.3, 1.4))
-_SPEED_GRID = Grid((64, 64, 64), spacing=(0.6, 0.6, 0.6))
 
 
 def main(folder, requested, part):
@@ -58,12 +55,9 @@ def checks(engine):
     of a larger kernel than it needs. The first image and the search for folds of a filter find most
     of their kernels built. Two children take every other check, which take about the same time.
 
-    Returns
-    -------
-    list of (step, results, bound)
-        `results(module)` are the arrays that an engine or the reference computes, relative to the
-        extent or to 1. `bound` is that of `error`: far above rounding in float32, and far below the
-        error of a miscompiled kernel.
+    A check is (step, results, bound): `results(module)` are the arrays that an engine or the
+    reference computes, relative to the extent or to 1. `bound` is that of `error`: far above
+    rounding in float32, and far below the error of a miscompiled kernel.
     """
     rng = np.random.default_rng(1)
     deformed = rng.uniform(0, EXTENT, (12, 3))
@@ -124,16 +118,3 @@ def error(engine, results):
     pairs = zip(results(engine), results(reference))
     errors = [np.abs(np.subtract(a, b, dtype=np.float64)) for a, b in pairs]
     return np.max([np.percentile(e, 95) for e in errors])
-
-
-def speed(engine):
-    """Points per second of a rigid map, 15 control points: the best of some launches."""
-    rng = np.random.default_rng(2)
-    deformed = rng.uniform(0, EXTENT, (15, 3))
-    d = Deformation(deformed + rng.normal(0, 1, (15, 3)), deformed, device="reference")
-    times = []
-    for _ in range(6):
-        start = time.perf_counter()
-        engine.displacement_field(d, _SPEED_GRID)
-        times.append(time.perf_counter() - start)
-    return _SPEED_GRID.size / min(times)

@@ -1,7 +1,5 @@
 """Options of the map, common to all commands with control points."""
 
-from __future__ import annotations
-
 from functools import partial
 
 from vtk_mls.commands import property_options

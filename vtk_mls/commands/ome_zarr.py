@@ -1,7 +1,5 @@
 """`vtk-mls deform` and `vtk-mls field` of OME-Zarr: block by block, larger than memory."""
 
-from __future__ import annotations
-
 from functools import partial
 
 from vtk_mls.base.sampling import AUTOMATIC
@@ -117,9 +115,7 @@ def _run(options, algorithm, run):
     transform = algorithm.updated_deformation()
     with step("deform", options.input), progress_bar(options) as bar:
         note = run(
-            *(options.input, options.output, transform),
-            scheduler=options.scheduler,
-            progress=bar,
+            *(options.input, options.output, transform), scheduler=options.scheduler, progress=bar
         )
     return f"; {note}" if note else ""
 

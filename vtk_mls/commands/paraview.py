@@ -1,7 +1,5 @@
 """`vtk-mls paraview`: ParaView with the plugin."""
 
-from __future__ import annotations
-
 import os
 
 from vtk_mls.base import display

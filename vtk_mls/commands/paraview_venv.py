@@ -3,8 +3,6 @@
 It must have the version of ParaView's Python and of its numpy, and no VTK.
 """
 
-from __future__ import annotations
-
 import importlib.metadata
 import re
 import shutil

@@ -1,7 +1,5 @@
 """`vtk-mls points`: landmarks move with the material."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from functools import partial
 

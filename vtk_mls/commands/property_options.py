@@ -1,7 +1,5 @@
 """Options of the commands that are properties of a filter."""
 
-from __future__ import annotations
-
 
 def add(parser, item, *, flag="", choices=(), text="", more="", default=None):
     """Add the option of a property, an `item` by its name or itself, to a parser.
@@ -38,12 +36,7 @@ def numbers(flag, text, count):
 
 def default(name):
     """The default of a property, as text of an option."""
-    return _text(value(name))
-
-
-def value(name):
-    """The default of a property."""
-    return _properties()[name].default
+    return _text(_properties()[name].default)
 
 
 def _properties():

@@ -1,7 +1,5 @@
 """Notes on possible mistakes that a command adds to its summary."""
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 
@@ -9,6 +7,8 @@ from vtk_mls.files.ome_zarr import SUFFIX
 
 _COUNTS = ("InvertedCells", "UncheckedCells", "LargestBlend")
 _DETERMINANT = "JacobianDeterminant"
+# Other arrays that the filter gives points and cells of a mesh, beside those of its quality.
+_UNASKED = "ForwardDisplacement", "NoInverse", "Void", "vtkGhostType", "Jacobian", _DETERMINANT
 
 
 def notes(algorithm):
@@ -141,11 +141,8 @@ class InvertedCells:
 def dropped_arrays(output, path):
     """The names of input arrays that a file cannot hold, for the end of a sentence."""
     from vtk_mls import io
-    from vtk_mls.vtk import array_table
 
-    unasked = [a for a in array_table.TABLE if a.when != array_table.WITH_CELL_QUALITY]
-    own = {array.name for array in unasked if array_table.MESH in array.writers}
-    names = [f"`{name}`" for name in io.left_out(output, path) if name not in own]
+    names = [f"`{name}`" for name in io.left_out(output, path) if name not in _UNASKED]
     if not names:
         return ""
     return f"; without {', '.join(names)}, which {Path(path).suffix} cannot hold"

@@ -3,8 +3,6 @@
 And reads files and runs filters, with warnings and a progress bar on the terminal.
 """
 
-from __future__ import annotations
-
 import sys
 from contextlib import contextmanager, suppress
 from functools import partial

@@ -4,8 +4,6 @@ The files are named by a collection of ParaView (.pvd), a file series of ParaVie
 a pattern of a shell, in the order of the numbers in their names.
 """
 
-from __future__ import annotations
-
 import glob
 import json
 import math

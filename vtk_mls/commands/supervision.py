@@ -9,8 +9,6 @@ The child appends each step that it begins to the file `steps` in its folder, wh
 at the end.
 """
 
-from __future__ import annotations
-
 import faulthandler
 import json
 import os

@@ -1,7 +1,5 @@
 """`vtk-mls view`: the editor in a window."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from vtk_mls.commands import map_options, running

@@ -1,25 +1,25 @@
 """The engine of OpenCL devices: implements `protocol.Engine` with kernels."""
 
-from __future__ import annotations
-
 import functools
 import threading
 from contextlib import ExitStack
 
 import numpy as np
+import pyopencl as cl
 
 from vtk_mls.base import buffer_pool, interpolation, lazy
 from vtk_mls.base.progress import SILENT
-from vtk_mls.base.sampling import Sampling
 from vtk_mls.engine.device import devices
 from vtk_mls.engine.launch import kernel_arguments
 from vtk_mls.engine.launch.launcher import Launcher
 from vtk_mls.engine.map.inverse import InverseSearch
 from vtk_mls.engine.map.region_map import RegionMap
 from vtk_mls.engine.sample import differences, void_corners
-from vtk_mls.engine.sample.sampler import SourceMap, samplers
+from vtk_mls.engine.sample.sampler import Rule, Sampler, SourceMap, samplers
 from vtk_mls.queries import vector_fields
 from vtk_mls.queries.direct_inverses import direct_inverses
+
+_MAX_SEARCHED = 1 << 18  # points of one search for forward images
 
 
 @lazy.cached
@@ -37,11 +37,12 @@ def _exclusive(method):
         with self._lock:
             while True:
                 try:
-                    with devices.driver_errors(self.device):
-                        return method(self, *arguments, **options)
-                except devices.OutOfDeviceMemory:
-                    if not self.memory.shrink():
-                        raise
+                    return method(self, *arguments, **options)
+                except cl.Error as error:
+                    failure = devices.failure(self.device, error)
+                    is_too_large = isinstance(failure, devices.OutOfDeviceMemory)
+                    if not (is_too_large and self.memory.shrink()):
+                        raise failure from error
 
     return run
 
@@ -113,7 +114,7 @@ class Engine:
         searches = [
             InverseSearch(self.launcher, deformation, region) for region in deformation.regions
         ]
-        for part in progress.over(self.launcher.search_slabs(len(points), deformation)):
+        for part in progress.over(self.launcher.slabs(len(points), deformation, 64, _MAX_SEARCHED)):
             for search in searches:
                 rows = _rows_in(search.map.region, deformation.planes, points, part)
                 displacement[rows], found[rows] = search.forward(points[rows])
@@ -162,13 +163,7 @@ class Engine:
 
     @_exclusive
     def resample(
-        self,
-        deformation,
-        arrays,
-        sampling,
-        progress=SILENT,
-        void_distance=None,
-        covariant=None,
+        self, deformation, arrays, sampling, progress=SILENT, void_distance=None, covariant=None
     ):
         target = sampling.target
         results = [buffer_pool.empty(target.shape + a.shape[3:], a.dtype) for a in arrays]
@@ -195,9 +190,9 @@ class Engine:
         if len(index) == 0 or not kernel_arguments.is_for_device(array, self.device):
             return interpolation.sample(array, index.astype(float), method, background, source)
         result = np.empty((len(index), *array.shape[3:]), array.dtype)
-        settings = {"background": [background], "versions": [version]}
-        sampling = Sampling(source, interpolation=method, **settings)
-        (sampler,) = samplers(self.launcher, [array], sampling, {})
+        fits = self.memory.in_place or self.memory.fits(array.nbytes)
+        rule = Rule(method, background, version=version)
+        sampler = Sampler(self.launcher, array, source, rule, fits)
         with self.memory.input_buffer(np.ascontiguousarray(index.T, np.float32)) as planes:
             sampler.sample(planes, result)
         return result
@@ -220,14 +215,6 @@ class Engine:
                         second_pass=second_pass,
                     )
         return result
-
-    @_exclusive
-    def source_bounds(self, deformation, sampling, progress=SILENT):
-        bounds = interpolation.NO_BOUNDS
-        for part, index in self._sources(deformation, sampling, 0, progress):
-            planes = self.memory.planes(index, part.stop - part.start)
-            bounds = interpolation.joined_bounds(bounds, planes.T, sampling.source.whole)
-        return bounds
 
     @_exclusive
     def source_index(self, deformation, sampling, progress=SILENT):

@@ -1,18 +1,6 @@
 """The interface of engines: the numpy reference and the OpenCL engine."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Protocol
-
-if TYPE_CHECKING:
-    from collections.abc import Hashable
-
-    import numpy as np
-
-    from vtk_mls.base.grid import Grid
-    from vtk_mls.base.progress import Progress
-    from vtk_mls.base.sampling import Sampling
-    from vtk_mls.deformation import Deformation
+from typing import Protocol
 
 
 class Engine(Protocol):
@@ -21,60 +9,33 @@ class Engine(Protocol):
     Arguments are valid: `Deformation` checks them. Points are float64, finite and in world
     coordinates unless stated otherwise; v is a point of the deformed space, x of the undeformed
     space, and x = G(v). `progress` is reported before each piece of the work.
-
-    Attributes
-    ----------
-    NAME : str
-        Name for people.
     """
 
-    NAME: str
+    NAME: str  # for people
 
-    def backward(
-        self, deformation: Deformation, points: np.ndarray, progress: Progress
-    ) -> np.ndarray:
+    def backward(self, deformation, points, progress):
         """Origins G(v) (m, 3) float64, world coordinates, of the material at `points` v (m, 3)."""
 
-    def void_distance(
-        self, deformation: Deformation, points: np.ndarray, progress: Progress
-    ) -> np.ndarray:
+    def void_distance(self, deformation, points, progress):
         """Void distances (m,) float64, world units, at `points` v (m, 3); below 0 in the void.
 
         Of a deformation with `void_needs_map`. For others `Cut.void_distance` computes them from v
         and G(v).
         """
 
-    def least_determinant(
-        self,
-        deformation: Deformation,
-        points: np.ndarray,
-        progress: Progress,
-        step: int | None = None,
-    ) -> np.ndarray:
+    def least_determinant(self, deformation, points, progress, step=None):
         """The smallest determinant (m,) float64 of the Jacobians of the steps at `points` (m, 3).
 
         With a `step` that of this one, and the points are of the stage that it leads from.
         """
 
-    def jacobian(
-        self,
-        deformation: Deformation,
-        points: np.ndarray,
-        progress: Progress,
-        origins: np.ndarray | None = None,
-    ) -> np.ndarray:
+    def jacobian(self, deformation, points, progress, origins=None):
         """Jacobians dG_i/dv_j (m, 3, 3) float64 at `points` v (m, 3).
 
         `origins` x (m, 3) are optional, and given only with cuts in the rest frame.
         """
 
-    def origins_from(
-        self,
-        deformation: Deformation,
-        points: np.ndarray,
-        starts: np.ndarray,
-        progress: Progress,
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def origins_from(self, deformation, points, starts, progress):
         """Origins (m, 3) float64, world coordinates, of the material on one side of the cuts.
 
         Only with cuts in the rest frame; behind the face of that side the map is continued
@@ -83,9 +44,7 @@ class Engine(Protocol):
         units, below 0 where that side has no material.
         """
 
-    def forward(
-        self, deformation: Deformation, points: np.ndarray, progress: Progress
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def forward(self, deformation, points, progress):
         """Displacements v - x (m, 3) of the material at `points` x (m, 3), for the v with G(v) = x.
 
         `points` are float32 or float64, of the undeformed space, and need not be finite;
@@ -94,29 +53,17 @@ class Engine(Protocol):
         displacement is not finite.
         """
 
-    def displacement_field(
-        self, deformation: Deformation, grid: Grid, progress: Progress
-    ) -> tuple[np.ndarray, np.ndarray | None]:
+    def displacement_field(self, deformation, grid, progress):
         """G(v) - v (nz, ny, nx, 3) float32, world units, on a grid of points v.
 
         Also void distances (nz, ny, nx) float32, world units, below 0 in the void; None without
         cuts.
         """
 
-    def jacobian_field(
-        self, deformation: Deformation, grid: Grid, progress: Progress
-    ) -> np.ndarray:
+    def jacobian_field(self, deformation, grid, progress):
         """Transposed Jacobians dG_j/dv_i (nz, ny, nx, 3, 3) float32 on a grid of points v."""
 
-    def resample(
-        self,
-        deformation: Deformation,
-        arrays: list[np.ndarray],
-        sampling: Sampling,
-        progress: Progress,
-        void_distance: np.ndarray | None = None,
-        covariant: dict[int, bool] | None = None,
-    ) -> list[np.ndarray]:
+    def resample(self, deformation, arrays, sampling, progress, void_distance=None, covariant=None):
         """Deformed arrays on `sampling.target`, of the same dtypes.
 
         `arrays` (nz, ny, nx) or (nz, ny, nx, components) of integers or floats are contiguous, and
@@ -126,57 +73,34 @@ class Engine(Protocol):
         outside the source and in the void.
         """
 
-    def gradient(self, array: np.ndarray, grid: Grid, progress: Progress) -> np.ndarray:
+    def gradient(self, array, grid, progress):
         """Gradient (nz, ny, nx, 3) float32, per world unit, of an array on a grid by differences.
 
         Of fourth order inside, of second order at the border, 0 across a single slice. `array`
         (nz, ny, nx) is contiguous and holds real numbers.
         """
 
-    def sample(
-        self,
-        array: np.ndarray,
-        index: np.ndarray,
-        method: str,
-        background: float | tuple[float, ...],
-        source: Grid,
-        version: Hashable = None,
-    ) -> np.ndarray:
+    def sample(self, array, index, method, background, source, version=None):
         """Values between the points of an array, as `interpolation.sample` computes them.
 
         `array` (nz, ny, nx) or (nz, ny, nx, components) is contiguous and holds real numbers. The
         result (m,) or (m, components) has the same dtype. `version` is one of `Sampling.versions`.
         """
 
-    def void_by_corners(
-        self, void_distance: np.ndarray, min_distance: float, progress: Progress
-    ) -> np.ndarray:
+    def void_by_corners(self, void_distance, min_distance, progress):
         """The bits VOID, UNKNOWN and TOUCHED of cells, as `void_cells.by_corners` computes them.
 
         `void_distance` (nz, ny, nx) float32, world units, is contiguous. Cells that are not near a
         face have corners at least `min_distance` from it. uint8 with the shape of `Grid.cells`.
         """
 
-    def void_distance_listed(
-        self, deformation: Deformation, grid: Grid, indices: np.ndarray, progress: Progress
-    ) -> np.ndarray:
+    def void_distance_listed(self, deformation, grid, indices, progress):
         """The void distance (m,) float32, world units, of `displacement_field` at some points.
 
         The deformation has cuts. `indices` (m,) int64 of points of the grid ascend, x fastest.
         """
 
-    def source_bounds(
-        self, deformation: Deformation, sampling: Sampling, progress: Progress
-    ) -> np.ndarray:
-        """Bounds (2, 3) of the origins of the target of a `Sampling`.
-
-        The lowest and highest continuous indices of `sampling.source.whole` that are inside it;
-        inf and -inf without any.
-        """
-
-    def source_index(
-        self, deformation: Deformation, sampling: Sampling, progress: Progress
-    ) -> np.ndarray:
+    def source_index(self, deformation, sampling, progress):
         """The origins of the target of a `Sampling`: (target.size, 3) float32 or float64.
 
         Continuous indices of `sampling.source.whole`, for `sample`. They are outside of it for the

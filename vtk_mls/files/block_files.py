@@ -1,7 +1,5 @@
 """Datasets of several blocks, and their files: .vtm, .vtpc and .vtkhdf."""
 
-from __future__ import annotations
-
 import base64
 from xml.sax.saxutils import quoteattr
 

@@ -61,10 +61,7 @@ def _is_table(path):
 
 
 def read_landmarks(
-    path: str | PathLike[str],
-    space: str = "LPS",
-    is_alone: bool = False,
-    time: float | None = None,
+    path: str | PathLike[str], space: str = "LPS", is_alone: bool = False, time: float | None = None
 ) -> Landmarks:
     """The `Landmarks` of a file of `formats.POINTS` in LPS, as of `io.read_landmarks`."""
     path = existing_file(path)

@@ -4,8 +4,6 @@ Places are those of ITK, in LPS. Values are rescaled as the slices say. Slices a
 A slice that is missing, broken or of another size is an error: nothing is interpolated over it.
 """
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

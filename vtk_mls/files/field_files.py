@@ -39,25 +39,13 @@ _PURPOSE = "displacement field type:="
 
 
 class FieldContent(NamedTuple):
-    """A displacement field, and what formats say about it.
+    """A displacement field, and what formats say about it."""
 
-    Parameters
-    ----------
-    displacement : (nz, ny, nx, 3) array_like, world units, LPS
-    grid : Grid
-    is_forward : bool
-        Whether it moves points.
-    nifti_header : tuple of str
-        Lines `NIFTI_HEADER` of the image with this grid.
-    convention : {"itk", "ants"}
-        Of NIfTI.
-    """
-
-    displacement: ArrayLike
+    displacement: ArrayLike  # (nz, ny, nx, 3), world units, LPS
     grid: Grid
-    is_forward: bool = False
-    nifti_header: tuple[str, ...] = ()
-    convention: str = "itk"
+    is_forward: bool = False  # whether it moves points
+    nifti_header: tuple[str, ...] = ()  # lines `NIFTI_HEADER` of the image with this grid
+    convention: str = "itk"  # or "ants": of NIfTI
 
 
 def write(

@@ -43,41 +43,23 @@ _DICOM_MAGIC = slice(128, 132), b"DICM"
 class Format:
     """A line of the table.
 
-    Parameters
-    ----------
-    name : str
-        In the documentation.
-    endings : str
-        Of file names, in lower case, separated by blanks.
-    frame : str
-    reads, writes : tuples of str
-        Contents to read it as, and to write to it.
-    reader, writer : str
-        `module.function` in this folder and its first arguments, separated by blanks. The last
-        argument of a reader is a path; those of a writer are the content and a path. Writers of
-        points and pairs take an open text file, and `Landmarks` or `Pairs` in LPS; those of points
-        return the number of points left out.
-    has_times : bool
-        Whether the reader returns times, as `simulation_files.open_file` does.
-    needs : str
-        A package that must be installed.
-    is_folder : bool
-        Whether it is a folder with a name of that ending.
-    series_writer : str
-        As `writer`, for images in time: a context manager of a path and the times, with a function
-        that adds an image.
+    A reader or writer is `module.function` in this folder and its first arguments, separated by
+    blanks. The last argument of a reader is a path; those of a writer are the content and a path.
+    Writers of points and pairs take an open text file, and `Landmarks` or `Pairs` in LPS; those of
+    points return the number of points left out. A writer of images in time is a context manager of
+    a path and the times, with a function that adds an image.
     """
 
-    name: str
-    endings: str
+    name: str  # in the documentation
+    endings: str  # of file names, in lower case, separated by blanks
     frame: str
-    reads: tuple[str, ...] = ()
+    reads: tuple[str, ...] = ()  # contents to read it as
     reader: str = ""
-    writes: tuple[str, ...] = ()
+    writes: tuple[str, ...] = ()  # contents to write to it
     writer: str = ""
-    has_times: bool = False
-    needs: str = ""
-    is_folder: bool = False
+    has_times: bool = False  # whether the reader returns times, as `simulation_files.open_file`
+    needs: str = ""  # a package that must be installed
+    is_folder: bool = False  # whether it is a folder with a name of that ending
     series_writer: str = ""
 
     def ending(self, path: Path) -> str:
@@ -184,11 +166,7 @@ TABLE = (
     _mesh("VTK XML", ".vtp", _ROLES, "vtkIOXML.vtkXMLPolyData", (POLYDATA,)),
     _mesh("VTK legacy", ".vtk", _ROLES, "vtkIOLegacy.vtkDataSet", (MESH,)),
     _mesh(
-        "VTK XML",
-        ".vtu",
-        (MESH, POINT_DATA),
-        "vtkIOXML.vtkXMLUnstructuredGrid",
-        (UNSTRUCTURED,),
+        "VTK XML", ".vtu", (MESH, POINT_DATA), "vtkIOXML.vtkXMLUnstructuredGrid", (UNSTRUCTURED,)
     ),
     _mesh("VTK XML", ".vts", (MESH, POINT_DATA), "vtkIOXML.vtkXMLStructuredGrid", (STRUCTURED,)),
     Format("VTK XML", ".vtr", AS_IS, (MESH,), _VTR),
@@ -255,14 +233,7 @@ def extensions(reads: str) -> str:
 
 
 def find(path: Path, **contents: tuple[str, ...]) -> Format | None:
-    """The line for a file name; None without.
-
-    Parameters
-    ----------
-    path : Path
-    **contents
-        As in `endings`.
-    """
+    """The line for a file name and contents as of `endings`; None without."""
     return next((line for line in _lines(**contents) if line.ending(path)), None)
 
 

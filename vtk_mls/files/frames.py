@@ -5,8 +5,6 @@ the back (posterior), z to the head (superior). NIfTI and FreeSurfer use RAS. A 
 three letters or, as in NRRD, by three words.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 _SIDES = ("right", "left"), ("anterior", "posterior"), ("inferior", "superior")  # from, to: LPS

@@ -4,8 +4,6 @@ MetaImage is in LPS. NIfTI and NRRD are converted to LPS, and back to the frame 
 they are written. VTK's own formats do not say their frame and are not converted.
 """
 
-from __future__ import annotations
-
 import contextlib
 import math
 import re

@@ -16,8 +16,6 @@ Composites. In HDF5 a single transform is written as a composite, because nitran
 others. In text it is written alone, because nitransforms reads no composites there.
 """
 
-from __future__ import annotations
-
 import contextlib
 import errno
 import importlib.util

@@ -25,36 +25,19 @@ def _nowhere():
 class Landmarks:
     """Points of a file.
 
-    Attributes
-    ----------
-    path : path
-        Of the file, for errors.
-    positions : (n, 3) float64
-        NaN for a point that is not placed.
-    frame : str
-        As in `frames.signs`; "" if the file does not say it.
-    labels, descriptions : lists of n str
-        "" without.
-    partners : (n, 3) float64 or None
-        Where the points go, if the file has pairs; NaN for a pair that does not count.
-    places : (k, n, 3) float64
-        Of the points between `positions` and `partners`; k may be 0.
-    are_marked : bool
-        Whether the file is of pairs that were marked in two images, not of dragged handles.
-    weights : (n,) float64 or None
-    cells : HandleCells or None
-        Curves and surfaces of the points, if there are any.
+    `partners` are where the points go, if the file has pairs; NaN for a pair that does not count.
+    `are_marked` says whether these were marked in two images; if not, they are dragged handles.
     """
 
-    path: object
-    positions: np.ndarray
-    frame: str = ""
-    labels: list = ()
+    path: object  # of the file, for errors
+    positions: np.ndarray  # (n, 3) float64, NaN for a point that is not placed
+    frame: str = ""  # as in `frames.signs`; "" if the file does not say it
+    labels: list = ()  # n str, "" without
     descriptions: list = ()
-    partners: np.ndarray | None = None
-    weights: np.ndarray | None = None
-    cells: HandleCells | None = None
-    places: np.ndarray = field(default_factory=_nowhere)
+    partners: np.ndarray | None = None  # (n, 3) float64
+    weights: np.ndarray | None = None  # (n,) float64
+    cells: HandleCells | None = None  # curves and surfaces of the points, if there are any
+    places: np.ndarray = field(default_factory=_nowhere)  # (k, n, 3), on the way to `partners`
     are_marked: bool = False
 
     def __post_init__(self):
@@ -81,26 +64,14 @@ class Landmarks:
 
 @dataclass(frozen=True, eq=False)
 class Pairs:
-    """Control points, p and q.
+    """Control points, p and q."""
 
-    Attributes
-    ----------
-    rest, deformed : (n, 3) float64, world coordinates
-        p and q.
-    weights : (n,) float64 or None
-    labels : list of n str
-    cells : HandleCells or None
-        Curves and surfaces of the points, if there are any.
-    places : (k, n, 3) float64
-        Between p and q; k may be 0.
-    """
-
-    rest: np.ndarray
+    rest: np.ndarray  # (n, 3) float64, world coordinates
     deformed: np.ndarray
-    weights: np.ndarray | None
-    labels: list
-    cells: HandleCells | None = None
-    places: np.ndarray = field(default_factory=_nowhere)
+    weights: np.ndarray | None  # (n,) float64
+    labels: list  # n str
+    cells: HandleCells | None = None  # curves and surfaces of the points, if there are any
+    places: np.ndarray = field(default_factory=_nowhere)  # (k, n, 3), between p and q
 
 
 # How the points of two files make pairs.

@@ -7,8 +7,6 @@ polyline, whatever its interpolation in Slicer. An .fcsv without a version is on
 its label comes first, its frame is RAS.
 """
 
-from __future__ import annotations
-
 import csv
 import json
 import math

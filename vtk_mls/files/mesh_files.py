@@ -1,7 +1,5 @@
 """Files of single meshes, in the frame that the file states (see `mesh_frames`)."""
 
-from __future__ import annotations
-
 import numpy as np
 from vtkmodules.vtkCommonCore import VTK_UNSIGNED_CHAR
 from vtkmodules.vtkCommonDataModel import vtkPolyData

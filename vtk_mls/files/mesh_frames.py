@@ -6,8 +6,6 @@ vectors, normals, and displacements and paths of control points, and back when t
 Meshes without it are not converted, as in Slicer.
 """
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

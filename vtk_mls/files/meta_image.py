@@ -9,10 +9,6 @@ Other keys (`Modality`, `Comment`, those of SimpleITK's dictionary) are written 
 Labels. MetaImage has no key for them. ITK writes NIfTI labels with `intent_code = 1002`.
 """
 
-from __future__ import annotations
-
-import io
-import math
 import re
 
 import numpy as np
@@ -199,16 +195,17 @@ def _storage(header):
 
 def _values(header, file, path, shape):
     """Values in one file, or along the slowest axis in several of one size."""
-    storage, skip = _storage(header), int(header.get("HeaderSize", 0))
+    (dtype, encoding), skip = _storage(header), int(header.get("HeaderSize", 0))
     names = _data_files(header["ElementDataFile"], file)
     if names is None:
-        return _read_values(file, *storage, shape, 0)
+        return volumes.read_values(file, dtype, shape, encoding)
     if not names or shape[0] % len(names):
         raise ValueError(f"its {shape[0]} slices are not in {len(names)} files of one size")
     shape, parts = [shape[0] // len(names), *shape[1:]], []
     for name in names:
         with paths.named_file(path, name).open("rb") as data:
-            parts.append(_read_values(data, *storage, shape, skip))
+            data.seek(max(skip, 0))
+            parts.append(volumes.read_values(data, dtype, shape, encoding, -(skip == -1)))
     return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
 
@@ -228,20 +225,6 @@ def _data_files(text, file):
             )
         return [pattern[1] % index for index in indices]
     return [text]
-
-
-def _read_values(file, dtype, encoding, shape, skip):
-    count = math.prod(shape)
-    if encoding == "text":
-        words = file.read().split()
-        if len(words) < count:
-            raise ValueError(f"expected {count} values, got {len(words)}")
-        return np.array(words[:count], dtype=float).astype(dtype.newbyteorder("=")).reshape(shape)
-    if skip == -1:  # the values are at the end
-        file.seek(max(file.seek(0, io.SEEK_END) - count * dtype.itemsize, 0))
-    else:
-        file.seek(max(skip, 0), io.SEEK_CUR)
-    return volumes.read_values(file, dtype, shape, encoding)
 
 
 def _is_true(text):

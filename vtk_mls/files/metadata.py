@@ -3,8 +3,6 @@
 Field data pass through filters, so that a writer finds what its format needs.
 """
 
-from __future__ import annotations
-
 from vtk_mls.vtk import arrays
 
 SPACE = "Space"  # frame of control points

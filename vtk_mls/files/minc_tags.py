@@ -12,8 +12,6 @@ of MINC transform the second volume onto the first (tagtoxfm), so p is the point
 volume, and q the point of the first. Weights, structures and patients do not count.
 """
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

@@ -23,8 +23,6 @@ The values are read by `volumes` because nibabel allocates what the header claim
 at the size of a compressed file, and does not check the checksum of gzip.
 """
 
-from __future__ import annotations
-
 import contextlib
 
 import numpy as np

@@ -19,8 +19,6 @@ Labels. A file has labels if its name ends in .seg.nrrd or .seg.nhdr, if it name
 has `intent_code:=1002`, as files that ITK converts from NIfTI labels do.
 """
 
-from __future__ import annotations
-
 import contextlib
 import re
 from dataclasses import replace
@@ -28,7 +26,7 @@ from dataclasses import replace
 import numpy as np
 
 from vtk_mls.base.errors import InputError
-from vtk_mls.files import frames, nrrd_axes, nrrd_values, volumes
+from vtk_mls.files import frames, nrrd_axes, paths, volumes
 from vtk_mls.files.units import NANOMETERS, from_seconds, in_seconds, symbol
 from vtk_mls.files.volumes import Series, Volume
 
@@ -44,6 +42,26 @@ _COPIED = ("content", "space units", "measurement frame")
 _LABEL_INTENT = "intent_code:=1002"
 _MAX_LINE = 1 << 20  # bytes
 _LPS = "left-posterior-superior"
+_TYPES = {
+    "i1": ("signed char", "int8", "int8_t"),
+    "u1": ("unsigned char", "uchar", "uint8", "uint8_t"),
+    "i2": ("short", "short int", "signed short", "signed short int", "int16", "int16_t"),
+    "u2": ("unsigned short", "ushort", "unsigned short int", "uint16", "uint16_t"),
+    "i4": ("int", "signed int", "int32", "int32_t"),
+    "u4": ("unsigned int", "uint", "uint32", "uint32_t"),
+    "i8": ("long long", "longlong", "long long int", "signed long long", "signed long long int")
+    + ("int64", "int64_t"),
+    "u8": ("unsigned long long", "ulonglong", "unsigned long long int", "uint64", "uint64_t"),
+    "f4": ("float",),
+    "f8": ("double",),
+}
+_DTYPES = {name: dtype for dtype, names in _TYPES.items() for name in names}
+_ORDERS = {"little": "<", "big": ">"}
+_ENCODINGS = {
+    **dict.fromkeys(("txt", "text", "ascii"), "text"),
+    "hex": "hex",
+    **{"raw": "raw", "gz": "gzip", "gzip": "gzip", "bz2": "bzip2", "bzip2": "bzip2"},
+}
 
 
 def open_file(path):
@@ -54,7 +72,7 @@ def open_file(path):
     with _failures_named(), path.open("rb") as file:
         fields, pairs = _header(file)
         sizes = _sizes(fields)
-        values = nrrd_values.read(fields, file, path, sizes)
+        values = _values(fields, file, path, sizes)
         axes = nrrd_axes.read(fields, len(sizes))
         time = nrrd_axes.time_of(axes, fields)
         if time is None:
@@ -197,7 +215,7 @@ def _text(path, volume, time_axis):
         kinds = [_kind(volume, copied.get("kinds", "")), *kinds]
         directions = ["none", *directions]
     fields = {
-        "type": nrrd_values.TYPES[values.dtype.str[1:]][0],
+        "type": _TYPES[values.dtype.str[1:]][0],
         "dimension": len(sizes),
         **frame,
         "sizes": " ".join(map(str, sizes)),
@@ -264,6 +282,45 @@ def _sizes(fields):
     if count != len(sizes):
         raise ValueError(f"it must have as many sizes as dimensions, {count}, got {len(sizes)}")
     return sizes
+
+
+def _values(fields, file, path, sizes):
+    """The values, slowest axis first, from the file of the header or from the one that it names."""
+    dtype, encoding = _storage(fields)
+    skip = int(fields.get("byte skip", 0))
+    if skip < -1 or (skip == -1 and encoding != "raw"):
+        raise ValueError(f"byte skip {skip} must not be negative here")
+    with contextlib.ExitStack() as stack:
+        if "data file" in fields:
+            file = stack.enter_context(_data_file(fields["data file"], path).open("rb"))
+        for _ in range(max(int(fields.get("line skip", 0)), 0)):
+            if not file.readline():
+                break
+        return volumes.read_values(file, dtype, sizes[::-1], encoding, skip)
+
+
+def _storage(fields):
+    """The dtype and the encoding of the values."""
+    kind = " ".join(fields["type"].lower().split())
+    if kind not in _DTYPES:
+        raise ValueError(f"values of type `{fields['type']}` are not supported")
+    encoding = _ENCODINGS.get(fields["encoding"].lower())
+    if encoding is None:
+        raise ValueError(f"the encoding `{fields['encoding']}` is not supported")
+    dtype = np.dtype(_DTYPES[kind])
+    if "endian" not in fields and dtype.itemsize > 1 and encoding != "text":
+        raise ValueError(f"its values of type `{kind}` need a field `endian`")
+    order = fields.get("endian", "little").lower()
+    if order not in _ORDERS:
+        raise ValueError(f"`endian` must be little or big, got `{order}`")
+    return dtype.newbyteorder(_ORDERS[order]), encoding
+
+
+def _data_file(name, path):
+    """The file that a header at `path` names."""
+    if name.split()[:1] == ["LIST"] or re.search(r"%\d*d.* ", name):
+        raise ValueError("its values are in several files; give one file")
+    return paths.named_file(path, name)
 
 
 def _measurement_frame(fields):

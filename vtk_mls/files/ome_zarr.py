@@ -38,35 +38,16 @@ class Level:
 
 @dataclass(frozen=True, eq=False)
 class Image:
-    """A group with all resolutions of an image.
-
-    Attributes
-    ----------
-    folder : Path
-    axes : str
-        Their names, in order: the end of "tczyx", perhaps without t, c and z.
-    space : list of dict
-        What the file says about its axes z, y, x; with one unit, which is that of lengths.
-    levels : list of Level
-        The finest first.
-    names : list of str
-        Of the channels, as far as the file has them.
-    labels : list of str
-        Names of the label images in its group `labels`.
-    is_label : bool
-        Whether its values are labels.
-    guess : str
-        What had to be guessed, as a sentence; "" for nothing.
-    """
+    """A group with all resolutions of an image."""
 
     folder: Path
-    axes: str
-    space: list
-    levels: list
-    names: list
-    labels: list
-    is_label: bool
-    guess: str
+    axes: str  # names in order: the end of "tczyx", perhaps without t, c and z
+    space: list  # dicts: what the file says about its axes z, y, x; with one unit, of lengths
+    levels: list  # of Level, the finest first
+    names: list  # of the channels, as far as the file has them
+    labels: list  # names of the label images in its group `labels`
+    is_label: bool  # whether its values are labels
+    guess: str  # what had to be guessed, as a sentence; "" for nothing
 
     @property
     def finest(self):

@@ -1,7 +1,5 @@
 """The axes of an OME-Zarr: their names, units and directions in a patient (RFC 4)."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from vtk_mls.files import frames, volumes

@@ -11,8 +11,6 @@ IDAV Landmark, .pts. A line `Version 1.0`, the number of points, and lines `labe
 points are at 9999, 9999, 9999, as the R packages for such files have it.
 """
 
-from __future__ import annotations
-
 import re
 from functools import partial
 

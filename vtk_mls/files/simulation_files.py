@@ -4,8 +4,6 @@ VTK has readers for most formats, in modules that some builds lack, so they are 
 are needed. meshio reads the others, if it is installed.
 """
 
-from __future__ import annotations
-
 import contextlib
 import io
 import re

@@ -6,8 +6,6 @@ metadata voxels are cubes of size 1, for the resolution of a plain TIFF file say
 distance of its pages.
 """
 
-from __future__ import annotations
-
 import contextlib
 import functools
 import logging
@@ -22,7 +20,6 @@ from vtk_mls.files.volumes import Volume
 
 _NAMES = str.maketrans("IQRS", "ZZZC")  # other axes of pages and of components
 _ORDER = "TZYXC"
-_PLAIN_COLORS = 1, 2  # gray and RGB, of which SimpleITK returns the values of the file
 _ERRORS = AttributeError, LookupError, OverflowError, RuntimeError, TypeError, ValueError
 
 
@@ -114,13 +111,8 @@ def _values(path):
 
     with _opened(path) as file:
         axes, shape = _stack(file)
-        try:
-            parts = [series.asarray() for series in file.series]
-            values = parts[0] if len(parts) == 1 else np.stack(parts)
-        except ValueError as error:
-            values = _values_by_itk(path, file) if "imagecodecs" in str(error) else None
-            if values is None:
-                raise
+        parts = [series.asarray() for series in file.series]
+        values = parts[0] if len(parts) == 1 else np.stack(parts)
     values, axes = values.reshape(shape), _long_axes(axes, shape)
     values = tifffile.transpose_axes(np.squeeze(values), axes, _ORDER)
     if values.dtype == np.float16:
@@ -130,21 +122,6 @@ def _values(path):
     if values.dtype.kind not in "iuf":
         raise ValueError(f"values of type {values.dtype} are not supported")
     return values if "C" in axes else values[..., 0]
-
-
-def _values_by_itk(path, file):
-    """The pages of all series, such as those in LZW, by SimpleITK; None if it cannot read them."""
-    page, count = file.pages[0], len(file.pages)
-    with contextlib.suppress(ImportError, RuntimeError):
-        import SimpleITK
-
-        image = SimpleITK.ReadImage(str(path), imageIO="TIFFImageIO")
-        values = SimpleITK.GetArrayFromImage(image)
-        is_same = values.shape == (*[count] * (count > 1), *page.shape)
-        if is_same and values.dtype == page.dtype and page.photometric in _PLAIN_COLORS:
-            indices = [page.index for series in file.series for page in series.pages]
-            return values.reshape(count, *page.shape)[indices]
-    return None
 
 
 def _metadata(file):

@@ -1,7 +1,5 @@
 """Units of length and of time, by their names in files."""
 
-from __future__ import annotations
-
 import re
 
 _POWERS = {"k": 12, "": 9, "d": 8, "c": 7, "m": 6, "u": 3, "n": 0, "p": -3}  # of ten, to billionths

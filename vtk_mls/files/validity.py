@@ -5,8 +5,6 @@ wrong lengths, unknown cell types. VTK's filters do not check them either, and a
 bounds.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

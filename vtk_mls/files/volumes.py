@@ -23,36 +23,19 @@ _MAX_RATIO = {"raw": 1, "gzip": 1032, "bzip2": 1_500_000}  # bytes per byte of t
 class Volume:
     """The content of an image file.
 
-    Parameters
-    ----------
-    values : (nz, ny, nx) or (nz, ny, nx, components) array
-    origin : (3,) float64, world coordinates
-        Of the first value; LPS for any frame of the file.
-    steps : (3, 3) float64, world units
-        Columns are the steps between neighbors along the three axes.
-    is_label : bool
-        Whether values are labels, which must not be mixed.
-    is_vector : bool
-        Whether the components are a vector in world coordinates.
-    space : str
-        Name of the file's frame, if its format knows several.
-    header : tuple of str
-        Lines of the header that a file of the same format gets again.
-    unit : str
-        Of lengths, if it is not the unit of the format: one of `units.NANOMETERS`.
-    time_unit : str
-        "s" if the unit of times is stated, which then are in seconds. A unit that is not of time,
-        such as "Hz", or "" for times as in the file.
+    `steps` are those between neighbors along the three axes. `time_unit` is "s" if the unit of
+    times is stated, which then are in seconds; a unit that is not of time, such as "Hz", or "" for
+    times as in the file.
     """
 
-    values: np.ndarray
-    origin: np.ndarray
-    steps: np.ndarray
-    is_label: bool = False
-    is_vector: bool = False
-    space: str = ""
-    header: tuple = ()
-    unit: str = ""
+    values: np.ndarray  # (nz, ny, nx) or (nz, ny, nx, components)
+    origin: np.ndarray  # (3,) float64, world coordinates of the first value: LPS for any file
+    steps: np.ndarray  # (3, 3) float64, world units, in columns
+    is_label: bool = False  # whether values are labels, which must not be mixed
+    is_vector: bool = False  # whether the components are a vector in world coordinates
+    space: str = ""  # name of the file's frame, if its format knows several
+    header: tuple = ()  # lines of the header that a file of the same format gets again
+    unit: str = ""  # of `units.NANOMETERS`: of lengths, if it is not that of the format
     time_unit: str = ""
 
 
@@ -126,12 +109,21 @@ def unpacked(file, encoding, max_size):
 def read_values(file, dtype, shape, encoding="raw", skip=0):
     """Values from the rest of an open file, in this machine's byte order.
 
-    `dtype` has the byte order of the file, `encoding` is as in `unpacked`, `skip` bytes come before
-    the values. Memory is allocated only if the file can hold so many values, and nothing after them
-    is unpacked. Missing values and a wrong checksum are a ValueError.
+    `dtype` has the byte order of the file, `encoding` is as in `unpacked`, or "text" or "hex";
+    `skip` bytes come before the values, -1: raw values are at the end. Memory is allocated only if
+    the file can hold so many values, and nothing after them is unpacked. Missing values and a wrong
+    checksum are a ValueError.
     """
     dtype, count, start = np.dtype(dtype), math.prod(map(int, shape)), file.tell()
-    size = file.seek(0, io.SEEK_END) - start - skip * (encoding == "raw")
+    if encoding in ("text", "hex"):
+        values = _decoded(file.read(), dtype, encoding)
+        if len(values) < count:
+            raise ValueError(f"expected {count} values, got {len(values)}")
+        return values[:count].reshape(shape)
+    end = file.seek(0, io.SEEK_END)
+    if skip == -1:
+        start, skip = max(end - count * dtype.itemsize, 0), 0
+    size = end - start - skip * (encoding == "raw")
     file.seek(start)
     max_count = max(_MAX_RATIO[encoding] * size // dtype.itemsize, 0)
     if count > max_count:
@@ -151,6 +143,22 @@ def read_values(file, dtype, shape, encoding="raw", skip=0):
     if not dtype.isnative:
         values = values.byteswap(inplace=True).view(dtype.newbyteorder("="))
     return values.reshape(shape)
+
+
+def _decoded(content, dtype, encoding):
+    """Values (n,) from text or from hexadecimal digits."""
+    native = dtype.newbyteorder("=")
+    if encoding == "hex":
+        content = bytes.fromhex(content.decode("ascii"))
+        return np.frombuffer(content, dtype, len(content) // dtype.itemsize).astype(native)
+    words = content.replace(b",", b" ").split()
+    if native.kind == "f" or native == np.uint64:
+        return np.array(words, native)
+    values, limits = np.array(words, np.int64), np.iinfo(native)
+    outside = values[(values < limits.min) | (values > limits.max)]
+    if len(outside):
+        raise ValueError(f"values must be from {limits.min} to {limits.max}, got {outside[0]}")
+    return values.astype(native)
 
 
 def packing(file):

@@ -1,7 +1,5 @@
 """VTK's own readers and writers, whose failures become errors."""
 
-from __future__ import annotations
-
 import errno
 import importlib
 import os

@@ -1,7 +1,5 @@
 """Base of the filters: errors, aborts, progress and composite inputs."""
 
-from __future__ import annotations
-
 import numpy as np
 from vtkmodules.util.misc import calldata_type
 from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase

@@ -1,7 +1,5 @@
 """A source of control points."""
 
-from __future__ import annotations
-
 from contextlib import suppress
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Cuts from properties and from polydata."""
 
-from __future__ import annotations
-
 import numpy as np
 from vtkmodules.vtkFiltersCore import vtkCleanPolyData, vtkPolyDataConnectivityFilter
 

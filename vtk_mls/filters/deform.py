@@ -1,7 +1,5 @@
 """Deform an image or a mesh."""
 
-from __future__ import annotations
-
 from contextlib import suppress
 from functools import partial
 

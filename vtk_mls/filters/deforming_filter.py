@@ -1,7 +1,5 @@
 """Base of the filters that evaluate a deformation."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np

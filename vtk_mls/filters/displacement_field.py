@@ -1,7 +1,5 @@
 """The displacement map of a deformation as an image."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np

@@ -10,12 +10,7 @@ from vtk_mls.vtk import arrays
 
 
 def scalars(image, name):
-    """The point scalars of an image whose gradient `GradientArray` asks for.
-
-    Returns
-    -------
-    (nz, ny, nx) array
-    """
+    """The point scalars (nz, ny, nx) of an image whose gradient `GradientArray` asks for."""
     data = image.GetPointData()
     array = data.GetArray(name)
     if array is None or array.GetNumberOfComponents() != 1:

@@ -1,7 +1,5 @@
 """The transform that moves the material before the deformation of a filter."""
 
-from __future__ import annotations
-
 from os import PathLike
 
 import numpy as np

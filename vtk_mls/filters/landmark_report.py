@@ -1,7 +1,5 @@
 """The report on pairs of landmarks, as tables."""
 
-from __future__ import annotations
-
 import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkCompositeDataSet, vtkTable
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm

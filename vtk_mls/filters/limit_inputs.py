@@ -1,7 +1,5 @@
 """Masks and faces from properties and images."""
 
-from __future__ import annotations
-
 import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkImageData
 

@@ -1,7 +1,5 @@
 """Control points that an algorithm has by its properties."""
 
-from __future__ import annotations
-
 from vtk_mls.base.errors import InputError
 from vtk_mls.base.validation import as_float, short_repr
 

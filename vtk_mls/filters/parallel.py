@@ -1,7 +1,5 @@
 """Data of some processes of a parallel program, gathered on all of them."""
 
-from __future__ import annotations
-
 import pickle
 
 import numpy as np

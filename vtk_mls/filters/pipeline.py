@@ -1,7 +1,5 @@
 """Keys of pipeline information: requested pieces, extents and times."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The image whose grid the output of MLSDeform has."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkImageData

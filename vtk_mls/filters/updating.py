@@ -1,7 +1,5 @@
 """Updates of filters that raise their errors and log their warnings."""
 
-from __future__ import annotations
-
 import re
 
 from vtkmodules.util.misc import calldata_type
@@ -14,19 +12,9 @@ from vtk_mls.base.progress import Aborted
 def update(algorithm, progress=None, names=None):
     """Update a filter; its warnings go to `base.messages`, as PyVista hides VTK's output window.
 
-    Parameters
-    ----------
-    algorithm : vtkAlgorithm
-    progress : callable, optional
-        Called with the completed fraction, from 0 to 1; a true return value stops with `Aborted`.
-    names : dict, optional
-        Replacements, by argument, for the names in backticks in errors.
-
-    Raises
-    ------
-    Aborted
-    ValueError
-        The first error of the filter or of its blocks; with the fields of an `InputError`.
+    `progress` is called with the completed fraction, from 0 to 1; a true return value stops with
+    `Aborted`. ValueError is the first error of the filter or of its blocks, with the fields of an
+    `InputError`; `names` are replacements, by argument, for the names in backticks.
     """
     errors, warnings, is_stopped = [], [], False
 

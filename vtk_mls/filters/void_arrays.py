@@ -1,7 +1,5 @@
 """Arrays of the void that cuts open."""
 
-from __future__ import annotations
-
 import numpy as np
 from vtkmodules.vtkCommonCore import vtkVersion
 from vtkmodules.vtkCommonDataModel import vtkDataSetAttributes

@@ -58,8 +58,7 @@ def positive_weights(value: ArrayLike | None, count: int) -> NDArray[np.float64]
     if is_bad.any():
         first = int(np.flatnonzero(is_bad)[0])
         raise InputError(
-            f"must be positive, got {weights[first]} for control point {first}",
-            argument="weights",
+            f"must be positive, got {weights[first]} for control point {first}", argument="weights"
         )
     return weights
 

@@ -109,7 +109,7 @@ class MapParameters:
                 argument="cuts",
             )
         names = ("degree", "order", "smoothing", "softening")
-        kind = kinds.named(self.kind, **{name: getattr(self, name) for name in names})
+        kind = kinds.BY_NAME[self.kind](**{name: getattr(self, name) for name in names})
         arguments.check_kind(self, kind)
         in_rest_frame = self.cut_frame == "rest"
         points = self.rest, self.deformed, self.weights

@@ -1,7 +1,5 @@
 """`mesh.mls`: the filters as methods of PyVista's datasets."""
 
-from __future__ import annotations
-
 import pyvista
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 

@@ -4,8 +4,6 @@ VTK holds bool and complex arrays as uint8 and pairs of floats. PyVista's own fi
 metadata by `copy_meta_from`.
 """
 
-from __future__ import annotations
-
 import pyvista
 
 # PyVista's names of the attributes, and how to get them.

@@ -1,7 +1,5 @@
 """Properties of filters as keyword arguments of methods; control points and cuts as arguments."""
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Iterable
 from textwrap import fill, indent

@@ -1,7 +1,5 @@
 """`plotter.mls.edit(mesh)`: the editor in a window, or a notebook, of PyVista."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

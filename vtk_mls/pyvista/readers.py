@@ -1,7 +1,5 @@
 """Files of control points as PyVista's points, in LPS."""
 
-from __future__ import annotations
-
 import pyvista
 
 from vtk_mls import io

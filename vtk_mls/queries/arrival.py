@@ -1,7 +1,5 @@
 """Check that the material of a grid arrives on another grid."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from vtk_mls.base.grid import Grid

@@ -1,7 +1,5 @@
 """Inverses without a search: of points in rigid regions, and of points that limits keep at rest."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from vtk_mls.model.limits import are_fixed

@@ -6,8 +6,6 @@ half a voxel from the face it replaces the gradient of the values; over the next
 blended linearly. A closed cut has no step: half a voxel behind the face there must be a void.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 # Distance from the face of a void up to which it affects the gradient, in voxels of the source.

@@ -1,7 +1,5 @@
 """The grid that holds a deformed volume."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from vtk_mls.base.grid import Grid

@@ -1,7 +1,5 @@
 """Warnings about handles: kept from their places, overlapping, or in each other's places."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from vtk_mls.model.handles.region import RegionHandle

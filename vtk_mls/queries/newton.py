@@ -1,7 +1,5 @@
 """Newton's method for the inverse of a map, in float64."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from vtk_mls.base.linear_algebra import finite

@@ -1,7 +1,5 @@
 """Where material from both sides of a cut overlaps."""
 
-from __future__ import annotations
-
 from itertools import combinations
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Rigid regions that push into each other."""
 
-from __future__ import annotations
-
 from itertools import combinations
 
 from vtk_mls.model.handles.region import RegionHandle

@@ -1,7 +1,5 @@
 """Arrays on a grid, resampled through a deformation."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

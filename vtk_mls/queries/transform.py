@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from vtk_mls.base import validation
+from vtk_mls.base import interpolation, validation
 from vtk_mls.base.grid import Grid, checked_grid
 from vtk_mls.base.messages import warn
 from vtk_mls.base.progress import Progress, ProgressLike, whole
@@ -319,7 +319,10 @@ class Transform:
         """
         sampling = Sampling.of(sampling)
         with question(progress) as part:
-            low, high = self._engine.source_bounds(self, sampling, part)
+            low, high = interpolation.NO_BOUNDS
+            for _, target, share in fields.slabs(sampling.target, part):
+                index = self._engine.source_index(self, replace(sampling, target=target), share)
+                low, high = interpolation.joined_bounds((low, high), index, sampling.source.whole)
             return low.astype(np.float64), high.astype(np.float64)
 
     def resample_gradients(

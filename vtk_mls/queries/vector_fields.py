@@ -1,10 +1,7 @@
 """Gradients of arrays on a grid, and vectors moved by a deformation (Eq. 29)."""
 
-from __future__ import annotations
-
 import numpy as np
 
-from vtk_mls.base import interpolation
 from vtk_mls.base.linear_algebra import transformed, unit
 from vtk_mls.base.progress import SILENT
 
@@ -39,14 +36,6 @@ def contravariant(vectors, jacobian):
     volume = np.sum(a * rows[..., 0, :], axis=-1)[..., None]
     moved = np.einsum("...ij,...i->...j", rows, vectors)
     return np.divide(moved, volume, out=np.zeros_like(moved), where=volume != 0)
-
-
-def bounds_of_parts(parts, sampling):
-    """Bounds of the source that the parts of `sampled_parts` need."""
-    bounds = interpolation.NO_BOUNDS
-    for _, index, *_ in parts:
-        bounds = interpolation.joined_bounds(bounds, index, sampling.source.whole)
-    return bounds
 
 
 def indices_of_parts(parts):

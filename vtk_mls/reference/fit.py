@@ -1,7 +1,5 @@
 """The map at points in float64: the weighted fit of Eq. 2, of one step or of several."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from vtk_mls.base.linear_algebra import finite
@@ -31,9 +29,6 @@ class ComposedFit:
     def displacement(self):
         return self.legs[-1][1] - self.legs[0][0]
 
-    def jacobian(self):
-        return moving_origin(*self.jacobians())
-
     def jacobians(self):
         """As of `StepFit`, by the chain rule."""
         total_v, total_x = self.fits[0].jacobians()
@@ -47,8 +42,9 @@ class ComposedFit:
         return np.min([fit.least_determinant() for fit in self.fits], axis=0)
 
 
-def moving_origin(d_dv, d_dx):
-    """dG/dv of the fixed point x = G(v; damping at x), from both parts of the Jacobian."""
+def jacobian_of(fit):
+    """dG/dv of the fixed point x = G(v; damping at x), from both parts of the Jacobian of a fit."""
+    d_dv, d_dx = fit.jacobians()
     if not d_dx.any():
         return d_dv
     return np.linalg.pinv(finite(np.eye(3) - d_dx)) @ d_dv
@@ -74,10 +70,6 @@ class StepFit:
         """The points and their images."""
         return [(self.v, self.v + self.displacement())]
 
-    def jacobian(self):
-        """dG/dv: the derivative of the fixed point x = G(v; damping at x)."""
-        return moving_origin(*self.jacobians())
-
     def least_determinant(self):
         """The determinant (m,) of the Jacobian of the material."""
         return np.linalg.det(self.material_jacobian())
@@ -100,15 +92,12 @@ class StepFit:
             for slopes in (weighted.dw, weighted.dw_dx)
         )
         d_dv = fit.linear + d_dv - np.eye(3)
-        d_dv, d_dx = (np.where(self._at_rest, 0, j)[: self.count] for j in (d_dv, d_dx))
+        at_rest = self.weighted.at_rest[:, None, None]
+        d_dv, d_dx = (np.where(at_rest, 0, j)[: self.count] for j in (d_dv, d_dx))
         if self.limits:
             before = self._unlimited_displacement()
             d_dv, d_dx = limited_jacobians(self.limits, self.v, before, d_dv, d_dx)
         return np.eye(3) + d_dv, d_dx
-
-    @property
-    def _at_rest(self):
-        return self.weighted.at_rest[:, None, None]
 
     @property
     def _with_slopes(self):

@@ -7,8 +7,6 @@ tested against the properties of the map. The weights are in `weights`, the fits
 `vtk_mls.model.kinds`.
 """
 
-from __future__ import annotations
-
 import functools
 import itertools
 
@@ -21,9 +19,9 @@ from vtk_mls.queries import first_guesses as guesses
 from vtk_mls.queries import vector_fields, void_cells
 from vtk_mls.queries.direct_inverses import direct_inverses
 from vtk_mls.queries.newton import newton
-from vtk_mls.queries.vector_fields import bounds_of_parts, indices_of_parts, sampled_parts
+from vtk_mls.queries.vector_fields import indices_of_parts, sampled_parts
 from vtk_mls.reference import rest_frame
-from vtk_mls.reference.fit import StepFit, fit_of
+from vtk_mls.reference.fit import StepFit, fit_of, jacobian_of
 from vtk_mls.reference.weights import EvaluationPoints
 
 NAME = "reference (numpy, float64)"
@@ -64,7 +62,8 @@ def jacobian(deformation, points, progress=SILENT, origins=None):
         for region in deformation.regions:
             rows = part.start + np.flatnonzero(region.holds(deformation.planes, origins[part]))
             at = _evaluation_points(deformation, origins[rows])
-            result[rows] = fit_of(deformation, region.control_points, points[rows], at).jacobian()
+            fit = fit_of(deformation, region.control_points, points[rows], at)
+            result[rows] = jacobian_of(fit)
     return result
 
 
@@ -259,14 +258,7 @@ def jacobian_field(deformation, grid, progress=SILENT):
     return result.reshape(*grid.shape, 3, 3)
 
 
-def resample(
-    deformation,
-    arrays,
-    sampling,
-    progress=SILENT,
-    void_distance=None,
-    covariant=None,
-):
+def resample(deformation, arrays, sampling, progress=SILENT, void_distance=None, covariant=None):
     parts = _sources(deformation, sampling, progress, with_jacobian=bool(covariant))
     versions = [None] * len(arrays)
     return sampled_parts(arrays, versions, sampling, parts, sample, void_distance, covariant)
@@ -289,10 +281,6 @@ def void_distance_listed(deformation, grid, indices, progress=SILENT):
     for part in progress.over(_parts(len(indices), deformation)):
         result[part] = _evaluate(deformation, grid.points_of(indices[part]))[1]
     return result
-
-
-def source_bounds(deformation, sampling, progress=SILENT):
-    return bounds_of_parts(_sources(deformation, sampling, progress), sampling)
 
 
 def source_index(deformation, sampling, progress=SILENT):
@@ -350,7 +338,7 @@ def _merge_region(deformation, region, points, rows, results):
 def _in_region(deformation, region, v, start=None, with_jacobian=False):
     """`_evaluate` for the material of one region; only on the side of `start` (m, 3), if given."""
     displacement, void_distance, fit = _fit_in_region(deformation, region, v, start)
-    return displacement, void_distance, fit.jacobian() if with_jacobian else None
+    return displacement, void_distance, jacobian_of(fit) if with_jacobian else None
 
 
 def _fit_in_region(deformation, region, v, start=None):

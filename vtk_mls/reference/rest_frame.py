@@ -10,8 +10,6 @@ starts on the other side. If that ends behind the cut as well, v is void, and th
 larger void distance is used.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from vtk_mls.reference.weights import EvaluationPoints

@@ -1,7 +1,5 @@
 """The forward map, interpolated: for meshes with many points while the mouse drags."""
 
-from __future__ import annotations
-
 import numpy as np
 from vtkmodules.vtkCommonCore import VTK_FLOAT
 from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPolyData

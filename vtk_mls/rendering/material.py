@@ -1,7 +1,5 @@
 """Material of the deformed space: its origins, and where there is none."""
 
-from __future__ import annotations
-
 import numpy as np
 
 

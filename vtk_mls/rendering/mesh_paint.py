@@ -1,7 +1,5 @@
 """Shader code that draws the deformed grid on a mesh, from the array "RestPosition"."""
 
-from __future__ import annotations
-
 from vtkmodules.vtkCommonDataModel import vtkDataObject
 
 from vtk_mls.rendering.rest_surface import REST_POSITION

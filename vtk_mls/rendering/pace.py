@@ -1,7 +1,5 @@
 """Resolution of maps and pictures while the mouse moves, from the time the last one took."""
 
-from __future__ import annotations
-
 import time
 
 import numpy as np

@@ -18,19 +18,11 @@ _ROUNDING = 1e-3  # of a step, by which lines may leave the grid
 
 @dataclass(frozen=True, eq=False)
 class RestLines:
-    """A grid of cubes in the undeformed space, along the axes of the world.
+    """A grid of cubes in the undeformed space, along the axes of the world."""
 
-    Attributes
-    ----------
-    origin : (3,) float64, world coordinates
-    step : float, world units
-    counts : (3,) ints
-        Cubes along each axis.
-    """
-
-    origin: np.ndarray
-    step: float
-    counts: np.ndarray
+    origin: np.ndarray  # (3,) float64, world coordinates
+    step: float  # world units
+    counts: np.ndarray  # (3,) ints: cubes along each axis
 
     @classmethod
     def over(cls, bounds, count):

@@ -1,7 +1,5 @@
 """The surface of a dataset at rest, split along cuts."""
 
-from __future__ import annotations
-
 from dataclasses import fields
 
 import numpy as np

@@ -6,8 +6,6 @@ of one side of the cuts, continued behind its face. `rgb` is G(v) - v in the coo
 data, `a` the void distance.
 """
 
-from __future__ import annotations
-
 from vtkmodules.vtkCommonCore import VTK_FLOAT, vtkOutputWindow, vtkStringOutputWindow
 from vtkmodules.vtkRenderingOpenGL2 import vtkTextureObject
 

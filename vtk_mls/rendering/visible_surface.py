@@ -1,7 +1,5 @@
 """The visible surface of a view: world positions at pixels."""
 
-from __future__ import annotations
-
 import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkCommand, vtkFloatArray

@@ -1,7 +1,5 @@
 """Checks of a vtkVolume that is to be drawn deformed."""
 
-from __future__ import annotations
-
 from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkRenderingVolume import vtkGPUVolumeRayCastMapper
 from vtkmodules.vtkRenderingVolumeOpenGL2 import vtkSmartVolumeMapper

@@ -4,8 +4,6 @@ The volume of material at v relative to its volume at rest is 1 / det J_G(v). Th
 of the determinant, which is continuous where space starts to fold, while the ratio has a pole.
 """
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

@@ -3,8 +3,6 @@
 It uses the functions and uniforms of `shader`. A sample is painted before it is lit.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from vtk_mls.rendering import volume_colors

@@ -1,7 +1,5 @@
 """Opacity of a volume along a ray."""
 
-from __future__ import annotations
-
 import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkCompositeDataSet, vtkImageData

@@ -3,15 +3,13 @@
 Questions on grids go through slabs of points. Arrays are sampled by the engine of the device.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from vtk_mls.base.linear_algebra import transformed
 from vtk_mls.base.progress import SILENT
 from vtk_mls.engine.dispatch import engine_for
 from vtk_mls.queries import fields
-from vtk_mls.queries.vector_fields import bounds_of_parts, indices_of_parts, sampled_parts
+from vtk_mls.queries.vector_fields import indices_of_parts, sampled_parts
 from vtk_mls.reference import reference_engine as reference
 
 NAME = "pointwise (numpy, float64)"
@@ -62,10 +60,6 @@ def void_distance_listed(transform, grid, indices, progress=SILENT):
     for rows, part in progress.chunks(len(indices), fields.MAX_SLAB_POINTS):
         result[rows] = transform._void_distance(grid.points_of(indices[rows]), part)
     return result
-
-
-def source_bounds(transform, sampling, progress=SILENT):
-    return bounds_of_parts(_sources(transform, sampling, progress), sampling)
 
 
 def source_index(transform, sampling, progress=SILENT):

@@ -1,7 +1,5 @@
 """Parts of a resampled image, each from the part of the source that it needs."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

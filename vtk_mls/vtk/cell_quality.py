@@ -1,7 +1,5 @@
 """The quality of cells by VTK's own measure."""
 
-from __future__ import annotations
-
 import numpy as np
 from vtkmodules.vtkCommonCore import VTK_DOUBLE
 from vtkmodules.vtkFiltersCore import vtkPointDataToCellData

@@ -1,7 +1,5 @@
 """Points and cells of meshes as numpy arrays, and back."""
 
-from __future__ import annotations
-
 import numpy as np
 from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_FLOAT, VTK_UNSIGNED_CHAR, vtkPoints
 from vtkmodules.vtkCommonDataModel import (
@@ -228,11 +226,9 @@ def _set_cells(grid, types, cells, faces):
 
 
 def _faces(grid, rows):
-    """VTK's face arrays for the cells `rows`; -1 stands for a cell without faces.
+    """VTK's locations and faces for the cells `rows`; -1 stands for a cell without faces.
 
-    Returns
-    -------
-    locations, faces : vtkCellArray, or vtkIdTypeArray before VTK 9.4; or None without polyhedra
+    They are vtkCellArray, or vtkIdTypeArray before VTK 9.4; None without polyhedra.
     """
     faces, locations = (get(grid) for get in FACES)
     if faces is None or locations is None:

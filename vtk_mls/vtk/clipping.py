@@ -1,7 +1,5 @@
 """Cells clipped at height 0, with their data and without flat pieces."""
 
-from __future__ import annotations
-
 from functools import partial
 
 import numpy as np

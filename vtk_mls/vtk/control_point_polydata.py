@@ -1,7 +1,5 @@
 """Control points as polydata."""
 
-from __future__ import annotations
-
 import numpy as np
 from vtkmodules.vtkCommonCore import VTK_DOUBLE
 from vtkmodules.vtkCommonDataModel import vtkPolyData

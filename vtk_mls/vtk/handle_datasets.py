@@ -1,7 +1,5 @@
 """Cells of point sets that are handles, and back."""
 
-from __future__ import annotations
-
 import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkPolyData, vtkUnstructuredGrid
 from vtkmodules.vtkFiltersGeometry import vtkGeometryFilter

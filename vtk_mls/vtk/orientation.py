@@ -1,7 +1,5 @@
 """Cells of a mesh that a deformation has turned inside out."""
 
-from __future__ import annotations
-
 import functools
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Closed surfaces of the shapes of rigid regions, to draw and to write them."""
 
-from __future__ import annotations
-
 import functools
 
 import numpy as np

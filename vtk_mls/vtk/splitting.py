@@ -12,8 +12,6 @@ Points without cells, poly-vertices, and cells that clipping cannot divide (some
 they are.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from vtkmodules.vtkCommonCore import VTK_BIT, VTK_DOUBLE, VTK_ID_TYPE
 from vtkmodules.vtkCommonDataModel import (

@@ -37,18 +37,10 @@ _MPI_VARIABLES = re.compile(r"(OMPI|OPAL|PMIX?|PRTE|MPI|MPIR|MV2|PALS|SLURM|HYDR
 
 @dataclass(frozen=True)
 class Result:
-    """The result of the check of one device.
+    """The result of the check of one device."""
 
-    Attributes
-    ----------
-    failure : str
-        Why the device must not be used; empty if it may be used.
-    is_checked : bool
-        False if the check did not end, or if no child process could run. In the latter case the
-        device is used.
-    """
-
-    failure: str = ""
+    failure: str = ""  # why the device must not be used; empty if it may be used
+    # False if the check did not end, or if no child process could run; then the device is used
     is_checked: bool = True
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import functools
 import os
 import re
@@ -44,30 +43,16 @@ class OutOfDeviceMemory(DeviceError):
 
 @dataclass(frozen=True)
 class Device:
-    """An OpenCL device.
+    """An OpenCL device."""
 
-    Attributes
-    ----------
-    key : str
-        "platform:device", as `device` of `Deformation` takes it.
-    kind : str
-        "gpu", "cpu" or "accelerator".
-    version : str
-        OpenCL version, with the driver's additions.
-    driver : str
-        Versions of the driver and of its platform.
-    width : int, optional
-        Points per work item, instead of those that `quirks` chooses.
-    """
-
-    key: str
+    key: str  # "platform:device", as `device` of `Deformation` takes it
     name: str
     platform: str
-    kind: str
-    version: str
+    kind: str  # "gpu", "cpu" or "accelerator"
+    version: str  # of OpenCL, with the driver's additions
     handle: object = field(repr=False, compare=False)
-    driver: str = ""
-    width: int | None = None
+    driver: str = ""  # versions of the driver and of its platform
+    width: int | None = None  # points per work item, instead of those that `quirks` chooses
 
     @functools.cached_property
     def lanes(self) -> int:
@@ -201,8 +186,10 @@ def context(device: Device):
             f"{device} cannot be used in a process that uses another {device.platform} already; "
             "use another `device` or another process"
         )
-    with driver_errors(device):
+    try:
         made = cl.Context([device.handle])
+    except cl.Error as error:
+        raise failure(device, error) from error
     _in_use.append(device)
     return made
 
@@ -227,25 +214,19 @@ def queue(device: Device):
     """The command queue of `device`."""
     import pyopencl as cl
 
-    with driver_errors(device):
-        return cl.CommandQueue(context(device))
-
-
-@contextlib.contextmanager
-def driver_errors(device: Device):
-    """Turns errors of the driver into a DeviceError or OutOfDeviceMemory."""
-    import pyopencl as cl
-
     try:
-        yield
+        return cl.CommandQueue(context(device))
     except cl.Error as error:
-        # some errors of pyopencl have only a text
-        code = getattr(error.args[0], "code", int)() if error.args else 0
-        if code in _OUT_OF_MEMORY:
-            raise OutOfDeviceMemory(f"{device} does not have enough memory: {error}") from error
-        raise DeviceError(
-            f"the driver of {device} failed: {error}; try another `device`"
-        ) from error
+        raise failure(device, error) from error
+
+
+def failure(device: Device, error: Exception) -> DeviceError:
+    """The DeviceError or OutOfDeviceMemory of an error of the driver, a pyopencl.Error."""
+    # some errors of pyopencl have only a text
+    code = getattr(error.args[0], "code", int)() if error.args else 0
+    if code in _OUT_OF_MEMORY:
+        return OutOfDeviceMemory(f"{device} does not have enough memory: {error}")
+    return DeviceError(f"the driver of {device} failed: {error}; try another `device`")
 
 
 @lazy.cached

@@ -23,36 +23,17 @@ _WITH_AVX512 = re.compile(
 
 @dataclass(frozen=True)
 class Quirk:
-    """A fault of a driver, and what avoids it.
+    """A fault of a driver, and what avoids it."""
 
-    Attributes
-    ----------
-    platform : str
-        Start of the name of the OpenCL platform.
-    fault : str
-        In one sentence.
-    is_affected : function of a Device, optional
-        Whether the version of the driver or the processor has the fault.
-    max_lanes : int, optional
-        Most points per work item.
-    max_double_lanes : int, optional
-        Most points per work item in kernels that call built-ins for double.
-    options : tuple of str, optional
-        Of the compiler. `-DNAME` defines a macro in all kernels.
-    is_alone : bool, optional
-        Whether a process can use only one driver with the fault.
-    has_cache : bool, optional
-        Whether pyopencl must keep no kernels, because the driver does.
-    """
-
-    platform: str
-    fault: str
+    platform: str  # start of the name of the OpenCL platform
+    fault: str  # in one sentence
+    # of a Device: whether the version of the driver or the processor has the fault
     is_affected: Callable[..., bool] = lambda device: True
-    max_lanes: int = 16
-    max_double_lanes: int = 16
-    options: tuple[str, ...] = ()
-    is_alone: bool = False
-    has_cache: bool = False
+    max_lanes: int = 16  # points per work item
+    max_double_lanes: int = 16  # the same in kernels that call built-ins for double
+    options: tuple[str, ...] = ()  # of the compiler; `-DNAME` defines a macro in all kernels
+    is_alone: bool = False  # whether a process can use only one driver with the fault
+    has_cache: bool = False  # whether pyopencl must keep no kernels, because the driver does
 
 
 def _calls_wide_builtins(device):

@@ -2,8 +2,6 @@
 and build constants of kernels that read arrays.
 """
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

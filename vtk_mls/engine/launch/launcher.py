@@ -1,7 +1,5 @@
 """Kernels of an OpenCL device: built at their first use, launched in slabs."""
 
-from __future__ import annotations
-
 import weakref
 
 from vtk_mls.engine.device import devices
@@ -14,8 +12,6 @@ _POINTS_OF_SEGMENT = 4  # control points that take as long as a segment
 # Points whose source indices stay in the cache of a CPU between the two kernels of a resampling.
 _MAX_CACHED_POINTS = 1 << 19
 FLOAT64 = (("USE_FP64", 1),)  # build constants
-# Points of one search for forward images.
-_MAX_SEARCHED_POINTS = 1 << 18
 
 
 class Launcher:
@@ -54,10 +50,6 @@ class Launcher:
         """Slabs of `count` points of a grid at which arrays are sampled."""
         max_count = _MAX_CACHED_POINTS if self.memory.in_place else None
         return self.slabs(count, deformation, bytes_per_item, max_count)
-
-    def search_slabs(self, count, deformation):
-        """Slabs of `count` points whose forward images are searched for."""
-        return self.slabs(count, deformation, 64, _MAX_SEARCHED_POINTS)
 
     # Kernels
 

@@ -1,7 +1,5 @@
 """Memory of an OpenCL device: buffers of host arrays, and limits of their size."""
 
-from __future__ import annotations
-
 import ctypes
 from collections import OrderedDict
 

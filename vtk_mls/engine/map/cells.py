@@ -1,7 +1,5 @@
 """Boxes of cells between nodes of a grid, as arrays (nz, ny, nx) of bool."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The map of a grid, interpolated between nodes where that is accurate: coarse_map.cl."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from vtk_mls.engine.launch import kernel_arguments

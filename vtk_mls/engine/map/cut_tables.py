@@ -1,7 +1,5 @@
 """Cuts in the layout of the kernels: build constants, and tables in the local frame of a region."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from vtk_mls.engine.launch.kernel_arguments import STRUCTS, filled, transform

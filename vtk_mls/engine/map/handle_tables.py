@@ -1,7 +1,5 @@
 """Regions, curves and limits in the layout of the kernels, in the frame of control points."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from vtk_mls.engine.launch import kernel_arguments

@@ -1,7 +1,5 @@
 """The search for the inverse of the map on an OpenCL device."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from vtk_mls.engine.launch import kernel_arguments

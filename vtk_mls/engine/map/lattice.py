@@ -1,7 +1,5 @@
 """The lattice of first guesses for the inverse, a property of the deformation."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

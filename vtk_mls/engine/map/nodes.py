@@ -1,7 +1,5 @@
 """The map at nodes, every few points of a grid."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from vtk_mls.base.grid import Grid

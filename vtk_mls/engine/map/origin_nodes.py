@@ -1,7 +1,5 @@
 """First guesses for searches over grids, from few nodes: origin_nodes.cl."""
 
-from __future__ import annotations
-
 import numpy as np
 import pyopencl as cl
 

@@ -1,7 +1,5 @@
 """The map of a deformation in one region, as kernels evaluate it."""
 
-from __future__ import annotations
-
 from contextlib import ExitStack
 
 import numpy as np

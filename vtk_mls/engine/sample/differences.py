@@ -1,7 +1,5 @@
 """Gradients of arrays on a grid, by differences on an OpenCL device."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from vtk_mls.base import buffer_pool

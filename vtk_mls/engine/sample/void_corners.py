@@ -1,7 +1,5 @@
 """Flags of void cells from void distances at their corners, on an OpenCL device."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from vtk_mls.base import buffer_pool

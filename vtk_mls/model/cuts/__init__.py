@@ -3,8 +3,6 @@
 Each file of this folder defines a shape, which is found by import: see `cuts.cut.Obstacle`.
 """
 
-from __future__ import annotations
-
 from vtk_mls.base.plugins import classes_in
 from vtk_mls.model.cuts.cut import Cut, Obstacle
 from vtk_mls.model.cuts.half_plane import HalfPlane

@@ -85,14 +85,9 @@ class Obstacle(Cut):
     A shape is a subclass in any file of this folder, and a kernel file opencl/cuts/cut_`kernel`.cl
     with the functions of "Cut shapes" in opencl/README.md. The kernels read the `record` of a cut
     for a set of control points.
-
-    Attributes
-    ----------
-    kernel : str
-        Name of the shape in the kernels: `name` with underscores.
     """
 
-    kernel: str
+    kernel: str  # name of the shape in the kernels: `name` with underscores
 
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()

@@ -68,11 +68,7 @@ class HalfPlane(Obstacle):
             )
         across = across / np.linalg.norm(across)
         freeze(
-            self,
-            point=vector("point", point),
-            normal=n,
-            inward=across,
-            along=np.cross(n, across),
+            self, point=vector("point", point), normal=n, inward=across, along=np.cross(n, across)
         )
 
     def frame(

@@ -1,16 +1,9 @@
 """The kinds of maps. Each file of this folder defines a family, which is found by import."""
 
-from __future__ import annotations
-
 from vtk_mls.base.plugins import classes_in
 from vtk_mls.model.kinds.kind import Kind
 
 _found = [kind for kind in classes_in(__name__, __path__, Kind) if kind.name]
-_KINDS = {kind.name: kind for kind in sorted(_found, key=lambda kind: (kind.equation, kind.name))}
-KINDS = tuple(name for name, kind in _KINDS.items() if kind.is_local)  # of the paper
-ALL_KINDS = tuple(_KINDS)
-
-
-def named(name, **settings) -> Kind:
-    """The kind `name`, one of `ALL_KINDS`, with the settings of `Kind`."""
-    return _KINDS[name](**settings)
+BY_NAME = {kind.name: kind for kind in sorted(_found, key=lambda kind: (kind.equation, kind.name))}
+KINDS = tuple(name for name, kind in BY_NAME.items() if kind.is_local)  # of the paper
+ALL_KINDS = tuple(BY_NAME)

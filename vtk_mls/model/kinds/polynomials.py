@@ -232,10 +232,8 @@ def _polynomial_fit(weighted):
     The displacement p - q is fitted, so that undetermined functions are those of the identity map.
     """
     orthogonal, w = _orthogonal(weighted), weighted.w
-    p, q = (
-        weighted.p + weighted.p_star[:, None],
-        weighted.q + weighted.q_star[:, None],
-    )
+    p = weighted.p + weighted.p_star[:, None]
+    q = weighted.q + weighted.q_star[:, None]
     u = p - q
     displacement = weighted.p_k - weighted.q_k
     gradient = np.zeros((len(w), 3, 3))

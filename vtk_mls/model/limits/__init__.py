@@ -1,7 +1,5 @@
 """Limits: masks and faces that say where a deformation acts."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from vtk_mls.model.limits.faces import FixedFace, SlidingFace

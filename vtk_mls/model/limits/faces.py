@@ -89,12 +89,7 @@ class FixedFace(Limit):
         record = {"slides": self.slides, "falloff": self.falloff / control_points.scale}
         if isinstance(self.face, Plane):
             height = self.face.height(control_points.center) / control_points.scale
-            return {
-                **record,
-                "form": "PLANE_FACE",
-                "low": self.face.normal,
-                "high": [height, 0, 0],
-            }
+            return {**record, "form": "PLANE_FACE", "low": self.face.normal, "high": [height, 0, 0]}
         images, grid = self._images
         values = np.stack([images[0] / control_points.scale, *images[1:]], axis=-1)
         return {**record, "form": "IMAGE_FACE", "image": values, "grid": grid}

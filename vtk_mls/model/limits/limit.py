@@ -14,15 +14,9 @@ if TYPE_CHECKING:
 
 
 class Limit(Described):
-    """A factor from 0 to 1 for the displacement at each point of the deformed space.
+    """A factor from 0 to 1 for the displacement at each point of the deformed space."""
 
-    Attributes
-    ----------
-    slides : bool
-        Whether the factor is only of the part along `normal`.
-    """
-
-    slides = False
+    slides = False  # whether the factor is only of the part along `normal`
 
     def factor(self, v: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """The factors (m,) at points `v` (m, 3), and their slopes (m, 3)."""

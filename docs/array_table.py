@@ -1,12 +1,7 @@
-"""Arrays that the filters add, for the page of properties.
-
-This module does not need VTK.
-"""
-
-from __future__ import annotations
+"""Arrays that the filters add, for the page of properties; a test runs the filters for them."""
 
 import re
-from dataclasses import dataclass
+from collections import namedtuple
 
 POINTS, CELLS, FIELD = "point", "cell", "field"  # attribute data of an array
 # Writers.
@@ -14,20 +9,10 @@ IMAGE, MESH = "MLSDeform of an image", "MLSDeform of a mesh"
 MAP = "MLSDisplacementField"
 CONTROL_POINTS, ARROWS = "MLSControlPoints", "its output Arrows"
 _WRITERS = {"image": IMAGE, "mesh": MESH, "map": MAP, "points": CONTROL_POINTS, "arrows": ARROWS}
-WITH_CELL_QUALITY = "With GenerateCellQuality"
 
-
-@dataclass(frozen=True)
-class Array:
-    """An array of an output."""
-
-    name: str
-    of: str  # POINTS, CELLS or FIELD
-    writers: tuple[str, ...]  # some of the constants above
-    values: str  # type and number of the values, with unit or frame
-    when: str  # condition; "" for always
-    help: str  # meaning of the values
-
+# An array of an output: of points, cells or fields; some of the writers above; type and number of
+# the values, with unit or frame; the condition, "" for always; and the meaning of the values.
+Array = namedtuple("Array", "name of writers values when help")
 
 # Name, attribute data, writers and values of each; its meaning; and its condition, if it has one.
 _TEXT = """
