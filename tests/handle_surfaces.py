@@ -35,13 +35,18 @@ def transform(turn=30.0, axis=(1, 2, 3), move=(0.5, 0.2, -0.3)):
     return result
 
 
-def moved(surface, by):
-    """The surface with point vectors "Displacement" to where a vtkTransform moves it."""
+def carried(surface, by):
+    """The surface where a vtkTransform moves it."""
     mover = vtkTransformFilter()
     mover.SetInputData(surface)
     mover.SetTransform(by)
     mover.Update()
-    return displaced(surface, positions(mover.GetOutput()) - positions(surface))
+    return mover.GetOutput()
+
+
+def moved(surface, by):
+    """The surface with point vectors "Displacement" to where a vtkTransform moves it."""
+    return displaced(surface, positions(carried(surface, by)) - positions(surface))
 
 
 def displaced(surface, displacement):

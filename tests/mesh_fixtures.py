@@ -10,6 +10,7 @@ from vtkmodules.vtkCommonDataModel import (
     VTK_LINE,
     VTK_POLYHEDRON,
     VTK_PYRAMID,
+    VTK_QUAD,
     VTK_QUADRATIC_HEXAHEDRON,
     VTK_QUADRATIC_TETRA,
     VTK_TETRA,
@@ -250,3 +251,25 @@ def sizes(mesh):
 
 
 OPENED = DEFORMED + np.where(REST[:, :1] > 4, [[1.2, 0, 0]], [[-1.2, 0, 0]])
+
+
+# Two control points in the middle that are pushed past each other, between eight that rest.
+PINCHED = np.r_[REST, [(3.4, 4, 3), (4.6, 4, 3)]]
+# The same between four in a plane.
+FLAT_PINCHED = np.array([(1, 1, 3), (7, 1, 3), (7, 7, 3), (1, 7, 3), (3.4, 4, 3), (4.6, 4, 3.0)])
+
+
+def pinch(push):
+    moved = PINCHED.copy()
+    moved[-2:, 0] += (push, -push)
+    return control_points(PINCHED, moved)
+
+
+def plate(side=20):
+    """Quads in the plane z = 3."""
+    t = np.linspace(1, 7, side + 1)
+    mesh = vtkUnstructuredGrid()
+    set_places(mesh, np.array([(a, b, 3.0) for b in t for a in t]))
+    for first in np.add.outer((side + 1) * np.arange(side), np.arange(side)).ravel():
+        mesh.InsertNextCell(VTK_QUAD, 4, [int(first) + k for k in (0, 1, side + 2, side + 1)])
+    return mesh

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-from vtk_fixtures import DEFORMED, REST
+from vtk_fixtures import DEFORMED, REST, make_image
+from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
+from vtkmodules.vtkCommonDataModel import vtkDataObject
+from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 
 from vtk_mls.filters import MLSControlPoints
 from vtk_mls.vtk import arrays
+
+KEYS = vtkStreamingDemandDrivenPipeline
 
 
 def control_points(rest=REST, deformed=DEFORMED, weights=()):
@@ -73,3 +78,33 @@ def picture_of(window):
     width, height, _ = image.GetDimensions()
     pixels = arrays.to_numpy(image.GetPointData().GetScalars())
     return pixels.reshape(height, width, -1)[..., :3].astype(float)
+
+
+class Source(VTKPythonAlgorithmBase):
+    """Makes data for a time: of the last step that is not later, or without steps of any time."""
+
+    def __init__(self, fill, steps=(), ends=None, output_type="vtkPolyData"):
+        super().__init__(nInputPorts=0, nOutputPorts=1, outputType=output_type)
+        self.fill, self.steps, self.ends, self.times = fill, steps, ends, []
+
+    def RequestInformation(self, request, in_info, out_info):
+        info = out_info.GetInformationObject(0)
+        ends = self.ends or [self.steps[0], self.steps[-1]]
+        if self.steps:
+            info.Set(KEYS.TIME_STEPS(), self.steps, len(self.steps))
+        info.Set(KEYS.TIME_RANGE(), ends, 2)
+        if self.OutputType == "vtkImageData":
+            info.Set(KEYS.WHOLE_EXTENT(), make_image().GetExtent(), 6)
+        return 1
+
+    def RequestData(self, request, in_info, out_info):
+        info = out_info.GetInformationObject(0)
+        time = info.Get(KEYS.UPDATE_TIME_STEP()) if info.Has(KEYS.UPDATE_TIME_STEP()) else None
+        if self.steps:
+            earlier = [step for step in self.steps if time is not None and step <= time]
+            time = earlier[-1] if earlier else self.steps[0]
+        self.times.append(time)
+        output = vtkDataObject.GetData(out_info)
+        self.fill(output, time)
+        output.GetInformation().Set(output.DATA_TIME_STEP(), time)
+        return 1

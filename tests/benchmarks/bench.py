@@ -18,10 +18,9 @@ as a multiple of that of the kind that others are compared with: what else the m
 changes that. Of drags the 99th percentile counts, too. VTK's filters use its thread pool
 (STDThread).
 
-Then follow, without others: how near kernels are to the peaks of the device, where the time of an
-update goes, what it moves through the memory, how much memory it needs, and how a program starts.
-All of it is left in a file, from which `make pages` writes docs/benchmarks.md. Ours run on the
-device that VTK_MLS_DEVICE names.
+Then follow, without others: how near kernels are to the peaks of the device, how much memory an
+update needs, and how a program starts. All of it is left in a file, from which `make pages` writes
+docs/benchmarks.md. Ours run on the device that VTK_MLS_DEVICE names.
 """
 
 from __future__ import annotations
@@ -41,8 +40,6 @@ import numpy as np
 import peers
 import pyopencl
 import roofline
-import split
-import traffic
 from vtkmodules.vtkCommonCore import vtkSMPTools, vtkVersion
 
 import vtk_mls
@@ -136,11 +133,6 @@ def accounts(is_large):
     n = 256 if engine.device.kind == "gpu" else 128  # no launch is to be all start and end
     title = f"kernels of 15 control points, {n}^3, and the peaks of the device"
     yield {"title": title, "rows": roofline.table(engine, n)}
-    for n in (128, 256) if is_large else (128,):
-        title = f"where the time of an update goes, {n}^3, in milliseconds"
-        yield {"title": title, "rows": split.table(n)}
-    title = "bytes that an update moves for a voxel, a volume of floats, 128^3"
-    yield {"title": title, "rows": traffic.table(128)}
     rows = {
         f"{n}^3{told}": alone.memory(n, tolerance)
         for n in ((64, 128, 256, 512) if is_large else (64, 128, 256))

@@ -77,22 +77,6 @@ def maps_by_alpha(n):
             yield f"{name}, {alpha:g}", lambda ours=ours: ours.displacement_field((n, n, n))
 
 
-def updates(n):
-    """Updates of a filter from image to image, one array of floats, as (name, function)."""
-    rest, deformed = handles(n)
-    image = _image(n)
-    for name, options, gradient in (
-        ("rigid", {}, None),
-        (f"rigid, within {TOLERANCE}", {"map_tolerance": TOLERANCE}, None),
-        ("half-plane", {"cuts": [_half_plane(n)]}, None),
-        ("rigid, Gradient", {}, "RTData"),
-    ):
-        deform = _filter(image, vtk_mls.Deformation(rest, deformed, **options))
-        if gradient:
-            deform.SetGradientArray(gradient)
-        yield name, lambda deform=deform: again(deform)
-
-
 def volumes(n):
     """Everyone who deforms an image, as (name, function)."""
     rest, deformed = handles(n)

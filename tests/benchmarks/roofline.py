@@ -38,7 +38,6 @@ __kernel void multiply_add(__global float *out, const float a, const float b) {
 __kernel void copy(__global const WIDE *restrict from, __global WIDE *restrict to) {
   to[get_global_id(0)] = from[get_global_id(0)];
 }
-__kernel void fill(__global WIDE *to) { to[get_global_id(0)] = (WIDE)(1); }
 """
 
 
@@ -61,16 +60,8 @@ def peaks(device):
     return [amount / each / 1e9 for amount, each in zip(amounts, seconds)]
 
 
-def filling_time(device, size):
-    """Seconds in which a device fills an array of `size` bytes."""
-    buffer = cl.Buffer(devices.context(device), cl.mem_flags.READ_WRITE, size)
-    fill, queue = cl.Kernel(_program(device), "fill"), devices.queue(device)
-    items = size // (4 * _wide(device))
-    return _smallest(queue, lambda: fill(queue, (items,), None, buffer))
-
-
 def _wide(device):
-    """Floats that an item copies or fills."""
+    """Floats that an item copies."""
     return max(4, device.lanes)
 
 

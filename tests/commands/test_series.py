@@ -6,11 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_fixtures import AT, run
+from pipelines import Source
 from vtk_fixtures import FAST, add_array, make_image
-from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkUnstructuredGrid
-from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
 from vtkmodules.vtkIOHDF import vtkHDFWriter
 
 from vtk_mls import Deformation, io
@@ -81,33 +80,17 @@ def write_input(how):
     if how == "pattern":
         write_steps(["step_8.vtu", "step_9.vtu", "step_10.vtu"])
         return "step_*.vtu"
-    writer, source = vtkHDFWriter(), Moving()
+
+    def at_time(output, time):
+        output.ShallowCopy(mesh(time))
+
+    source = Source(at_time, TIMES, None, "vtkUnstructuredGrid")
+    writer = vtkHDFWriter()
     writer.SetInputConnection(source.GetOutputPort())
     writer.SetFileName("in.vtkhdf")
     writer.SetWriteAllTimeSteps(True)
     assert writer.Write()
     return "in.vtkhdf"
-
-
-class Moving(VTKPythonAlgorithmBase):
-    """A source of `mesh` at TIMES."""
-
-    def __init__(self):
-        super().__init__(nInputPorts=0, outputType="vtkUnstructuredGrid")
-
-    def RequestInformation(self, request, inInfo, outInfo):
-        keys, info = vtkStreamingDemandDrivenPipeline, outInfo.GetInformationObject(0)
-        info.Set(keys.TIME_STEPS(), TIMES, len(TIMES))
-        info.Set(keys.TIME_RANGE(), (TIMES[0], TIMES[-1]), 2)
-        return 1
-
-    def RequestData(self, request, inInfo, outInfo):
-        info = outInfo.GetInformationObject(0)
-        time = info.Get(vtkStreamingDemandDrivenPipeline.UPDATE_TIME_STEP())
-        output = vtkUnstructuredGrid.GetData(outInfo)
-        output.ShallowCopy(mesh(time))
-        output.GetInformation().Set(output.DATA_TIME_STEP(), time)
-        return 1
 
 
 def deform(name, output="out.pvd", *options):

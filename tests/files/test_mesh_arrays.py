@@ -4,6 +4,7 @@ import re
 
 import numpy as np
 import pytest
+from mesh_fixtures import FLAT_PINCHED, plate
 from pipelines import update
 from vtk_fixtures import DEFORMED, REST, TYPES, add_array
 from vtkmodules.vtkCommonCore import VTK_UNSIGNED_CHAR, vtkPoints
@@ -15,7 +16,7 @@ from vtkmodules.vtkCommonDataModel import (
 )
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 from vtkmodules.vtkIOPLY import vtkPLYReader
-from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter, vtkXMLStructuredGridWriter
+from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
 
 from vtk_mls import Deformation, io
 from vtk_mls.commands import cli
@@ -125,32 +126,19 @@ def test_losses_of_a_file_format_are_reported(output, sentence, folder, capsys, 
         np.testing.assert_array_equal(values(data, "RGB"), rows)
 
 
-def plate():
-    """20 x 20 quads in the plane z = 3."""
-    mesh, points, t = vtkStructuredGrid(), vtkPoints(), np.linspace(1, 7, 21)
-    for y in t:
-        for x in t:
-            points.InsertNextPoint(x, y, 3)
-    mesh.SetDimensions(21, 21, 1)
-    mesh.SetPoints(points)
-    return mesh
-
-
-PINCHED = [(1, 1, 3), (7, 1, 3), (7, 7, 3), (1, 7, 3), (3.4, 4, 3), (4.6, 4, 3)]
-
-
 @pytest.mark.parametrize("push", [0.0, 1.8])
 def test_the_command_counts_cells_that_are_inside_out(push, folder, capsys):
-    write(vtkXMLStructuredGridWriter(), plate(), folder / "plate.vts")
-    moved = np.array(PINCHED, float)
+    io.write_dataset(plate(), "plate.vtu")
+    moved = FLAT_PINCHED.copy()
     moved[4:, 0] += (push, -push)
-    lines = [",".join(map(str, (*p, *q))) for p, q in zip(PINCHED, moved)]
+    lines = [",".join(map(str, (*p, *q))) for p, q in zip(FLAT_PINCHED, moved)]
     (folder / "p.csv").write_text("\n".join(["px,py,pz,qx,qy,qz", *lines]))
     # alpha 2 turns the plate over between the two handles, which areas in its plane cannot tell
-    options = ["--alpha", "1", "--allow-identity"]
-    assert cli.main(["deform", "plate.vts", "p.csv", "o.vts", *options]) == 0
+    options = ["--alpha", "1", "--device", "reference"]
+    arguments = ["deform", "plate.vtu", "p.csv", "o.vtu", *options]
+    assert cli.main([*arguments, "--allow-identity"]) == 0
     printed = capsys.readouterr().out
-    output = io.read_dataset("o.vts")
+    output = io.read_dataset("o.vtu")
     x = arrays.to_numpy(output.GetPoints().GetData()).reshape(21, 21, 3)
     corners = [x[:-1, :-1], x[:-1, 1:], x[1:, 1:], x[1:, :-1]]
     edges = [b - a for a, b in zip(corners, corners[1:] + corners[:1])]
@@ -162,8 +150,7 @@ def test_the_command_counts_cells_that_are_inside_out(push, folder, capsys):
         assert f"; {count} cells inside out (at most --blend " in printed
         blend = float(re.search(r"at most --blend (.+) inverts no cell\)", printed)[1])
         for more in (0, 0.01):
-            options = ["--alpha", "1", "--blend", str(blend + more)]
-            assert cli.main(["deform", "plate.vts", "p.csv", "p.vts", *options]) == 0
+            assert cli.main([*arguments, "--blend", str(blend + more)]) == 0
             assert ("inside out" in capsys.readouterr().out) == (more > 0)
     # the file is as it was before anybody counted
     assert not output.GetPointData().HasArray("JacobianDeterminant")

@@ -2,11 +2,9 @@
 
 import numpy as np
 import pytest
-from pipelines import connect, control_points, values_of
+from pipelines import Source, connect, control_points, values_of
 from vtk_fixtures import add_array, make_image
-from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
 from vtkmodules.vtkCommonCore import VTK_UNSIGNED_CHAR
-from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
 from vtkmodules.vtkFiltersCore import vtkPointDataToCellData
 from vtkmodules.vtkImagingCore import vtkRTAnalyticSource
 
@@ -91,30 +89,12 @@ def test_pieces_have_the_background_of_the_whole():
     np.testing.assert_array_equal(part, of_cells[:4, 4:8, :4])
 
 
-class InTime(VTKPythonAlgorithmBase):
-    """An image at times 1, 2 and 3, whose values are 100 times the time."""
-
-    def __init__(self):
-        super().__init__(nInputPorts=0, nOutputPorts=1, outputType="vtkImageData")
-
-    def RequestInformation(self, request, inInfo, outInfo):
-        info, keys = outInfo.GetInformationObject(0), vtkStreamingDemandDrivenPipeline
-        info.Set(keys.WHOLE_EXTENT(), make_image().GetExtent(), 6)
-        info.Set(keys.TIME_STEPS(), (1.0, 2.0, 3.0), 3)
-        info.Set(keys.TIME_RANGE(), (1.0, 3.0), 2)
-        return 1
-
-    def RequestData(self, request, inInfo, outInfo):
-        info, output = outInfo.GetInformationObject(0), self.GetOutputDataObject(0)
-        time = info.Get(vtkStreamingDemandDrivenPipeline.UPDATE_TIME_STEP()) or 1.0
+def test_all_times_have_the_background_of_the_first():
+    def fill(output, time):
         output.ShallowCopy(make_image())
         add_array(output.GetPointData(), "values", np.full(504, 100 * time))
-        output.GetInformation().Set(output.DATA_TIME_STEP(), time)
-        return 1
 
-
-def test_all_times_have_the_background_of_the_first():
-    source, deform = InTime(), MLSDeform()
+    source, deform = Source(fill, (1.0, 2.0, 3.0), output_type="vtkImageData"), MLSDeform()
     deform.SetDevice("reference")
     deform.SetInputConnection(0, source.GetOutputPort())
     handles = control_points([(0, 0, 0)], [(6.0, 0, 0)])

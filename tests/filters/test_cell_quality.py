@@ -10,6 +10,8 @@ from mesh_fixtures import (
     deforming,
     explicit_structured,
     mixed,
+    pinch,
+    plate,
     polyhedra,
     rectilinear,
     scaled_jacobians_of,
@@ -29,7 +31,6 @@ from vtkmodules.vtkCommonDataModel import (
     VTK_WEDGE,
     vtkUnstructuredGrid,
 )
-from vtkmodules.vtkFiltersSources import vtkPlaneSource
 
 from vtk_mls import RegionHandle
 from vtk_mls.base.progress import SILENT
@@ -49,23 +50,6 @@ MESHES = {
     "rectilinear": rectilinear,
     "explicit structured": explicit_structured,
 }
-# Two control points in the middle that are pushed past each other, between eight that rest.
-PINCHED = np.r_[REST, [(3.4, 4, 3), (4.6, 4, 3)]]
-
-
-def plate():
-    source = vtkPlaneSource()
-    source.SetOrigin(1, 1, 3)
-    source.SetPoint1(7, 1, 3)
-    source.SetPoint2(1, 7, 3)
-    source.SetResolution(20, 20)
-    return update(source)
-
-
-def pinch(push):
-    moved = PINCHED.copy()
-    moved[-2:, 0] += (push, -push)
-    return control_points(PINCHED, moved)
 
 
 def scaled_jacobians(mesh):

@@ -14,7 +14,7 @@ from vtkmodules.vtkFiltersCore import vtkAppendPolyData, vtkContourFilter, vtkCu
 from vtkmodules.vtkFiltersGeometry import vtkDataSetSurfaceFilter
 from vtkmodules.vtkFiltersSources import vtkDiskSource, vtkPlaneSource, vtkSphereSource
 
-from vtk_mls import Deformation, HalfPlane, Plane, Sampling, Surface
+from vtk_mls import CUT_FRAMES, Deformation, HalfPlane, Plane, Sampling, Surface
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
 from vtk_mls.vtk import arrays
 
@@ -36,14 +36,17 @@ def void_of(output, value):
 
 @BOTH
 @pytest.mark.parametrize("cut", ["plane", "half-plane"])
-def test_void_is_that_of_the_value(kind, device, cut):
+@pytest.mark.parametrize("frame", CUT_FRAMES)
+def test_void_is_that_of_the_value(kind, device, cut, frame):
     deforming = scene(kind, device)
     set_half_plane(deforming)
     deforming.SetCutType(cut)
+    deforming.SetCutFrame(frame)
     deforming.SetNu(3)
     output = update(deforming)
     shape = Plane(*HALF[:2]) if cut == "plane" else HalfPlane(*HALF)
-    value = Deformation(REST, APART, cuts=[shape], nu=3, device="reference")
+    options = {"cuts": [shape], "cut_frame": frame, "nu": 3}
+    value = Deformation(REST, APART, **options, device="reference")
     points, cells = void_of(output, value)
     assert 10 < points.sum() < len(points) / 2
     distance = numbers_of(output.GetPointData(), "VoidDistance")
@@ -221,6 +224,7 @@ WRONG = {
     "nu 1": (lambda d: d.SetNu(1), "`nu` must be a number above 1, got 1"),
     "zero normal": (lambda d: d.SetCutNormal(0, 0, 0), "`CutNormal` must not be zero"),
     "parallel": (lambda d: d.SetCutInward(2, 0, 0), "`CutInward`.*not be parallel to the normal"),
+    "not a frame": (lambda d: d.SetCutFrame("x"), "`CutFrame` must be one of rest, d.* got 'x'"),
     "not a type": (lambda d: d.SetCutType("disk"), "`CutType` must be one of none, plane.*'disk'"),
     "no cut": (lambda d: d.AddCut("x"), "`cuts` must be Plane, HalfPlane or Surface, got 'x'"),
     "no surface": (lambda d: d.SetInputDataObject(2, vtkPolyData()), "`Cuts` has no surface"),
@@ -250,6 +254,7 @@ def test_errors_are_one_sentence_and_can_be_mended(kind, spoil, sentence, messag
         assert deforming.GetOutputDataObject(0).GetNumberOfPoints() == 0
     set_half_plane(deforming)
     deforming.SetNu(2)
+    deforming.SetCutFrame("rest")
     deforming.ClearCuts()
     deforming.DisconnectCuts()
     if kind is MLSDeform:

@@ -55,15 +55,15 @@ def test_a_background_outside_the_range_of_a_type_is_reported(reference, message
 
 @pytest.mark.parametrize("place", PLACES)
 @pytest.mark.parametrize("options", OPTIONS, ids=lambda o: o["kind"])
-def test_gives_the_numbers_of_the_value(deform, device, place, options):
+def test_gives_the_numbers_of_the_value(reference, place, options):
     image = smooth_image(**PLACES[place])
-    deform.SetKind(options["kind"])
-    deform.SetAlpha(options.get("alpha", ALPHA.default))
-    deform.SetDegree(options.get("degree", 2))
-    deform.SetSmoothing(options.get("smoothing", 0))
-    deform.SetBackground(-3.5)
-    output = update(connect(deform, image, control_points()))
-    value = Deformation(REST, DEFORMED, device=device, **options)
+    reference.SetKind(options["kind"])
+    reference.SetAlpha(options.get("alpha", ALPHA.default))
+    reference.SetDegree(options.get("degree", 2))
+    reference.SetSmoothing(options.get("smoothing", 0))
+    reference.SetBackground(-3.5)
+    output = update(connect(reference, image, control_points()))
+    value = Deformation(REST, DEFORMED, device="reference", **options)
     values, cells = expected(image, value, background=-3.5)
     assert_holds(output, values, cells)
     assert np.abs(values - values_of(image, "values")).max() > 0.1

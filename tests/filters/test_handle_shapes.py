@@ -2,13 +2,22 @@
 
 import numpy as np
 import pytest
-from handle_surfaces import ball, displaced, joined, moved, polyline, positions, transform, volume
+from handle_surfaces import (
+    ball,
+    carried,
+    displaced,
+    joined,
+    moved,
+    polyline,
+    positions,
+    transform,
+    volume,
+)
 from pipelines import update
 from vtk_fixtures import FAST, add_array
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import VTK_TETRA, vtkCellArray, vtkMultiBlockDataSet, vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkAppendFilter, vtkDelaunay3D
-from vtkmodules.vtkFiltersGeneral import vtkTransformFilter
 
 from vtk_mls import Ball, CurveHandle, RegionHandle
 from vtk_mls.filters import MLSDeform
@@ -190,14 +199,6 @@ def paired(rest, *moved_parts):
     deform = deforming(rest)
     deform.SetInputDataObject(4, joined(*moved_parts))
     return deform
-
-
-def carried(surface, by):
-    """The surface where a vtkTransform moves it."""
-    mover = vtkTransformFilter()
-    mover.SetInputData(surface)
-    mover.SetTransform(by)
-    return update(mover)
 
 
 def test_a_moved_dataset_gives_displacements_by_point_number(device):

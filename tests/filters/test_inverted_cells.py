@@ -3,15 +3,17 @@
 import numpy as np
 import pytest
 from mesh_fixtures import (
+    FLAT_PINCHED,
+    PINCHED,
     QUADRATIC,
     cells,
     count,
     deforming,
     explicit_structured,
+    pinch,
     places_of,
-    polyhedra,
+    plate,
     rectilinear,
-    scaled_jacobians_of,
     set_places,
     sphere,
     structured,
@@ -24,7 +26,6 @@ from vtkmodules.vtkCommonDataModel import (
     VTK_HEXAHEDRON,
     VTK_PENTAGONAL_PRISM,
     VTK_PYRAMID,
-    VTK_QUAD,
     VTK_TETRA,
     VTK_TRIANGLE,
     VTK_VOXEL,
@@ -41,14 +42,6 @@ from vtk_mls.vtk.orientation import _find_faces_in_stream, _structured, count_in
 
 SOLID = [VTK_TETRA, VTK_HEXAHEDRON, VTK_VOXEL, VTK_WEDGE, VTK_PYRAMID]
 SOLID += [VTK_PENTAGONAL_PRISM, VTK_HEXAGONAL_PRISM]
-# Two control points in the middle that are pushed past each other, between eight that rest.
-PINCHED = np.r_[REST, [(3.4, 4, 3), (4.6, 4, 3)]]
-
-
-def pinch(push):
-    moved = PINCHED.copy()
-    moved[-2:, 0] += (push, -push)
-    return control_points(PINCHED, moved)
 
 
 def judged(mesh, handles, **options):
@@ -75,37 +68,6 @@ def solid(kind):
     return prisms(kind) if kind in (VTK_PENTAGONAL_PRISM, VTK_HEXAGONAL_PRISM) else cells(kind, 6)
 
 
-@pytest.mark.parametrize("push", [0.3, 2.5, 4.0])
-@pytest.mark.parametrize("kind", [VTK_TETRA, VTK_HEXAHEDRON])
-def test_bad_cells_are_those_of_vtk(kind, push):
-    output, inverted, unchecked = judged(cells(kind, 14), pinch(push))
-    # cells of vtkCellTypeSource may be inside out at rest
-    rest = np.sign(scaled_jacobians_of(cells(kind, 14)))
-    assert inverted == (scaled_jacobians_of(output) * rest <= 0).sum()
-    assert unchecked == 0
-    assert (inverted > 0) == (push > 1)
-
-
-def test_the_same_hexahedra_in_any_guise():
-    expected = [judged(cells(VTK_HEXAHEDRON, 14), pinch(push))[1:] for push in (2.5, 4)]
-    assert expected[0][0] > 0
-    for mesh in (cells(VTK_VOXEL, 14), polyhedra(14), as_structured(15)):
-        assert [judged(mesh, pinch(push))[1:] for push in (2.5, 4)] == expected, mesh.GetClassName()
-
-
-def as_structured(side):
-    grid = vtkStructuredGrid()
-    grid.SetDimensions(side, side, side)
-    set_places(grid, lattice(side))
-    return grid
-
-
-def lattice(side):
-    """Points of `cells` in the order of a structured grid."""
-    x = places_of(cells(VTK_HEXAHEDRON, side - 1))
-    return x[np.lexsort((x[:, 0].round(9), x[:, 1].round(9), x[:, 2].round(9)))]
-
-
 GRIDS = structured, rectilinear, explicit_structured
 
 
@@ -125,16 +87,6 @@ def test_mirrored_and_turned(make):
 # Surfaces
 
 
-def plate(side=20):
-    """Quads in the plane z = 3."""
-    t = np.linspace(1, 7, side + 1)
-    mesh = vtkUnstructuredGrid()
-    set_places(mesh, np.array([(a, b, 3.0) for b in t for a in t]))
-    for first in np.add.outer((side + 1) * np.arange(side), np.arange(side)).ravel():
-        mesh.InsertNextCell(VTK_QUAD, 4, [int(first) + k for k in (0, 1, side + 2, side + 1)])
-    return mesh
-
-
 def areas(points, corners):
     """Signed areas in a plane of constant z."""
     p = points[corners].astype(float)
@@ -142,7 +94,6 @@ def areas(points, corners):
     return (p[..., 0] * after[..., 1] - p[..., 1] * after[..., 0]).sum(axis=1) / 2
 
 
-FLAT_PINCHED = np.array([(1, 1, 3), (7, 1, 3), (7, 7, 3), (1, 7, 3), (3.4, 4, 3), (4.6, 4, 3.0)])
 TURNS = [np.eye(3)]
 for _axis, _degrees in ((0, 90), (0, 180), (1, 137), (2, 180)):
     _c, _s = np.cos(np.radians(_degrees)), np.sin(np.radians(_degrees))

@@ -5,7 +5,6 @@ import pytest
 from pipelines import Executions, connect, control_points, update, values_of
 from vtk_fixtures import DEFORMED, FAST, REST, add_array, make_image
 
-from vtk_mls import KINDS
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
 from vtk_mls.filters.control_point_source import lattice
 from vtk_mls.vtk import arrays
@@ -48,12 +47,10 @@ def result_of(deforming, name):
 
 @FILTERS
 @pytest.mark.parametrize("offset", [0, 5e5])
-@pytest.mark.parametrize("kind", KINDS)
-def test_nothing_moves_without_handles(filter_type, image, offset, kind):
+def test_nothing_moves_without_handles(filter_type, image, offset):
     image.SetOrigin(offset, 2 * offset, -offset)
     before = values_of(image, "value")
     deforming = alone(filter_type, image)
-    deforming.SetKind(kind)
     expected = before if filter_type is MLSDeform else np.zeros((*before.shape, 3))
     np.testing.assert_array_equal(result(deforming), expected)
 
@@ -174,10 +171,8 @@ def test_own_handles_fit_the_grid(image):
 
 
 @FILTERS
-@pytest.mark.parametrize("kind", KINDS)
-def test_blend_0_is_the_identity_to_the_bit(filter_type, image, kind):
+def test_blend_0_is_the_identity_to_the_bit(filter_type, image):
     deforming = with_handles(filter_type, image)
-    deforming.SetKind(kind)
     deforming.SetBlend(0)
     before = values_of(image, "value")
     expected = before if filter_type is MLSDeform else np.zeros((*before.shape, 3))

@@ -1,4 +1,4 @@
-"""Random shapes with limits, in datasets of every kind and blocks of any, by filters in threads."""
+"""Random shapes with limits, in images and meshes, by filters in threads."""
 
 from __future__ import annotations
 
@@ -8,25 +8,14 @@ import numpy as np
 from scenes import Scene
 from vtkmodules.vtkCommonCore import vtkOutputWindow, vtkStringOutputWindow
 from vtkmodules.vtkCommonDataModel import (
-    VTK_HEXAHEDRON,
-    vtkExplicitStructuredGrid,
     vtkImageData,
-    vtkMolecule,
-    vtkMultiBlockDataSet,
-    vtkPartitionedDataSet,
-    vtkPartitionedDataSetCollection,
     vtkPointSet,
-    vtkTable,
-    vtkUnstructuredGrid,
 )
-from vtkmodules.vtkFiltersSources import vtkCellTypeSource, vtkRandomHyperTreeGridSource
 
 import vtk_mls
-from vtk_mls.files.block_files import leaves
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
-from vtk_mls.vtk.cells import cell_array, connectivity_of, set_positions
 
 _MISS = 3e-3  # as of checks, relative to the size of the data
 _TETRAHEDRON = [(0, 1, 2), (0, 3, 1), (0, 2, 3), (1, 3, 2)]
@@ -36,14 +25,15 @@ _used = []  # whether a case of this process has used a device
 
 
 def check_limits(rng, device):
-    """Filters show the map of `Deformation`, alone and several at a time; other blocks pass."""
+    """Filters show the map of `Deformation`, alone and several at a time."""
     scene = Scene(rng)
-    make, data = (MLSDisplacementField, MLSDeform)[rng.random() < 0.7], _data(scene)
+    make = (MLSDisplacementField, MLSDeform)[rng.random() < 0.7]
+    data = scene.image() if rng.random() < 0.3 else scene.structured()
     rest, deformed, _ = scene.handles()
     rest, deformed = rest[:3], rest[:3] + 0.2 * (deformed - rest)[:3]
     handles = [_handle(scene) for _ in range(rng.integers(0, 3))]
     mask, faces = _mask(scene), [_face(scene) for _ in range(rng.integers(0, 2))]
-    case = f"{make.__name__} of {[leaf.GetClassName() for leaf in leaves(data)]}, {handles}, "
+    case = f"{make.__name__} of {data.GetClassName()}, {handles}, "
     case = f"{case}{mask}, {faces} in a world of {scene.size:g}"
 
     def run(_=None):
@@ -60,7 +50,7 @@ def check_limits(rng, device):
         if make is MLSDisplacementField:
             filter_.SetSampleDimensions(3, 2, 4)
         done = filter_.GetExecutive().Update()
-        return done, leaves(filter_.GetOutputDataObject(0))
+        return done, filter_.GetOutputDataObject(0)
 
     usual, window = vtkOutputWindow.GetInstance(), vtkStringOutputWindow()
     vtkOutputWindow.SetInstance(window)
@@ -82,17 +72,8 @@ def check_limits(rng, device):
     )
     for is_done, other in results:
         assert is_done, f"failed in a thread: {case}"
-        for a, b in zip(output, other):
-            assert _values(a) == _values(b), f"not the same in a thread: {case}"
-    blocks = leaves(data)
-    assert len(output) == len(blocks), f"{len(output)} of {len(blocks)} blocks: {case}"
-    for before, after in zip(blocks, output):
-        if hasattr(before, "GetPointData"):
-            _check_map(truth, before, after, scene, case)
-        else:
-            is_same = before.GetClassName() == after.GetClassName()
-            assert is_same, f"a block became a {after.GetClassName()}: {case}"
-            assert before.GetActualMemorySize() == after.GetActualMemorySize(), case
+        assert _values(output) == _values(other), f"not the same in a thread: {case}"
+    _check_map(truth, data, output, scene, case)
 
 
 def _check_map(truth, before, after, scene, case):
@@ -116,77 +97,11 @@ def _check_map(truth, before, after, scene, case):
 
 
 def _values(data):
-    """All numbers of the points of a block."""
-    if not hasattr(data, "GetPointData"):
-        return data.GetClassName()
+    """All numbers of the points."""
     found = [arrays.to_numpy(a) for a in arrays.all_arrays(data.GetPointData())]
     if isinstance(data, vtkPointSet):
         found.append(arrays.to_numpy(data.GetPoints().GetData()))
     return [values.tobytes() for values in found]
-
-
-def _data(scene):
-    """A dataset, or blocks with other data among them."""
-    rng = scene.rng
-    if rng.random() < 0.5:
-        return _dataset(scene)
-    makers = _dataset, _table, _trees, _molecule, lambda scene: None
-    parts = [_dataset(scene), *(makers[i](scene) for i in rng.integers(0, 5, rng.integers(1, 4)))]
-    parts = [parts[i] for i in rng.permutation(len(parts))]
-    kinds = vtkMultiBlockDataSet, vtkPartitionedDataSet, vtkPartitionedDataSetCollection
-    data = kinds[rng.integers(3)]()
-    for number, part in enumerate(parts):
-        if isinstance(data, vtkMultiBlockDataSet):
-            data.SetBlock(number, part)
-        elif isinstance(data, vtkPartitionedDataSet):
-            data.SetPartition(number, part)
-        else:
-            data.SetPartition(number, 0, part)
-    return data
-
-
-def _dataset(scene):
-    kind = scene.rng.integers(4)
-    if kind == 0:
-        return scene.image()
-    if kind == 1:
-        data = vtkPointSet()
-        set_positions(data, scene.places(5, 1.3), 11)
-        return data
-    source, blocks = vtkCellTypeSource(), scene.rng.integers(1, 3, 3).tolist()
-    source.SetCellType(VTK_HEXAHEDRON)
-    source.SetBlocksDimensions(*blocks)
-    source.Update()
-    grid = source.GetOutput()
-    x = arrays.to_numpy(grid.GetPoints().GetData()) / blocks
-    data = vtkExplicitStructuredGrid() if kind == 2 else vtkUnstructuredGrid()
-    set_positions(data, scene.low + scene.size * x, 11)
-    cells = cell_array(*connectivity_of(grid.GetCells()))
-    if kind == 2:
-        data.SetExtent([i for n in blocks for i in (0, n)])
-        data.SetCells(cells)
-    else:
-        data.SetCells(VTK_HEXAHEDRON, cells)
-    return data
-
-
-def _table(scene):
-    table = vtkTable()
-    arrays.add(table.GetRowData(), "history", scene.rng.random(3))
-    return table
-
-
-def _trees(scene):
-    source = vtkRandomHyperTreeGridSource()
-    source.SetDimensions(2, 2, 3)
-    source.Update()
-    return source.GetOutput()
-
-
-def _molecule(scene):
-    molecule = vtkMolecule()
-    molecule.AppendAtom(6, *scene.places(1)[0])
-    return molecule
 
 
 def _handle(scene):

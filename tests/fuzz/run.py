@@ -73,12 +73,10 @@ def _child(first, count, device):
 
 def _run_here(first, count, device):
     from checks import check
-    from ome_zarr_scenes import check_ome_zarr
 
     failed = 0
     for seed in range(first, first + count):
         try:
-            check_ome_zarr(seed, device)
             check(seed, device)
         except Exception as error:
             failed += 1
