@@ -124,7 +124,7 @@ def test_traces_and_states_have_what_the_plugin_sets(gui, paraview, display):
         gui.run("edit('Kind', ['spline']); edit('Smoothing', [0.5])")
         gui.press("alt+a")
         gui.until(f"applied_drags() == [{number}]")
-        assert gui.value("[deform.Kind, deform.Smoothing]") == ["spline", 0.5]
+        gui.until("deform.Kind == 'spline' and deform.Smoothing == 0.5")
         gui.run("np.savez(f'{folder}/placed.npz', *placed())")
         replay(gui, paraview, display, gui.value("smtrace.stop_trace()"))
         if option == "USER_MODIFIED":

@@ -43,12 +43,17 @@ def test_the_first_page_is_short(gui):
     gui.run("edit('CutType', ['none'])")
     gui.until(f"'Nu' not in {SHOWN}")
     assert not {*gui.value(SHOWN)} & (OF_CUTS | {"HideVoid", "VoidValues"})
+    gui.run("deform.Cuts = [simple.Plane(), simple.Plane()]; simple.SetActiveSource(deform)")
+    gui.until(f"{ {'HideVoid', *OF_CUTS} } <= {{*{SHOWN}}}")
+    gui.screenshot("3_two_cuts")
+    gui.run("deform.Cuts = []; simple.SetActiveSource(deform)")
+    gui.until(f"'Nu' not in {SHOWN}")
     gui.click("tool('AdvancedButton')")
 
     gui.run(BALL.replace("simple.Delete(wavelet)", "simple.Hide(wavelet, view)"))
     gui.add_deform()
     gui.until(f"{SHOWN} == {FIRST_PAGE}")
-    gui.screenshot("3_mesh")
+    gui.screenshot("4_mesh")
     gui.click("tool('AdvancedButton')")
     gui.until(f"'Device' in {SHOWN}")
     assert {*gui.value(SHOWN)} >= OF_MESHES

@@ -10,6 +10,7 @@ from vtk_mls.paraview import panels
 IN_EVERY_PANEL = {"Drag", "NumberHandles"}
 IN_FILTER_PANELS = IN_EVERY_PANEL | {
     *("DisplacementArray", "WeightArray", "LatticeDimensions"),
+    "HasCuts",
     panels.RESTORED,
 }
 INPUTS = {"Input", "ControlPoints", "DeformedControlPoints", "Cuts", "Mask"}
@@ -120,4 +121,4 @@ def test_properties_of_cuts_are_shown_with_any_cut(panel, name):
     (any_of,) = composite
     assert (composite.get("type"), any_of.get("type")) == ("CompositeDecorator", "or")
     conditions = [[hint.get(key) for key in ("property", "values", "inverse")] for hint in any_of]
-    assert conditions == [["CutType", "none", "1"], ["Cuts", "null", "1"]]
+    assert conditions == [["CutType", "none", "1"], ["HasCuts", "1", None]]

@@ -142,7 +142,7 @@ def visibility(prop):
     elif prop.hidden_when:
         hints = [shown_when(*prop.hidden_when, inverse=1)]
         if prop.shown_with:
-            hints.append(shown_when(prop.shown_with, "null", inverse=1))
+            hints.append(shown_when(f"Has{prop.shown_with}", "1"))
     if len(hints) > 1:
         any_of = xml("Expression", *hints, type="or")
         hints = [xml("PropertyWidgetDecorator", any_of, type="CompositeDecorator")]
