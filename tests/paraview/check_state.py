@@ -29,7 +29,13 @@ CUT = {
     "NormalizeGradient": 1,
     "GenerateJacobian": 1,
 }
-OWN_HANDLES = {"RestPoints": [*REST.ravel()], "DeformedPoints": [*DEFORMED.ravel()]}
+OWN_HANDLES = {
+    "Kind": "spline",
+    "Order": 2,
+    "Smoothing": 0.5,
+    "RestPoints": [*REST.ravel()],
+    "DeformedPoints": [*DEFORMED.ravel()],
+}
 SETTINGS = {"image": IMAGE, "cut": CUT, "own handles": OWN_HANDLES}
 
 source, handles = wavelet(), control_points(Weights=[1.0, 2.0] * 4)

@@ -107,7 +107,7 @@ def test_drag_apply_undo_and_save(gui, paraview, display):
 
 
 def test_traces_and_states_have_what_the_plugin_sets(gui, paraview, display):
-    """The first handles on a ball, and the display; with each option of a trace."""
+    """The first handles on a ball, a kind, and the display; with each option of a trace."""
     gui.run(f"smtrace.stop_trace(); folder = '{gui.folder}'\n{BALL}\n{PLACED}")
     gui.run("simple.SaveData(f'{folder}/ball.vtp', ball); simple.Delete(ball)")
     for option in ("ALL", "MODIFIED", "USER_MODIFIED"):
@@ -121,8 +121,10 @@ def test_traces_and_states_have_what_the_plugin_sets(gui, paraview, display):
         number, place = gui.value("handles_in_sight()")[0]
         with gui.dragging(place, PULL):
             gui.until("dragged()")
+        gui.run("edit('Kind', ['spline']); edit('Smoothing', [0.5])")
         gui.press("alt+a")
         gui.until(f"applied_drags() == [{number}]")
+        gui.until("deform.Kind == 'spline' and deform.Smoothing == 0.5")
         gui.run("np.savez(f'{folder}/placed.npz', *placed())")
         replay(gui, paraview, display, gui.value("smtrace.stop_trace()"))
         if option == "USER_MODIFIED":

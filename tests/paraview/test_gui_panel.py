@@ -6,7 +6,8 @@ from gui_fixtures import require_qt
 from gui_scenes import BALL, SETUP, noise
 
 FIRST_PAGE = sorted(
-    ["ControlPoints", "Kind", "Alpha", "Steps", "Blend", "CutType", "Drag", "InteractivePolyLine"]
+    ["ControlPoints", "Kind", "Alpha", "Smoothing", "Steps", "Blend", "CutType", "Drag"]
+    + ["InteractivePolyLine"]
 )
 SHOWN = "__import__('gui_places').properties_beside('Kind')"
 OF_IMAGES = {"Reference", "Background", "AutomaticBackground", "OutputGrid", "GradientArray"}
@@ -42,17 +43,41 @@ def test_the_first_page_is_short(gui):
     gui.run("edit('CutType', ['none'])")
     gui.until(f"'Nu' not in {SHOWN}")
     assert not {*gui.value(SHOWN)} & (OF_CUTS | {"HideVoid", "VoidValues"})
+    gui.run("deform.Cuts = [simple.Plane(), simple.Plane()]; simple.SetActiveSource(deform)")
+    gui.until(f"{ {'HideVoid', *OF_CUTS} } <= {{*{SHOWN}}}")
+    gui.screenshot("3_two_cuts")
+    gui.run("deform.Cuts = []; simple.SetActiveSource(deform)")
+    gui.until(f"'Nu' not in {SHOWN}")
     gui.click("tool('AdvancedButton')")
 
     gui.run(BALL.replace("simple.Delete(wavelet)", "simple.Hide(wavelet, view)"))
     gui.add_deform()
     gui.until(f"{SHOWN} == {FIRST_PAGE}")
-    gui.screenshot("3_mesh")
+    gui.screenshot("4_mesh")
     gui.click("tool('AdvancedButton')")
     gui.until(f"'Device' in {SHOWN}")
     assert {*gui.value(SHOWN)} >= OF_MESHES
     assert not {*gui.value(SHOWN)} & (OF_IMAGES | OF_CUTS | {"HideVoid", "SplitCells"})
     gui.click("tool('AdvancedButton')")
+
+
+def test_settings_of_a_kind_are_shown_with_it(gui):
+    require_qt(gui)
+    gui.add_deform()
+    others = {*FIRST_PAGE} - {"Alpha"}
+    for kind, expected in (
+        ("spline", {"Order"}),
+        ("tps", set()),
+        ("auto", {"Alpha", "Order"}),
+        ("polynomial", {"Alpha", "Degree"}),
+    ):
+        choose(gui, "Kind", kind)
+        gui.until(f"{SHOWN} == {sorted(others | expected - {'Order'})}")
+        gui.screenshot(kind)
+        gui.click("tool('AdvancedButton')")
+        gui.until(f"'Device' in {SHOWN}")
+        assert {*gui.value(SHOWN)} & {"Alpha", "Degree", "Order"} == expected
+        gui.click("tool('AdvancedButton')")
 
 
 def test_inputs_are_connected_and_disconnected_in_the_panel(gui):

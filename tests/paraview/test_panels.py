@@ -10,6 +10,7 @@ from vtk_mls.paraview import panels
 IN_EVERY_PANEL = {"Drag", "NumberHandles"}
 IN_FILTER_PANELS = IN_EVERY_PANEL | {
     *("DisplacementArray", "WeightArray", "LatticeDimensions"),
+    "HasCuts",
     panels.RESTORED,
 }
 INPUTS = {"Input", "ControlPoints", "DeformedControlPoints", "Cuts", "Mask"}
@@ -99,7 +100,7 @@ def test_lists_have_a_command_for_their_length(panel, table, others):
 def test_a_property_is_shown_while_it_has_an_effect():
     found = elements_of(panels.DEFORM)
     (hint,) = found["Degree"].iter("PropertyWidgetDecorator")
-    assert (hint.get("property"), hint.get("value")) == ("Kind", "polynomial")
+    assert (hint.get("property"), hint.get("values")) == ("Kind", "polynomial")
     (hint,) = found["CutOrigin"].iter("PropertyWidgetDecorator")
     assert (hint.get("property"), hint.get("inverse")) == ("CutType", "1")
     for name, is_excluded in (
@@ -119,5 +120,5 @@ def test_properties_of_cuts_are_shown_with_any_cut(panel, name):
     (composite,) = elements_of(panel)[name].find("Hints")
     (any_of,) = composite
     assert (composite.get("type"), any_of.get("type")) == ("CompositeDecorator", "or")
-    conditions = [[hint.get(key) for key in ("property", "value", "inverse")] for hint in any_of]
-    assert conditions == [["CutType", "none", "1"], ["Cuts", "null", "1"]]
+    conditions = [[hint.get(key) for key in ("property", "values", "inverse")] for hint in any_of]
+    assert conditions == [["CutType", "none", "1"], ["HasCuts", "1", None]]

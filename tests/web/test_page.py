@@ -236,6 +236,7 @@ def test_cuts_and_the_map_by_the_panel(page):
         page.tab.keyboard.press("k")
     page.status("spline")
     page.tab.get_by_label("Order (0: automatic)").first.wait_for()
+    page.tab.get_by_text("Locality (alpha)").wait_for(state="detached")
     for _ in range(4):
         page.tab.keyboard.press("Control+z")
     page.status("rigid")

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-
 from vtk_mls import INTERPOLATIONS, VOID_VALUES, BallMask, Sampling
 from vtk_mls.filters.properties import (
     ArrayName,
@@ -42,8 +40,8 @@ def _of_option(option, is_interactive=False):
     if option.section == "cut":
         keywords |= _WITH_CUTS
     if option.needs:
-        name, value = option.needs
-        keywords["shown_when"] = (re.sub(r"(?:^|_)(\w)", lambda m: m[1].upper(), name), value)
+        name, *values = option.needs
+        keywords["shown_when"] = (options.named(name).property_name, *values)
     about = option.property_name, "" if default is None else default, option.help
     if option.slider:
         low, high, _ = option.slider

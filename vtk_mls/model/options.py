@@ -42,7 +42,7 @@ class Option:
     interactive_default: Any = None  # in ParaView and in the editor; `default` if not given
     section: str = "map"  # of panels: "map", "cut" or "computing"
     is_advanced: bool = False  # whether ParaView shows it only among advanced properties
-    needs: tuple | None = None  # name and value of another option, without which it has no effect
+    needs: tuple | None = None  # another option and its values with which it has an effect
 
     def __post_init__(self):
         if self.interactive_default is None:
@@ -121,7 +121,8 @@ OPTIONS = (
         spellings={"auto": 0},
         is_valid=lambda order: order in range(4),
         expected='1, 2, 3 or "auto"',
-        needs=("kind", "spline"),
+        is_advanced=True,
+        needs=("kind", "spline", "auto"),
     ),
     Option(
         "alpha",
@@ -134,6 +135,7 @@ OPTIONS = (
         is_valid=lambda alpha: alpha > 0,
         expected="a positive number",
         slider=(0.5, 6.0, 0.1),
+        needs=("kind", *kinds.KINDS, "auto"),
     ),
     Option(
         "smoothing",
@@ -146,7 +148,6 @@ OPTIONS = (
         spellings={"auto": -1},
         is_valid=lambda length: length >= 0 or length == -1,
         expected="a number from 0 on",
-        is_advanced=True,
     ),
     Option(
         "softening",

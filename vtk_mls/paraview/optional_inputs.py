@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from vtkmodules.vtkCommonCore import vtkOutputWindow
 
-from vtk_mls.paraview.server_manager import proxies_in
+from vtk_mls.paraview.server_manager import EDITED, proxies_in
 
 _NAMES = ("ControlPoints", "DeformedControlPoints", "Cuts", "Mask", "Reference")
 _BEFORE_PARAVIEW, _AFTER_PARAVIEW = 1.0, -1.0  # priorities
@@ -26,6 +26,9 @@ class OptionalInputs:
         for name in _NAMES:
             if prop := proxy.GetProperty(name):
                 observers.add(prop, "ModifiedEvent", self._refuse_own_output, _BEFORE_PARAVIEW)
+        if cuts := proxy.GetProperty("Cuts"):
+            observers.add(cuts, EDITED, self._cuts_edited)
+            self._cuts_edited(cuts, None)
         points, self._moved = map(proxy.GetProperty, _NAMES[:2])
         if points:
             observers.add(points, "ModifiedEvent", self._disconnect, _BEFORE_PARAVIEW)
@@ -43,6 +46,10 @@ class OptionalInputs:
     def _is_downstream(self, source):
         producers = map(source.GetProducerProxy, range(source.GetNumberOfProducers()))
         return source.GetGlobalID() == self._proxy or any(map(self._is_downstream, producers))
+
+    def _cuts_edited(self, cuts, event):
+        pending = map(cuts.GetUncheckedProxy, range(cuts.GetNumberOfUncheckedProxies()))
+        cuts.GetParent().GetProperty("HasCuts").SetElement(0, int(any(pending)))
 
     def _disconnect(self, points, event):
         connections = [  # those that wait for an Apply included

@@ -186,11 +186,21 @@ _CUTS = data_input(
     "vtkPolyData",
     """Surfaces to cut along (optional): the polygons of each input, for example of the sources
     Plane and Disk. Each input and each connected part of it is a cut. Change Input (right click on
-    the filter) connects several.""",
+    the filter) connects several: the list shows the first, and a choice in it replaces that.""",
     hints=[],
     command="AddInputConnection",
     multiple_input=1,
     panel_visibility="advanced",
+)
+
+# `OptionalInputs` sets it: ParaView's hints do not count several inputs.
+_HAS_CUTS = check_box(
+    "HasCuts",
+    "Whether the input Cuts is connected.",
+    default=1,
+    command="",
+    panel_visibility="never",
+    is_internal=1,
 )
 
 _MASK = data_input(
@@ -298,6 +308,7 @@ def _filter_panel(description, inputs, middle, *properties):
         _CONTROL_POINTS,
         _DEFORMED_CONTROL_POINTS,
         _CUTS,
+        _HAS_CUTS,
         _MASK,
         *others,
         element(tables.HANDLE_SHAPES_CHOICE),

@@ -116,14 +116,14 @@ def bounds(modes):
     )
 
 
-def shown_when(name, value, **options):
-    """A hint: show a property only while the property `name` has this value.
+def shown_when(name, *values, **options):
+    """A hint: show a property only while the property `name` has one of these values.
 
     The value of an input that is not connected is None.
     """
-    value = "null" if value is None else value
-    decorator = {"type": "GenericDecorator", "mode": "visibility", "property": name, "value": value}
-    return xml("PropertyWidgetDecorator", **decorator, **options)
+    values = " ".join("null" if value is None else value for value in values)
+    decorator = {"type": "GenericDecorator", "mode": "visibility", "property": name}
+    return xml("PropertyWidgetDecorator", **decorator, values=values, **options)
 
 
 def only_for(data):
@@ -138,12 +138,11 @@ def visibility(prop):
     """The hints for the conditions under which a property is shown."""
     hints = []
     if prop.shown_when:
-        name, *values = prop.shown_when
-        hints = [shown_when(name, value) for value in values]
+        hints = [shown_when(*prop.shown_when)]
     elif prop.hidden_when:
         hints = [shown_when(*prop.hidden_when, inverse=1)]
         if prop.shown_with:
-            hints.append(shown_when(prop.shown_with, "null", inverse=1))
+            hints.append(shown_when(f"Has{prop.shown_with}", "1"))
     if len(hints) > 1:
         any_of = xml("Expression", *hints, type="or")
         hints = [xml("PropertyWidgetDecorator", any_of, type="CompositeDecorator")]

@@ -82,12 +82,12 @@ def _condition(option):
     """When a control is shown: while the option has an effect."""
     if not option.needs:
         return {}
-    name, value = option.needs
-    return {"v_if": f"{name} === '{value}'"}
+    name, *values = option.needs
+    return {"v_if": f"{values}.includes({name})"}
 
 
 def _slider(edit, option):
-    with html.Div():
+    with html.Div(**_condition(option)):
         with html.Div(classes="d-flex text-body-2"):
             html.Span(option.label)
             v.VSpacer()
