@@ -1,15 +1,17 @@
 // Sums whose terms may cancel, of the type SUM. If it is not defined, it is double with USE_FP64, else
 // float.
 
+// Value i of a table of `count` floats and, behind them, the same numbers in double.
 #ifdef USE_FP64
 #pragma OPENCL EXTENSION cl_khr_fp64 : enable
+#define WIDEST double
+#define WIDEST_VALUE(table, count, i) as_double(vload2(i, (table) + (count)))
+#else
+#define WIDEST float
+#define WIDEST_VALUE(table, count, i) (table)[i]
 #endif
 #ifndef SUM
-#ifdef USE_FP64
-#define SUM double
-#else
-#define SUM float
-#endif
+#define SUM WIDEST
 #endif
 
 #if LANES == 1

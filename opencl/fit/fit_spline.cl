@@ -23,14 +23,10 @@ typedef struct {
 #define SPLINE_TERM 6
 
 // Value i of the table, in the digits of the sums.
-#ifdef USE_FP64
 inline SUM spline_value(const map_t *map, int i) {
   const int count = SPLINE_POINTS + SPLINE_TERM * map->params.count;
-  return as_double(vload2(i, map->kind_table + count));
+  return WIDEST_VALUE(map->kind_table, count, i);
 }
-#else
-inline SUM spline_value(const map_t *map, int i) { return map->kind_table[i]; }
-#endif
 
 inline spline_vec spline_point(vec v) { return (spline_vec){TO_SUM(v.x), TO_SUM(v.y), TO_SUM(v.z)}; }
 

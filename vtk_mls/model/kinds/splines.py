@@ -144,7 +144,7 @@ class Solution:
     def __call__(self, x):
         """The displacements (m, 3) at `x` (m, 3), and their derivatives (m, 3, 3)."""
         radial = _RADIAL[self.order]
-        r = np.hypot(distances(x, self.q), self.softening)
+        r = _softened_distances(x, self.q, self.softening)
         value = self.affine[0] + x @ self.affine[1:] + radial.value(r) @ self.c
         slope = radial.slope(r)
         # sum_i c_i slope_i (x - q_i)^T
@@ -169,7 +169,7 @@ class _System:
 
     def __init__(self, q, weights, order, softening):
         self.q, self.weights, self.order, self.softening = q, weights, order, softening
-        self.matrix = _RADIAL[order].value(np.hypot(distances(q, q), softening))
+        self.matrix = _RADIAL[order].value(_softened_distances(q, q, softening))
         self.bound = np.abs(self.matrix).sum(axis=1).max() or 1.0  # of its eigenvalues
         self._middle = q.mean(axis=0)  # functions across a plane of points are 0 on it then
         self.affine, self._to_affine = self._determined(np.ones((len(q), 1)))
@@ -344,6 +344,11 @@ def in_words(order, smoothing, softening) -> str:
 def without_lone(diagonal):
     """The diagonal (..., n) of `precision`; NaN where a point alone determines a function."""
     return np.where(diagonal > _LONE, diagonal, np.nan)
+
+
+def _softened_distances(x, q, softening):
+    r = distances(x, q)
+    return np.sqrt(r * r + softening**2)
 
 
 def _local(q):
