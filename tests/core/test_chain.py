@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from control_point_sets import DEVICES
 from scipy.ndimage import map_coordinates
 from scipy.optimize import root
 
@@ -12,11 +11,6 @@ SIZE = 10.0  # of the scenes
 SOURCE = Grid((20, 21, 22), (0, 0, 0), (0.5, 0.48, 0.46))
 TARGET = Grid((15, 16, 17), (0.2, 0.1, 0), (0.6, 0.6, 0.6))
 CUT = HalfPlane((5, 5, 5), (1, 0.1, 0), (0, 0, 1))
-
-
-@pytest.fixture(params=["reference", *DEVICES])
-def device(request):
-    return request.param
 
 
 def affine(rng):

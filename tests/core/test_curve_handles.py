@@ -182,6 +182,7 @@ def test_smooth_curves(device, rng):
     np.testing.assert_allclose(kernels.backward(v), numpy.backward(v), atol=1e-5)
 
 
+@pytest.mark.matrix
 @pytest.mark.parametrize("device", DEVICES)
 def test_a_tolerance_holds_near_curves(device, rng):
     grid = Grid((48, 48, 48), (-1, -1, -1), (2 / 47,) * 3)

@@ -6,19 +6,14 @@ import sys
 import numpy as np
 import pytest
 from control_point_sets import DEVICES, EXTENT, deformation, random_handles
+from cut_shapes import SHAPES
 from pairwise import paired, rare
 
-from vtk_mls import HalfPlane, Plane, Surface
 from vtk_mls.engine import dispatch
 from vtk_mls.engine import opencl_engine as engine
 from vtk_mls.engine.device import devices as opencl
 
-CUTS = {
-    "none": (),
-    "half-plane": (HalfPlane((128, 128, 128), (0.2, 0.1, 1), (1, 0.3, 0)),),
-    "polygon": (Surface.polygon([(40, 40, 120), (200, 40, 130), (220, 200, 140), (30, 180, 130)]),),
-    "plane": (Plane((128, 128, 128), (0.1, 0.2, 1)),),
-}
+CUTS = {"none": ()} | {name: SHAPES[name] for name in ("half-plane", "polygon", "plane")}
 KINDS = [("rigid", 1), ("affine", 1), ("similarity", 1), ("polynomial", 2), ("polynomial", 3)]
 # Control points moved past each other, so that some points have no inverse.
 SHIFT = 14

@@ -27,6 +27,17 @@ def distance(grid, displacement, expected):
     return np.linalg.norm(difference, axis=-1).max()
 
 
+def assert_parts(d, grid, *parts):
+    """Parts of a grid, each a first index and dimensions, have the values of the whole."""
+    whole = d.displacement_field(grid)
+    for first, size in parts:
+        found = d.displacement_field(grid.part(first, size))
+        place = tuple(slice(a, a + n) for a, n in zip(first[::-1], size[::-1]))
+        np.testing.assert_array_equal(found.displacement, whole.displacement[place])
+        if d.cuts:
+            np.testing.assert_array_equal(found.void_distance, whole.void_distance[place])
+
+
 def half_a_voxel_apart(rng):
     rest, deformed = random_handles(rng, 20)
     deformed[1::2] = deformed[::2] + 0.5 * GRID.spacing * random_rotation(rng)[0]
@@ -84,12 +95,8 @@ def test_the_reference_is_as_near(device, rng):
 def test_parts_are_those_of_the_whole(device, rng):
     rest, deformed = random_handles(rng, 15)
     coarse = Deformation(rest, deformed, map_tolerance=TOLERANCE, device=device)
-    whole = coarse.displacement_field(GRID).displacement
     parts = [((0, 0, 0), (49, 46, 17)), ((0, 0, 17), (49, 46, 33)), ((5, 3, 2), (11, 18, 23))]
-    for first, size in [*parts, ((48, 45, 49), (1, 1, 1)), ((7, 0, 31), (42, 1, 1))]:
-        found = coarse.displacement_field(GRID.part(first, size)).displacement
-        i, j, k = (slice(a, a + n) for a, n in zip(first, size))
-        np.testing.assert_array_equal(found, whole[k, j, i])
+    assert_parts(coarse, GRID, *parts, ((48, 45, 49), (1, 1, 1)), ((7, 0, 31), (42, 1, 1)))
 
 
 @pytest.mark.parametrize("device", DEVICES)
@@ -99,13 +106,7 @@ def test_rows_of_whole_vectors_are_as_others(device, cuts, rng):
     rest, deformed = random_handles(rng, 5)
     coarse = Deformation(rest, deformed, map_tolerance=0.1, cuts=cuts, device=device)
     grid = Grid((64, 50, 41), (-8.0, -5.0, 3.0), (4.5, 4.9, 5.1))
-    whole = coarse.displacement_field(grid)
-    for first, size in (((0, 0, 0), (63, 50, 41)), ((1, 2, 3), (60, 47, 38))):
-        found = coarse.displacement_field(grid.part(first, size))
-        i, j, k = (slice(a, a + n) for a, n in zip(first, size))
-        np.testing.assert_array_equal(found.displacement, whole.displacement[k, j, i])
-        if cuts:
-            np.testing.assert_array_equal(found.void_distance, whole.void_distance[k, j, i])
+    assert_parts(coarse, grid, ((0, 0, 0), (63, 50, 41)), ((1, 2, 3), (60, 47, 38)))
 
 
 @pytest.mark.parametrize("device", DEVICES)
@@ -140,7 +141,7 @@ def jacobians(deformation, grid):
 
 @paired(
     name=SETS,
-    kind_and_degree=[("rigid", 1), ("affine", 1), *rare(*KINDS_AND_DEGREES[2:])],
+    kind_and_degree=[("rigid", 1), *rare(*KINDS_AND_DEGREES[1:])],
     device=DEVICES,
 )
 def test_gradients_keep_to_the_tolerance_from_point_to_point(device, name, kind_and_degree, rng):
@@ -186,8 +187,8 @@ def test_slices_are_exact(rng):
 CUT_GRID = Grid((60, 57, 63), (-4.0, -8.0, -2.0), (4.4, 4.6, 4.1))
 PENTAGON = [(128, 128, 128), (128, 220, 140), (120, 190, 215), (131, 70, 200), (125, 50, 90)]
 CUTS = {
-    "plane": [Plane((128, 120, 131), (1, 0.2, 0.1))],
     "half-plane": [HalfPlane((128, 130, 120), (1, 0.1, 0.2), (0, 1, 0.1))],
+    "plane": [Plane((128, 120, 131), (1, 0.2, 0.1))],
     "two planes": [Plane((128, 120, 131), (1, 0.2, 0.1)), Plane((100, 128, 90), (0, 1, -0.3))],
     "plane and half-plane": [
         Plane((60, 120, 131), (1, 0.2, 0.1)),
@@ -219,19 +220,14 @@ def test_cuts_and_voids_stay_exact(cuts, frame, rng):
 
 
 @pytest.mark.parametrize("frame", CUT_FRAMES)
-@pytest.mark.parametrize("cuts", ["two planes", "half-plane", "polygon"])
+@pytest.mark.parametrize("cuts", ["half-plane", "two planes", "polygon"])
 def test_parts_of_cut_volumes_are_those_of_the_whole(cuts, frame, rng):
     (coarse,) = cut_fields(cuts, frame, ("rigid", 2), (TOLERANCE,), rng)
-    whole = coarse.displacement_field(CUT_GRID)
-    for first, size in (((0, 0, 0), (60, 57, 22)), ((31, 9, 22), (29, 41, 37))):
-        found = coarse.displacement_field(CUT_GRID.part(first, size))
-        i, j, k = (slice(a, a + n) for a, n in zip(first, size))
-        np.testing.assert_array_equal(found.displacement, whole.displacement[k, j, i])
-        np.testing.assert_array_equal(found.void_distance, whole.void_distance[k, j, i])
+    assert_parts(coarse, CUT_GRID, ((0, 0, 0), (60, 57, 22)), ((31, 9, 22), (29, 41, 37)))
 
 
 @paired(
-    cuts=["plane", "half-plane", "two planes", "plane and half-plane", *rare("polygon")],
+    cuts=["half-plane", "plane and half-plane", *rare("plane", "two planes", "polygon")],
     frame=["rest", *rare("deformed")],
 )
 def test_images_that_are_cut_follow_it(cuts, frame, rng):
@@ -267,11 +263,8 @@ def test_many_steps_keep_to_the_tolerance(steps, kind, cuts, lanes, rng, monkeyp
     assert distance(GRID, whole.displacement, expected.displacement) <= TOLERANCE
     if cuts:
         np.testing.assert_array_equal(whole.void, expected.void)
-    for first, size in (((0, 0, 0), (49, 46, 17)), ((5, 3, 2), (11, 18, 23))):
-        found = coarse.displacement_field(GRID.part(first, size)).displacement
-        i, j, k = (slice(a, a + n) for a, n in zip(first, size))
-        np.testing.assert_array_equal(found, whole.displacement[k, j, i])
-    if cuts:  # the kernels of images take long to build
+    assert_parts(coarse, GRID, ((0, 0, 0), (49, 46, 17)), ((5, 3, 2), (11, 18, 23)))
+    if not lanes:  # the kernels of images take long to build
         return
     smooth = np.sin(GRID.points() @ [0.02, 0.03, 0.01]).astype(np.float32).reshape(GRID.shape)
     sampling = Sampling(GRID, background=-9)
@@ -281,15 +274,9 @@ def test_many_steps_keep_to_the_tolerance(steps, kind, cuts, lanes, rng, monkeyp
     assert np.abs(found - expected)[inside].max() < 0.04 * TOLERANCE * GRID.spacing.max()
 
 
+@pytest.mark.matrix
 @pytest.mark.parametrize("frame", CUT_FRAMES)
-@pytest.mark.parametrize(
-    "cuts",
-    [
-        "two planes",
-        pytest.param("plane and half-plane", marks=pytest.mark.matrix),
-        pytest.param("polygon", marks=pytest.mark.matrix),
-    ],
-)
+@pytest.mark.parametrize("cuts", ["two planes", "plane and half-plane", "polygon"])
 def test_cuts_in_many_steps_stay_exact(cuts, frame, rng):
     options = {"cuts": CUTS[cuts], "cut_frame": frame, "steps": 4, "device": DEVICES[0]}
     handles = random_handles(rng, 8)
@@ -298,11 +285,7 @@ def test_cuts_in_many_steps_stay_exact(cuts, frame, rng):
     assert distance(CUT_GRID, whole.displacement, expected.displacement) <= TOLERANCE
     assert not np.array_equal(whole.displacement, expected.displacement)
     np.testing.assert_array_equal(whole.void, expected.void)
-    first, size = (31, 9, 22), (29, 41, 37)
-    found = coarse.displacement_field(CUT_GRID.part(first, size))
-    i, j, k = (slice(a, a + n) for a, n in zip(first, size))
-    np.testing.assert_array_equal(found.displacement, whole.displacement[k, j, i])
-    np.testing.assert_array_equal(found.void_distance, whole.void_distance[k, j, i])
+    assert_parts(coarse, CUT_GRID, ((31, 9, 22), (29, 41, 37)))
 
 
 @pytest.mark.parametrize("tolerance", [-0.1, np.nan, np.inf])

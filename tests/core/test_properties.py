@@ -15,15 +15,11 @@ from control_point_sets import (
 from map_checks import slopes
 from pairwise import paired, rare
 
+from vtk_mls import Deformation
 from vtk_mls.model.kinds.polynomials import monomial_values
 
 # Share of the extent that float64 arithmetic, or float32 kernels, may lose.
 PRECISION = {"reference": 1e-10} | {device: 2e-6 for device in DEVICES}
-
-
-@pytest.fixture(params=PRECISION)
-def device(request):
-    return request.param
 
 
 def some_places(rng, deformed):
@@ -264,3 +260,18 @@ def test_rigid_is_the_best_rotation(rng):
         u, _, vt = np.linalg.svd((w[:, None] * (deformed - q_star)).T @ (rest - p_star))
         m = u @ np.diag([1, 1, np.linalg.det(u @ vt)]) @ vt
         np.testing.assert_allclose(got, (place - q_star) @ m + p_star, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("direction", [(0, 1, 0), (0, 0, -1)])
+def test_half_a_drag_is_left_beyond_two_fifths_of_the_spacing(direction):
+    """Across the drag; with alpha 1 it is left at 0.08 only, and half the spacing is the most."""
+    steps = (-1, 0, 1.0)
+    rest = np.array([(x, y, z) for z in steps for y in steps for x in steps])
+    deformed = rest + np.where((rest == 0).all(axis=1)[:, None], (0.5, 0, 0), 0)
+    distance = np.linspace(0, 1, 101)
+    points = distance[:, None] * direction
+    moved = Deformation(rest, deformed, device="reference").forward(points)
+    height = np.linalg.norm(moved - points, axis=1)
+    assert height[0] == pytest.approx(0.5)
+    assert height[-1] == pytest.approx(0, abs=1e-6)
+    assert 0.40 <= distance[np.argmax(height < 0.25)] <= 0.5

@@ -14,11 +14,6 @@ DTYPES = [f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)]
 DTYPES += ["float32", "float64"]
 
 
-@pytest.fixture(params=["reference", *DEVICES])
-def device(request):
-    return request.param
-
-
 def random_array(rng, dtype, shape):
     if dtype.startswith("f"):
         return rng.normal(size=shape).astype(dtype)

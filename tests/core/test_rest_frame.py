@@ -12,6 +12,7 @@ from control_point_sets import (
     deformation,
     random_rotation,
 )
+from cut_shapes import lengths
 from pairwise import paired
 
 from vtk_mls import Deformation, Grid, HalfPlane, Plane, Sampling, Surface
@@ -56,17 +57,8 @@ SHAPES = {
 EVERYWHERE = ["reference", *DEVICES]
 
 
-@pytest.fixture(params=EVERYWHERE)
-def device(request):
-    return request.param
-
-
 def rest_frame(rest, deformed, kind_and_degree=("rigid", 1), device="reference", **options):
     return deformation(rest, deformed, kind_and_degree, device, cut_frame="rest", **options)
-
-
-def lengths(vectors):
-    return np.linalg.norm(vectors, axis=-1)
 
 
 def clear_of(cuts, x):

@@ -10,30 +10,20 @@ from control_point_sets import (
     deformation,
     random_handles,
 )
+from cut_shapes import SHAPES, lengths
 from map_checks import slopes
 from pairwise import paired, rare
 
-from vtk_mls import Deformation, HalfPlane, Surface
+from vtk_mls import Deformation
 
 EVERYWHERE = ["reference", *DEVICES]
-HALF_PLANE = HalfPlane((128, 128, 128), (0.2, 0.1, 1), (1, 0.3, 0))
-POLYGON = Surface.polygon([(40, 40, 120), (200, 40, 130), (220, 200, 140), (30, 180, 130)])
 CUTS = {
     "none": {},
-    "half-plane": {"cuts": [HALF_PLANE]},
-    "polygon": {"cuts": [POLYGON]},
-    "half-plane in place": {"cuts": [HALF_PLANE], "cut_frame": "deformed"},
-    "polygon in place": {"cuts": [POLYGON], "cut_frame": "deformed"},
+    "half-plane": {"cuts": SHAPES["half-plane"]},
+    "polygon": {"cuts": SHAPES["polygon"]},
+    "half-plane in place": {"cuts": SHAPES["half-plane"], "cut_frame": "deformed"},
+    "polygon in place": {"cuts": SHAPES["polygon"], "cut_frame": "deformed"},
 }
-
-
-@pytest.fixture(params=EVERYWHERE)
-def device(request):
-    return request.param
-
-
-def lengths(vectors):
-    return np.linalg.norm(vectors, axis=-1)
 
 
 def fitted(rest, deformed, v, kind, alpha, smoothing):

@@ -11,12 +11,9 @@ import SimpleITK as sitk
 import slicer_peer
 from file_fixtures import DIRECTIONS, handles_on
 from nitransforms.resampling import apply
-from vtk_fixtures import FAST, TURNED, add_array, make_image
 
 from vtk_mls import Affine, Chain, Deformation, Field, Grid, io
-from vtk_mls.commands.cli import main
 from vtk_mls.files import field_files
-from vtk_mls.vtk.arrays import ImageGeometry
 
 ITK = (".h5", ".hdf5", ".tfm", ".txt")
 IMAGES = (".nii.gz", ".nii", ".nrrd", ".nhdr", ".mha", ".mhd")
@@ -317,25 +314,6 @@ def test_slicer_reads_composites(grid, deformation, suffix):
     (field, _), (affine, _) = slicer_peer.moved(points, [f"field{suffix}", f"affine{suffix}"])
     np.testing.assert_allclose(field, deformation.backward(points), atol=1e-4)
     np.testing.assert_allclose(affine, Affine(MATRIX).backward(points), atol=1e-9)
-
-
-@pytest.mark.parametrize("name", ["x.h5", "x.tfm"])
-@pytest.mark.parametrize("options", [(), ("--inverse",)])
-def test_the_command_writes_composites(tmp_path, monkeypatch, name, options):
-    monkeypatch.chdir(tmp_path)
-    image = make_image((18, 17, 16), direction=TURNED)
-    add_array(image.GetPointData(), "values", np.arange(18 * 17 * 16))
-    image.GetPointData().SetActiveScalars("values")
-    io.write_dataset(image, "in.mha")
-    grid = ImageGeometry.of_image(image).grid
-    places = handles_on(grid)
-    np.savetxt("handles.csv", np.hstack(places), "%.17g", ",")
-    assert main(["field", "in.mha", "handles.csv", name, "--device", FAST, *options]) == 0
-    value, points = Deformation(*places, device="reference"), grid.points()[::7]
-    expected = value.forward(points) if options else value.backward(points)
-    moved = moved_by(sitk.ReadTransform(name), points)
-    np.testing.assert_allclose(moved, expected, rtol=0, atol=1e-3)
-    assert np.abs(expected - points).max() > 1
 
 
 HEAD = "#Insight Transform File V1.0\n#Transform 0\nTransform: "
