@@ -229,9 +229,10 @@ def failure(device, error):
 
 @lazy.cached
 def kernel(device, name, constants):
-    """The kernel `name` of the file `name`.cl, built once for `device` with `constants`, macros and values.
+    """The kernel `name` of the file `name`.cl, built once for `device`.
 
-    A DeviceError has the errors of the compiler.
+    `constants` are its macros, pairs of a name and a value. A DeviceError has the errors of the
+    compiler.
     """
     inform("Building OpenCL kernels", logged=False)
     text = source(f"{name}.cl", constants)
