@@ -4,15 +4,9 @@ A drag makes arrays of the same sizes again and again. The system clears new mem
 takes as long as filling it.
 """
 
-from __future__ import annotations
-
 import threading
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
-
-if TYPE_CHECKING:
-    from numpy.typing import DTypeLike, NDArray
 
 MIN_BYTES = 1 << 18  # smaller arrays are not pooled
 # Bytes of two cache lines. Kernels write a line as a whole, and Intel's OpenCL copies arrays of
@@ -22,7 +16,7 @@ MAX_IDLE_BYTES = 1 << 29  # of all idle buffers together
 MAX_IDLE_CALLS = 32  # calls of `empty` after which an idle buffer is freed
 
 # Idle buffers, the oldest first, each with the number of calls when it became idle.
-_idle: list[tuple[NDArray[np.uint8], int]] = []
+_idle = []
 _calls = 0
 _lock = threading.Lock()
 
@@ -33,11 +27,11 @@ class _Owner:
     numpy lets a view refer to this object, while it would skip arrays in between.
     """
 
-    def __init__(self, buffer: NDArray[np.uint8]) -> None:
+    def __init__(self, buffer):
         self._buffer = buffer
         self.__array_interface__ = buffer.__array_interface__
 
-    def __del__(self) -> None:
+    def __del__(self):
         # Runs at any time in any thread, also while this thread holds the lock: never waits.
         if self._buffer.nbytes <= MAX_IDLE_BYTES and _lock.acquire(blocking=False):
             try:
@@ -48,7 +42,7 @@ class _Owner:
                 _lock.release()
 
 
-def empty(shape: int | tuple[int, ...], dtype: DTypeLike) -> NDArray[Any]:
+def empty(shape, dtype):
     """An uninitialized array, as `numpy.empty` returns it, in an idle buffer if one fits."""
     dtype = np.dtype(dtype)
     size = int(np.prod(shape, dtype=np.int64)) * dtype.itemsize
@@ -60,14 +54,14 @@ def empty(shape: int | tuple[int, ...], dtype: DTypeLike) -> NDArray[Any]:
     return np.asarray(_Owner(buffer)).view(dtype).reshape(shape)
 
 
-def _aligned(size: int) -> NDArray[np.uint8]:
+def _aligned(size):
     """New memory from a multiple of ALIGNMENT on."""
     memory = np.empty(size + ALIGNMENT, np.uint8)
     start = -memory.ctypes.data % ALIGNMENT
     return memory[start : start + size]
 
 
-def _take(size: int) -> NDArray[np.uint8] | None:
+def _take(size):
     """The last idle buffer of `size` bytes, which may still be in the cache; None without one."""
     global _calls
     with _lock:

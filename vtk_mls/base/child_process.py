@@ -5,8 +5,6 @@ folder, with the program (`child.py`) and the request (`request.json`). The chil
 that ended it (`error.json`): no pickle, because the child reads files that nobody has checked.
 """
 
-from __future__ import annotations
-
 import importlib
 import json
 import os
@@ -79,7 +77,7 @@ def run(name, *arguments, timeout):
             raise error(folder) or crash
 
 
-def error(folder) -> Exception | None:
+def error(folder):
     """The exception that ended the child with this folder, and its causes; None without one.
 
     It has the class of the child's, if this is a built-in one or of this package, or else a base of
@@ -101,7 +99,7 @@ def ending(status):
         return f"signal {-status}"
 
 
-def interpreter() -> list[str] | None:
+def interpreter():
     """The command of a Python like this one; None if there is none, as in some embedded ones."""
     version = "{}.{}".format(*sys.version_info)
     running = Path(os.path.realpath("/proc/self/exe")) if os.name == "posix" else None

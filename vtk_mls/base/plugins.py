@@ -1,8 +1,5 @@
 """Plug-in classes: those that the files of a folder define."""
 
-from __future__ import annotations
-
-from collections.abc import Iterable
 from importlib import import_module
 from pkgutil import iter_modules
 from typing import TypeVar
@@ -10,7 +7,7 @@ from typing import TypeVar
 T = TypeVar("T")
 
 
-def classes_in(package: str, path: Iterable[str], base: type[T]) -> list[type[T]]:
+def classes_in(package, path, base):
     """The subclasses of `base` that the modules of a package define."""
     modules = [import_module(module.name) for module in iter_modules(path, f"{package}.")]
     return [

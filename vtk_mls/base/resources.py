@@ -1,12 +1,10 @@
 """Folders of the kernels and the ParaView plugin: in an installed wheel, or beside the package in a
 checkout or an editable install."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 
-def resource(name: str) -> Path:
+def resource(name):
     """The folder of data files, "opencl" or "paraview_plugin".
 
     FileNotFoundError if the installation lacks it.

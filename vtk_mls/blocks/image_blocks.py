@@ -1,7 +1,5 @@
 """The blocks of an output: whole chunks of its arrays, each computed and written by itself."""
 
-from __future__ import annotations
-
 import dataclasses
 import functools
 import itertools

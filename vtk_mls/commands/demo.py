@@ -1,7 +1,5 @@
 """`vtk-mls demo`: cuts a real brain open, and leaves files to look at."""
 
-from __future__ import annotations
-
 import importlib.util
 from pathlib import Path
 
@@ -81,7 +79,7 @@ def control_points(degrees=DEGREES):
     return np.vstack([front, back, below]), deformed
 
 
-def brain_file() -> Path:
+def brain_file():
     """The T1-weighted MNI152 brain (.nii.gz, without skull) in the package nilearn.
 
     FileNotFoundError if it is not installed.

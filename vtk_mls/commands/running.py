@@ -68,8 +68,19 @@ def update(algorithm, options, done=0, total=1):
     For the progress bar, `done` of `total` runs came before. A ValueError is that of the filter,
     with the names of the files.
     """
+    from vtk_mls.filters.updating import update as run
+
     with _deferred_warnings(), step("deform", options.input), files_named(options):
-        _update(algorithm, shows_progress(options), done, total)
+        if not shows_progress(options):
+            return run(algorithm)
+        try:
+            run(algorithm, lambda fraction: draw_bar((done + fraction) / total))
+        except ValueError:
+            done = total - 1  # the bar ends here
+            raise
+        finally:
+            if done + 1 == total:
+                print(file=sys.stderr)
 
 
 @contextmanager
@@ -103,22 +114,6 @@ def progress_bar(options):
         yield draw_bar if has_bar else None
     finally:
         if has_bar:
-            print(file=sys.stderr)
-
-
-def _update(algorithm, has_bar, done, total):
-    """Run a filter, and show its progress."""
-    from vtk_mls.filters.updating import update as run
-
-    if not has_bar:
-        return run(algorithm)
-    try:
-        run(algorithm, lambda fraction: draw_bar((done + fraction) / total))
-    except ValueError:
-        done = total - 1  # the bar ends here
-        raise
-    finally:
-        if done + 1 == total:
             print(file=sys.stderr)
 
 
@@ -170,11 +165,6 @@ def kind_used(options, algorithm):
     )
 
 
-def control_points(options):
-    """Control-point polydata of the files."""
-    return _read_control_points(options)[0]
-
-
 def handle_times(options):
     """The times at which the files give control points, sorted; () if they do not move in time."""
     from vtk_mls.commands import series
@@ -197,7 +187,7 @@ def control_points_in_time(options, times):
     """
     from vtk_mls.vtk.control_point_polydata import is_moving
 
-    polydata = [_read_control_points(options, time)[0] for time in times]
+    polydata = [read_control_points(options, time)[0] for time in times]
     is_identity = not any(map(is_moving, polydata)) or options.blend == 0
     if is_identity and not (options.allow_identity or options.initial_transform):
         raise ValueError(
@@ -220,7 +210,7 @@ def _moving_control_points(options):
     """
     from vtk_mls.vtk.control_point_polydata import is_moving
 
-    handles, has_partners, are_marked = _read_control_points(options)
+    handles, has_partners, are_marked = read_control_points(options)
     is_identity = not is_moving(handles) or options.blend == 0
     if options.allow_identity or options.initial_transform or not is_identity:
         return handles, are_marked
@@ -242,7 +232,7 @@ def _moving_control_points(options):
     )
 
 
-def _read_control_points(options, time=None):
+def read_control_points(options, time=None):
     """Control-point polydata of the files (at a time), whether the files have q, and whether they
     are of pairs marked in two images.
     """

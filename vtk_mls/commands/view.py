@@ -165,5 +165,5 @@ def _state(options):
     if options.handles is None:
         return State([], [], **arguments)
     with files_named(options):
-        values = handle_values(running.control_points(options), options.handle_shapes)
+        values = handle_values(running.read_control_points(options)[0], options.handle_shapes)
     return State(**values, **arguments)

@@ -1,7 +1,5 @@
 """Choice of the engine: an OpenCL device that passed its check, or the numpy reference."""
 
-from __future__ import annotations
-
 import os
 
 from vtk_mls.base import lazy
@@ -44,7 +42,7 @@ def _chosen(name, process):
     return choose(name)
 
 
-def choose(name: str | None = None, is_checked: bool = True) -> devices.Device:
+def choose(name=None, is_checked=True):
     """The device for `name`, which passed the check.
 
     Names are "gpu", "cpu" and "platform:device". The default is the first GPU, else the fastest CPU

@@ -1,7 +1,5 @@
 """An OME-Zarr image of version 0.4 or 0.5: its levels, axes and grids."""
 
-from __future__ import annotations
-
 import contextlib
 import itertools
 import json

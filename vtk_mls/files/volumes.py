@@ -1,7 +1,5 @@
 """The content of an image file, and its values, raw or compressed."""
 
-from __future__ import annotations
-
 import bz2
 import contextlib
 import gzip

@@ -1,7 +1,5 @@
 """Arrays of gradients, of directions and of the Jacobian."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Images, resampled backward."""
 
-from __future__ import annotations
-
 import itertools
 from dataclasses import dataclass, replace
 from functools import partial

@@ -3,8 +3,6 @@
 Material that crosses a border between such blocks is found on the other side.
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -4,8 +4,6 @@
 and proxies, of options of the command line and of docs/properties.md. VTK is not needed here.
 """
 
-from __future__ import annotations
-
 import re
 import textwrap
 from collections.abc import Mapping

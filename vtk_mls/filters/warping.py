@@ -1,7 +1,5 @@
 """Deformation of point sets by the inverse of the map that deforms images."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import partial
 

@@ -5,8 +5,6 @@ scripts, PyVista and the reference pages take them from `OPTIONS`. Control point
 not options.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import KW_ONLY, dataclass, field
 from typing import Any

@@ -4,8 +4,6 @@ The command, the filters and ParaView's panel, the editor, its page, scripts and
 these tables, so that a new shape is one class.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import islice

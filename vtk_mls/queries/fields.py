@@ -1,7 +1,5 @@
 """Fields of a deformation on grids and at points."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """First guesses of the search for the inverse of the map: boxes, grids and displacements."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from vtk_mls.base.grid import Grid
@@ -17,7 +15,7 @@ _MAX_COORDINATE = np.finfo(float).max / 8  # coordinates with finite differences
 _MAX_PAIRS = 1 << 22  # of points and control points in one array
 
 
-def cubic_grid(box, nodes) -> Grid:
+def cubic_grid(box, nodes):
     """A grid with about `nodes` points and cubic cells over the `box` (2, 3), which may be flat.
 
     It has at least two points along each axis.

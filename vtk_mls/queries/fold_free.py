@@ -1,7 +1,5 @@
 """The number of steps in which a deformation does not fold at sampled points."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -24,7 +22,7 @@ _NEIGHBORS = 4
 _MAX_HANDLES = 1024  # the first to fold: those with the longest steps relative to the distance
 
 
-def enough_steps(engine, deformation, where=None, progress=SILENT) -> tuple[int, float]:
+def enough_steps(engine, deformation, where=None, progress=SILENT):
     """The number of steps with no determinant below `MIN_DETERMINANT`, and the smallest one.
 
     The number is doubled up to `MAX_STEPS`; then the smallest determinant may be below. `where` is
@@ -44,7 +42,7 @@ def enough_steps(engine, deformation, where=None, progress=SILENT) -> tuple[int,
     return candidate.steps_used, smallest
 
 
-def smallest_determinant(engine, deformation, where=None, progress=SILENT) -> float:
+def smallest_determinant(engine, deformation, where=None, progress=SILENT):
     """The smallest determinant of the Jacobian of a step, as of `enough_steps`.
 
     It is sampled at points of the deformed space, which are followed through all steps, and for

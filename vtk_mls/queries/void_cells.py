@@ -9,8 +9,6 @@ at the centers of the others (`Engine.void_distance_listed`). The public method 
 The cell array "Void" of meshes has another meaning: a cell that a cut tears (filters/warping.py).
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

@@ -4,8 +4,6 @@ A segment adds the integrals of its weight w(t) times polynomials in t to the su
 integrals are computed by quadrature; the Gauss rule for the measure w(t) dt then has the same.
 """
 
-from __future__ import annotations
-
 import itertools
 from typing import NamedTuple
 

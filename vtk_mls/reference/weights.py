@@ -4,8 +4,6 @@ Sums are relative to the nearest control point, and weights relative to its weig
 point this keeps the digits where the weights diverge.
 """
 
-from __future__ import annotations
-
 from functools import cached_property
 from typing import NamedTuple
 

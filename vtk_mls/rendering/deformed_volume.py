@@ -1,7 +1,5 @@
 """A volume that is drawn deformed, without resampling it (section 4 of the paper)."""
 
-from __future__ import annotations
-
 from weakref import WeakKeyDictionary, ref
 
 import numpy as np

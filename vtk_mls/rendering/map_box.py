@@ -1,7 +1,5 @@
 """The box that rays traverse: it contains the deformed volume."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -6,8 +6,6 @@ Cuts that cross have a layer for each combination of their sides. A renderer use
 largest void distance.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

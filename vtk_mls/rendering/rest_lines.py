@@ -1,7 +1,5 @@
 """Lines of a regular grid of the undeformed space, as the deformation carries them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

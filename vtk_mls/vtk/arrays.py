@@ -1,7 +1,5 @@
 """VTK arrays as numpy arrays, and back."""
 
-from __future__ import annotations
-
 import functools
 from dataclasses import dataclass
 from itertools import permutations

@@ -1,7 +1,5 @@
 """A writable cache folder, also for pyopencl and for drivers that require one."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 import platform
@@ -17,7 +15,7 @@ _OLDEST_LOCK = 5  # seconds; pyopencl holds its lock for milliseconds
 
 
 @lazy.cached
-def folder() -> Path | None:
+def folder():
     """The user's cache folder, else a private temporary folder; None if neither is writable.
 
     The temporary folder is also set as `XDG_CACHE_HOME`, for the caches of pyopencl and PoCL,
@@ -33,7 +31,7 @@ def folder() -> Path | None:
     return path
 
 
-def kernel_folder() -> str | None:
+def kernel_folder():
     """The folder where pyopencl keeps kernels built for this processor; None for its own.
 
     pyopencl finds a kernel there by its text, options and driver. A process that is killed while it
@@ -53,7 +51,7 @@ def kernel_folder() -> str | None:
 
 
 @lazy.cached
-def processor() -> list[str]:
+def processor():
     """The processor that a CPU driver compiles for; machines may share a home folder."""
     try:
         with open("/proc/cpuinfo") as info:

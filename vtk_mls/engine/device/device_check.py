@@ -5,8 +5,6 @@ with the numpy reference (`kernel_checks`). The result is saved in the user's ca
 per driver, processor and version of the kernels.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os
@@ -48,7 +46,7 @@ _results: dict[str, Result] = {}  # by file name
 _lock = threading.RLock()
 
 
-def results(found: list[devices.Device], recheck: bool = False) -> list[Result]:
+def results(found, recheck=False):
     """The result for each device. Those without one are checked now; all are, to `recheck`."""
     with _lock:
         for name, device in {_file_name(device): device for device in found}.items():
@@ -58,7 +56,7 @@ def results(found: list[devices.Device], recheck: bool = False) -> list[Result]:
         return [_results[_file_name(device)] for device in found]
 
 
-def cached_result(device: devices.Device) -> Result | None:
+def cached_result(device):
     """The result for `device` without a check."""
     name = _file_name(device)
     with _lock:
@@ -69,13 +67,13 @@ def cached_result(device: devices.Device) -> Result | None:
         return _results.get(name)
 
 
-def result_path(device: devices.Device) -> Path | None:
+def result_path(device):
     """The file with the result for `device`; None without a cache folder."""
     folder = caches.folder()
     return folder and folder / "vtk_mls" / "devices" / _file_name(device)
 
 
-def description(device: devices.Device) -> list[str]:
+def description(device):
     """Identifies `device` in any process that has the same drivers."""
     about = [device.key, device.name, device.platform, device.kind]
     return [*about, device.version, device.driver]

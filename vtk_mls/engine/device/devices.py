@@ -1,7 +1,5 @@
 """OpenCL devices: discovery, contexts, and kernels built for them."""
 
-from __future__ import annotations
-
 import functools
 import os
 import re
@@ -55,17 +53,17 @@ class Device:
     width: int | None = None  # points per work item, instead of those that `quirks` chooses
 
     @functools.cached_property
-    def lanes(self) -> int:
+    def lanes(self):
         """Points per work item: the width of the vector units on a CPU, one on a GPU."""
         return self.width or quirks.lanes(self)
 
     @functools.cached_property
-    def double_lanes(self) -> int:
+    def double_lanes(self):
         """The same for kernels that call built-ins for double."""
         return quirks.double_lanes(self)
 
     @functools.cached_property
-    def has_float64(self) -> bool:
+    def has_float64(self):
         """Whether kernels may use double."""
         return bool(self.handle.double_fp_config)
 
@@ -73,18 +71,18 @@ class Device:
         return f"{self.key} {self.name} ({self.kind}, {self.platform})"
 
 
-def list_devices() -> list[Device]:
+def list_devices():
     """All OpenCL devices; empty without pyopencl or a driver."""
     return find()[0]
 
 
-def sharers(device: Device) -> int:
+def sharers(device):
     """How many MPI processes may be using `device`."""
     alike = sum(other.kind == device.kind for other in list_devices())
     return -(-_process_on_node()[1] // max(alike, 1)) if device.kind == "gpu" else 1
 
 
-def shared_out(gpus: list[Device]) -> list[Device]:
+def shared_out(gpus):
     """GPUs in the order of preference of this process: MPI processes start at different ones."""
     first = _process_on_node()[0] % len(gpus) if gpus else 0
     return gpus[first:] + gpus[:first]
@@ -99,7 +97,7 @@ def _process_on_node():
     return 0, 1
 
 
-def find() -> tuple[list[Device], str]:
+def find():
     """All OpenCL devices, and the reason if the list is empty.
 
     DeviceError in a fork of a process that has used OpenCL.
@@ -174,7 +172,7 @@ def _device(key, platform, handle):
 
 
 @lazy.cached
-def context(device: Device):
+def context(device):
     """The context of `device` alone. It is cached: a queue of Intel's runtime does not own it.
 
     DeviceError if another driver has a context, and a process can use only one of both.
@@ -197,7 +195,7 @@ def context(device: Device):
 _in_use: list[Device] = []
 
 
-def is_free(device: Device) -> bool:
+def is_free(device):
     """Whether the process uses no other driver that excludes that of `device`."""
     if not any(fault.is_alone for fault in quirks.faults(device)):
         return True
@@ -210,7 +208,7 @@ def _driver(device):
 
 
 @lazy.cached
-def queue(device: Device):
+def queue(device):
     """The command queue of `device`."""
     import pyopencl as cl
 
@@ -220,7 +218,7 @@ def queue(device: Device):
         raise failure(device, error) from error
 
 
-def failure(device: Device, error: Exception) -> DeviceError:
+def failure(device, error):
     """The DeviceError or OutOfDeviceMemory of an error of the driver, a pyopencl.Error."""
     # some errors of pyopencl have only a text
     code = getattr(error.args[0], "code", int)() if error.args else 0
@@ -230,10 +228,11 @@ def failure(device: Device, error: Exception) -> DeviceError:
 
 
 @lazy.cached
-def kernel(device: Device, name: str, constants: tuple[tuple[str, object], ...]):
-    """The kernel `name` of the file `name`.cl, built once for `device` with macros `constants`.
+def kernel(device, name, constants):
+    """The kernel `name` of the file `name`.cl, built once for `device`.
 
-    A DeviceError has the errors of the compiler.
+    `constants` are its macros, pairs of a name and a value. A DeviceError has the errors of the
+    compiler.
     """
     inform("Building OpenCL kernels", logged=False)
     text = source(f"{name}.cl", constants)
@@ -268,13 +267,13 @@ def _built(device, name, text):
         return cl.Kernel(program.build(options=options, cache_dir=caches.kernel_folder()), name)
 
 
-def _compiler_errors(error) -> str:
+def _compiler_errors(error):
     """The errors in the log of a compiler."""
     lines = [line.strip() for line in str(error).splitlines()]
     return "; ".join([line for line in lines if "error:" in line.lower()] or lines[:1])
 
 
-def source(file: str, constants: tuple[tuple[str, object], ...] = ()) -> str:
+def source(file, constants=()):
     """The text of a kernel file after macros, with its includes expanded.
 
     So driver caches see the whole text. File names are unique in the folders of opencl/;

@@ -1,7 +1,5 @@
 """OpenCL drivers installed by pip, and the OpenCL loader that finds them."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import platform
@@ -53,7 +51,7 @@ def own_loader():
             sys.setdlopenflags(before)
 
 
-def advice() -> str:
+def advice():
     """What to install for OpenCL on this machine's CPU."""
     if sys.platform == "darwin":
         return "macOS has its own OpenCL: pip install 'vtk-mls[cpu]'"
@@ -62,12 +60,12 @@ def advice() -> str:
     return "pip install 'vtk-mls[cpu]' and your system's PoCL (apt-get install pocl-opencl-icd)"
 
 
-def is_fastest(name: str) -> bool:
+def is_fastest(name):
     """Whether no faster driver for the CPU of this machine is known than that of a platform."""
     return not _is_x86() or name.startswith(quirks.INTEL)
 
 
-def rank(name: str) -> int:
+def rank(name):
     """The place of a platform among those for CPUs, the fastest first."""
     known = [name.startswith(platform) for platform in quirks.NATIVE_WIDTH]
     return [*known, True].index(True)

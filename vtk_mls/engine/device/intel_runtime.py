@@ -1,7 +1,5 @@
 """Intel's OpenCL runtime for CPUs, installed by pip: its driver, at a path without spaces."""
 
-from __future__ import annotations
-
 import contextlib
 import hashlib
 import importlib.metadata
@@ -18,7 +16,7 @@ _PACKAGES = ("intel-opencl-rt", "intel-cmplr-lib-rt", "tbb", "tcmlib")
 _LIBRARIES = ("libintelocl.so", "intelocl64.dll")
 
 
-def library() -> Path | None:
+def library():
     """Path of the driver; None if it is not installed."""
     for file in _files(_PACKAGES[0]):
         if file.name in _LIBRARIES and file.exists():

@@ -3,8 +3,6 @@
 A fault that costs nothing to avoid is avoided for all drivers in the kernels, with a comment there.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -69,13 +67,13 @@ QUIRKS = (
 )
 
 
-def faults(device) -> list[Quirk]:
+def faults(device):
     """The faults of the driver of a Device."""
     alike = [quirk for quirk in QUIRKS if device.platform.startswith(quirk.platform)]
     return [quirk for quirk in alike if quirk.is_affected(device)]
 
 
-def lanes(device) -> int:
+def lanes(device):
     """Points per work item: the width of the vector units on a CPU, one on other devices."""
     if device.kind != "cpu":
         return 1
@@ -84,11 +82,11 @@ def lanes(device) -> int:
     return min([widest, *(fault.max_lanes for fault in faults(device))])
 
 
-def double_lanes(device) -> int:
+def double_lanes(device):
     """Points per work item in kernels that call built-ins for double."""
     return min([device.lanes, *(fault.max_double_lanes for fault in faults(device))])
 
 
-def options(device) -> list[str]:
+def options(device):
     """Options of the compiler."""
     return [option for fault in faults(device) for option in fault.options]

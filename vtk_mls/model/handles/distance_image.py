@@ -1,7 +1,5 @@
 """Signed distances from a closed surface or a labeled volume, on a grid of cubic cells."""
 
-from __future__ import annotations
-
 import functools
 from dataclasses import dataclass
 

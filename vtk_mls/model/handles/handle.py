@@ -1,7 +1,5 @@
 """The interface of handles with an extent: regions and curves."""
 
-from __future__ import annotations
-
 from typing import Any, ClassVar
 
 import numpy as np

@@ -1,14 +1,11 @@
 """Paths of handles from the undeformed to the deformed space, in steps."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
 
 from vtk_mls.base.validation import freeze
 from vtk_mls.model.handles.curve import Segments
-from vtk_mls.model.handles.handle_set import HandleSet
 from vtk_mls.model.handles.region import RegionHandle, moved
 from vtk_mls.model.handles.rigid_motion import screw
 
@@ -31,7 +28,7 @@ class RegionStep(RegionHandle):
         return tuple(moved(motion, middle[None])[0] for motion in (self.before, self.after))
 
 
-def steps(handles: HandleSet, count: int) -> tuple[HandleSet, ...]:
+def steps(handles, count):
     """The steps of a set along its path, first to last: each from one stage to the next.
 
     Points go along the straight lines between their places, at equal times for each line; curves

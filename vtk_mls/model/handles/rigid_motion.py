@@ -1,19 +1,9 @@
 """Rigid motions: the one that fits moved points, and a part of one."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
-from numpy.typing import NDArray
-
-if TYPE_CHECKING:
-    from vtk_mls.model.handles.region import RegionHandle
 
 
-def fitted_motion(
-    rest: NDArray[np.float64], deformed: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], float]:
+def fitted_motion(rest, deformed):
     """The rotation and translation (4, 4) that fit moved points (n, 3) best (Kabsch).
 
     And the largest distance of a moved point from its position in `deformed`.
@@ -29,7 +19,7 @@ def fitted_motion(
     return motion, float(np.linalg.norm(moved - deformed, axis=1).max())
 
 
-def screw(region: RegionHandle, share: float) -> NDArray[np.float64]:
+def screw(region, share):
     """A `share` of the motion (4, 4) of a region as a screw: about one axis, and along it."""
     center, moved = region.center
     axis, angle = axis_and_angle(region.motion[:3, :3])
@@ -44,7 +34,7 @@ def screw(region: RegionHandle, share: float) -> NDArray[np.float64]:
     return motion
 
 
-def axis_and_angle(turn: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
+def axis_and_angle(turn):
     """The axis (3,) and angle of a rotation (3, 3)."""
     values, vectors = np.linalg.eig(turn)
     axis = np.real(vectors[:, np.argmin(np.abs(values - 1))])
@@ -52,7 +42,7 @@ def axis_and_angle(turn: NDArray[np.float64]) -> tuple[NDArray[np.float64], floa
     return axis, np.arctan2(-np.einsum("ij,ij->", _cross(axis), turn.T), np.trace(turn) - 1)
 
 
-def rotation(axis: NDArray[np.float64], angle: float) -> NDArray[np.float64]:
+def rotation(axis, angle):
     """The rotation (3, 3) by an angle."""
     across = _cross(axis)
     return np.eye(3) + np.sin(angle) * across + (1 - np.cos(angle)) * across @ across

@@ -1,7 +1,5 @@
 """The interface of a kind of maps: its fit in float64, and its kernel file."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

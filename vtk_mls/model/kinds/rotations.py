@@ -1,7 +1,5 @@
 """Rigid and similarity deformations: the best fitting rotation, Eq. 8 to 22."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
