@@ -13,7 +13,6 @@ from vtk_mls import Ball, Deformation, Plane, RegionHandle
 from vtk_mls.editor import State
 from vtk_mls.editor.autosave import Autosave
 from vtk_mls.editor.matching import pairs
-from vtk_mls.editor.matching.pair_text import lines_of
 from vtk_mls.editor.matching.pairs import MOVING, TARGET, Pending, with_landmark
 from vtk_mls.editor.matching.target import MODES, Target
 
@@ -89,68 +88,6 @@ def test_pairs_have_no_errors_if_the_map_depends_on_more_than_pairs(rng, changes
     assert all(row.error is None for row in table.rows)
 
 
-def test_the_table_has_both_places_of_the_selected_pair_and_its_score(rng):
-    table = table_of(state_of(rng).changed(rest=np.full((8, 3), 1.25)))
-    assert lines_of(table, [2], (0.987, ""))[-1] == "  score 0.987"
-    *_, data, target, reason = lines_of(table, [2], (0.2, "the image is flat"))
-    assert data == "  data   1.25, 1.25, 1.25"
-    assert target.startswith("  target ")
-    assert reason == "  not moved: the image is flat"
-    assert len(lines_of(table, [2, 3])) == len(lines_of(table, [])) == len(lines_of(table, [2])) - 2
-
-
-def with_table(rng, count):
-    """Hands on an editor with so many pairs, and a function that clicks on its table."""
-    q = rng.uniform(6, SIZE - 7, (count, 3))
-    state = State(q + rng.normal(0, 0.5, q.shape), q, device="reference")
-    hands = Hands(ball_mesh(), state, target=ball_mesh(), pixels=600)
-    hands.picture()
-    text = hands.editor.view.target._text._table
-    size = [0.0, 0.0]
-    text.GetSize(hands.editor.view.target._texts, size)
-    left, top = text.GetPosition()
-    lines = text.GetInput().split("\n")
-    height, width = size[1] / len(lines), size[0] / max(map(len, lines))
-
-    def click(line, letter):
-        hands.click((left + (letter + 0.5) * width, top - (line + 0.5) * height))
-
-    return hands, click
-
-
-def test_a_click_on_the_table_does_not_move_its_rows(rng):
-    """A second click at the same place is on the same pair."""
-    hands, click = with_table(rng, 40)
-    for _ in range(2):
-        click(21, 10)
-        assert hands.editor.selected.tolist() == [20]
-        hands.picture()
-    click(21, 3)
-    click(21, 3)
-    assert hands.state.enabled.all()
-    for _ in range(4):
-        hands.press("Down")  # to a row below those that are shown
-    assert hands.editor.selected.tolist() == [24]
-    click(1, 10)
-    assert hands.editor.selected.tolist() == [12]
-
-
-def test_a_click_on_the_table_jumps_to_a_pair_and_on_its_tick_leaves_it_out(rng):
-    hands, click = with_table(rng, 8)
-    q = hands.state.deformed
-    click(4, 10)
-    assert hands.editor.selected.tolist() == [3]
-    np.testing.assert_allclose(hands.editor.slices.point, q[3])
-    click(6, 3)
-    assert np.flatnonzero(~hands.state.enabled).tolist() == [5]
-    assert hands.editor.selected.tolist() == [3]
-    click(6, 3)
-    assert hands.state.enabled.all()
-    hands.press("6")
-    click(5, 10)  # without the table, a click is on the target behind it
-    assert hands.editor.selected.tolist() != [4]
-
-
 @pytest.mark.parametrize("count", [4, 5, 30])
 def test_automatic_splines_begin_with_five_pairs_and_keep_their_settings_in_a_drag(count, rng):
     q = rng.uniform(4, SIZE - 4, (count, 3))
@@ -163,7 +100,6 @@ def test_automatic_splines_begin_with_five_pairs_and_keep_their_settings_in_a_dr
         return
     deformation = state.deformation()
     assert table.choice.startswith(f"spline of order {deformation.order_used}")
-    assert lines_of(table, [])[-1] == f"  {table.choice}"
     errors = [row.error for row in table.rows]
     np.testing.assert_allclose(errors, deformation.left_out_errors, rtol=1e-6)
     document.start_drag([0], 0)

@@ -1,4 +1,4 @@
-"""`vtk-mls view` in a window under Xvfb, with mouse and keys."""
+"""`vtk-mls view --window` under Xvfb, with mouse and keys."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ pytestmark = pytest.mark.usefixtures("screen")
 
 
 class Window:
-    """A running `vtk-mls view`."""
+    """A running `vtk-mls view --window`."""
 
     def __init__(self, process, environment):
         self._process, self._environment = process, environment
@@ -122,7 +122,7 @@ class Window:
 
 @contextmanager
 def window(folder, *arguments):
-    """`vtk-mls view` with these arguments, started in a folder."""
+    """`vtk-mls view --window` with these arguments, started in a folder."""
     read, write = os.pipe()
     server = subprocess.Popen(
         ["Xvfb", "-displayfd", str(write), "-screen", "0", "1300x900x24", "-noreset"],
@@ -135,7 +135,7 @@ def window(folder, *arguments):
     environment = {**os.environ, "DISPLAY": display, "PYTHONPATH": str(PROJECT)}
     environment.pop("VTK_DEFAULT_OPENGL_WINDOW", None)  # set by other tests
     process = subprocess.Popen(
-        [sys.executable, "-m", "vtk_mls", "view", *arguments],
+        [sys.executable, "-m", "vtk_mls", "view", "--window", *arguments],
         cwd=folder,
         env=environment,
         stderr=subprocess.PIPE,

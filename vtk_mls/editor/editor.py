@@ -190,7 +190,16 @@ class Editor(ShapeEdits, PairEdits, Saving):
 
     def add_under_mouse(self):
         """Add a handle on the surface, or in the slice, under the mouse."""
-        pixel = self._mouse.pixel
+        self._add_at(self._mouse.pixel)
+
+    def add_clicked(self):
+        """Add a handle at the next click, on the surface or in a slice."""
+        self._cancel_tools()
+        self._click_tool.wait(self._add_at, is_for_slices=True)
+        self.say("Click on the surface, or in a slice, to add a handle.")
+
+    def _add_at(self, pixel):
+        self.say("")
         if self.target is not None:
             self.place_at(pixel)
             return
@@ -258,7 +267,11 @@ class Editor(ShapeEdits, PairEdits, Saving):
 
     def change_look(self):
         """Draw the data with their next presets of colors and opacities."""
-        self.say(self.view.change_preset())
+        self.set_look(self.view.preset + 1)
+
+    def set_look(self, index):
+        """Draw the data with one of their presets of colors and opacities."""
+        self.say(self.view.set_preset(index))
         self.document.draw()
 
     def change_distortion(self):
@@ -283,11 +296,6 @@ class Editor(ShapeEdits, PairEdits, Saving):
     def hide_handles(self):
         """Hide or show handles and texts."""
         self.view.hide_handles()
-        self.document.draw()
-
-    def toggle_legend(self):
-        """Show or hide the legend of keys."""
-        self.view.overlay.set_keys_visible(not self.view.overlay.shows_keys)
         self.document.draw()
 
     def time(self):

@@ -40,7 +40,7 @@ def build(edit, begin):
 
 
 def _comparison(edit):
-    toggle("comparison", [(mode, mode.capitalize()) for mode in MODES], edit)
+    toggle("comparison", [(mode, mode.capitalize()) for mode in MODES], edit, "compare_by")
     slider(
         "share",
         "Share of the target",
@@ -48,14 +48,19 @@ def _comparison(edit):
         edit,
         v_if="comparison === 'fade'",
         style="width: 140px; flex: none;",
+        title=with_key("Share of the target", "change_share"),
     )
-    small_button(
-        "Slices",
-        "mdi-view-grid-outline",
-        (edit, "['toggle_slices']"),
-        variant=("has_slices ? 'flat' : 'tonal'",),
-        title=with_key("Show or hide slices", "toggle_slices"),
-    )
+    for icon, text, step in (
+        ("mdi-chevron-up", "Previous pair", -1),
+        ("mdi-chevron-down", "Next pair", 1),
+    ):
+        v.VBtn(
+            icon=icon,
+            size="x-small",
+            variant="tonal",
+            title=with_key(text, "jump_by", step),
+            click=(edit, f"['jump_by', {step}]"),
+        )
 
 
 def _errors():
@@ -77,7 +82,9 @@ def _refinement(begin):
             "mdi-crosshairs-gps",
             (begin, f"['{name}']"),
             disabled=(condition,),
-            title="Move landmarks on the target to the best match of the images around them",
+            title=with_key(
+                "Move landmarks on the target to the best match of the images around them", "refine"
+            ),
         )
 
 
@@ -116,6 +123,7 @@ def _cells(edit):
             v_if="item.row >= 0",
             type="checkbox",
             checked=("item.enabled",),
+            title=with_key("Leave the pair out, or include it", "toggle_enabled"),
             raw_attrs=[_label("Use")],
             change=(edit, "['enable', [item.row, $event.target.checked]]"),
         )

@@ -14,11 +14,10 @@ from vtk_mls.model.options import values_of as values_of_options
 _DIGITS = 5  # after the first digit of the distance between handles
 
 
-def values_of(editor, previous, preset):
+def values_of(editor, previous):
     """Values of an `Editor` by their names in the page's templates.
 
-    `previous` are the values before, as rows do not change while a handle is dragged, and `preset`
-    is the index of that of colors.
+    `previous` are the values before, as rows do not change while a handle is dragged.
     """
     state = editor.state
     values = values_of_options(state)
@@ -31,8 +30,9 @@ def values_of(editor, previous, preset):
         offer=editor.offer,
         status=editor.status,
         presets=presets,
-        preset=preset % len(presets),
+        preset=editor.view.preset % len(presets),
         distortion=editor.view.distortion.mode,
+        has_colors=editor.view.distortion.has_colors,
         count=len(state),
         has_curve=any(isinstance(handle, CurveHandle) for handle in state.handles),
         has_mask=state.mask is not None,

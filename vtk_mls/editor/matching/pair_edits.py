@@ -105,18 +105,6 @@ class PairEdits:
         self.view.center_on(point)
         self.document.move_slices(point)
 
-    def click_table(self, pixel):
-        """Jump to the pair of the table at a pixel, or switch its tick; whether there is one."""
-        cell = None if self.view.target is None else self.view.target.cell_at(pixel)
-        if cell is None:
-            return False
-        pair, is_tick = cell
-        if is_tick:
-            self.set_enabled([pair.row], not pair.is_enabled)
-        else:
-            self.jump_to(pair.row)
-        return True
-
     def jump_by(self, step):
         """Jump to the next pair (1) or the previous one (-1)."""
         count = len(self.state)
@@ -174,12 +162,6 @@ class PairEdits:
     def compare_by(self, mode):
         """Draw both sides by one of `target.MODES`."""
         self.set_comparison(mode=mode)
-
-    def toggle_table(self):
-        """Show or hide the table of pairs."""
-        if self.view.target is not None:
-            self.view.target.toggle_table()
-        self.document.draw()
 
     def change_share(self, count):
         """Show more of the target (1) or less of it (-1) where it fades."""

@@ -12,9 +12,7 @@ from vtk_mls.editor.grips import names_of
 from vtk_mls.editor.handle_glyphs import PENDING
 from vtk_mls.editor.matching.comparing import ComparedItem
 from vtk_mls.editor.matching.cross_fade import CrossFade
-from vtk_mls.editor.matching.pair_text import PairText
-from vtk_mls.editor.matching.pairs import MOVING, TARGET, PairTable
-from vtk_mls.editor.matching.refining import key_of
+from vtk_mls.editor.matching.pairs import MOVING, TARGET
 from vtk_mls.editor.matching.target import BESIDE, FADE
 from vtk_mls.editor.overlay import Names
 from vtk_mls.editor.polydata import configured
@@ -41,7 +39,7 @@ class TargetView:
         camera = view.scene.renderer.GetActiveCamera()
         self._own_camera = self.scene.renderer.GetActiveCamera()
         self.scene.renderer.SetActiveCamera(camera)
-        self._ghosts, self._has_table, self.dragged = [], True, None
+        self._ghosts, self.dragged = [], None
         self.far_centers = self._far_centers()
         bounds = self._bounds()
         for slices in (self._moving_slices, self.slices):
@@ -49,9 +47,8 @@ class TargetView:
         scenes = {MOVING: self._moving, TARGET: self.scene}
         self._names = {side: Names(scene.overlay) for side, scene in scenes.items()}
         self._texts = new_layer(window)
-        view.overlay.move_to(self._texts, _LIFT, hint_share=0.5)  # the title is at the right
+        view.overlay.move_to(self._texts, _LIFT)
         view.overlay.set_hint(TARGET_HINT)
-        self._text = PairText(self._texts, f"target: {target.name}")
         for item in self._meshes(self.scene.items):
             item.outline_color = _OUTLINE_COLOR
             self._ghosts.append(_ghost_of(item))
@@ -95,18 +92,10 @@ class TargetView:
             self._shows_slices = not self._shows_slices
             self.arrange()
 
-    def toggle_table(self):
-        """Show or hide the table of pairs."""
-        self._has_table = not self._has_table
-
     def is_at(self, pixel):
         """Whether the target is drawn at a pixel."""
         is_in_3d = self.scene.renderer.IsInViewport(*map(int, pixel))
         return bool(is_in_3d) or self.slices.pane_at(pixel) is not None
-
-    def cell_at(self, pixel):
-        """The cell of the table at a pixel, as of `PairText.cell_at`."""
-        return self._text.cell_at(pixel)
 
     def initial_map(self, device):
         """The translation that shows undeformed data near the target; None if they are near."""
@@ -147,21 +136,11 @@ class TargetView:
             place_names = place_names, priorities[: len(place_names)]
             slices.show_handles(places, place_colors, are_visible, place_names)
             self._names[side].show(places, *place_names, are_visible)
-        score = None
-        if len(selected) == 1 and selected[0] < len(state):
-            score = self._view.scores.get(key_of(state, selected[0]))
-        self._text.set_table(PairTable.of(state) if self._has_table else None, selected, score)
-        self._text.set_visible(are_visible)
-
-    def hide_texts(self):
-        """Hide title and table until the next `draw`."""
-        self._text.set_visible(False)
 
     def lay_out(self):
-        """Place sides and texts for the size of the window: above each other in upright ones."""
+        """Place both sides for the size of the window: above each other in upright ones."""
         if self._is_upright != self._window_is_upright():
             self.arrange()
-        self._text.lay_out(self.scene.renderer)
 
     def _window_is_upright(self):
         width, height = self.scene.window.GetSize()

@@ -12,7 +12,7 @@
 
   const Picture = {
     props: ["name"],
-    emits: ["save", "legend", "preset"],
+    emits: ["save", "menu"],
     data: () => ({ state: "opening", wheel: 0, touches: {}, pinch: 0 }),
     template: `
       <div class="mls-picture" ref="box">
@@ -145,15 +145,14 @@
       key(event) {
         const control = event.ctrlKey || event.metaKey;
         const letter = event.key.toLowerCase();
-        if (isTyping(event.target) || event.altKey || this.state !== "open") return;
+        if (isTyping(event.target) || event.altKey || this.state === "taken_over") return;
         if (control ? !CONTROL_KEYS.includes(letter) : event.key.length > 1 && !NAMED_KEYS.includes(event.key))
           return;
         if ([" ", "Enter"].includes(event.key) && event.target.closest("button, a")) return;
         if (ARROWS.includes(event.key) && event.target.closest("[role=slider]")) return;
         event.preventDefault();
         if (letter === "s") this.$emit("save");
-        else if (letter === "h" || event.key === "?") this.$emit("legend");
-        else if (letter === "v") this.$emit("preset");
+        else if (letter === "h" || event.key === "?") this.$emit("menu");
         else this.send({ type: "key", key: event.key, ctrl: control, shift: event.shiftKey });
       },
     },
