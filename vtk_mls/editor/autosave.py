@@ -71,7 +71,8 @@ class Autosave:
         saved_at = time.strftime("%d %B, %H:%M", time.localtime(self._offered_time))
         count = len(self.offered) + len(self.offered.handles)
         return (
-            f"{count} handles of {saved_at} were not saved: Return restores them, N deletes them."
+            f"{count} unsaved handle{'s' * (count != 1)} of {saved_at}: Return brings them back, N "
+            "drops them."
         )
 
     def _read(self):

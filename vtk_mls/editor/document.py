@@ -11,6 +11,7 @@ from vtk_mls.editor.turning import HandleGroup
 
 # Errors of a deformation or its device, which the window shows.
 FAILURES = (ValueError, TypeError, RuntimeError, MemoryError)
+NO_SURFACE = "There is no surface at this place: click on the data, or in a slice of them."
 
 
 class Document:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vtk_mls.editor.distortion import TEXTS
-from vtk_mls.editor.document import Document
+from vtk_mls.editor.document import NO_SURFACE, Document
 from vtk_mls.editor.first_handles import handles_on
 from vtk_mls.editor.keys import Keyboard
 from vtk_mls.editor.matching.mouse import MatchingMouse
@@ -206,7 +206,7 @@ class Editor(ShapeEdits, PairEdits, Saving):
         self.document.show_deformed()
         point = self.view.point_at(pixel)
         if point is None:
-            self.say("There is no surface under the mouse.")
+            self.say(NO_SURFACE)
         else:
             self.add(point)
 

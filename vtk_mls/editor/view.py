@@ -242,7 +242,7 @@ class View:
 
     def _status_of(self, state, selected):
         pace = self._pace
-        parts = [f"{len(state)} handles", *_shapes_of(state), _kind_of(state)]
+        parts = [f"{len(state)} handle{'s' * (len(state) != 1)}", *_shapes_of(state), _kind_of(state)]
         if state.kind in KINDS:
             parts.append(f"alpha {state.alpha:g}")
         if len(selected):

@@ -8,6 +8,7 @@ import numpy as np
 
 from vtk_mls.base.progress import Aborted
 from vtk_mls.editor import grips
+from vtk_mls.editor.document import NO_SURFACE
 from vtk_mls.editor.matching import refining
 from vtk_mls.editor.matching.pairs import MOVING, TARGET, with_landmark
 from vtk_mls.editor.matching.target import Target
@@ -46,7 +47,7 @@ class PairEdits:
         """Place a landmark where the data are at a pixel, on its side."""
         point = self.view.point_at(pixel)
         if point is None:
-            self.say("There is no surface under the mouse.")
+            self.say(NO_SURFACE)
             return
         side, pending = self.view.side_at(pixel), self.state.pending
         if self.view.shows_both_at(pixel) and pending is not None:

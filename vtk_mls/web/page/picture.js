@@ -7,6 +7,11 @@
   const WHEEL_STEP = 40; // pixels
   const ZOOM_PER_STEP = 1.21;
 
+  const LOST = `<div class="mls-veil mls-whole" role="alertdialog">
+    <p>The connection to the server is lost. Unsaved edits are kept.</p>
+    <p>If the server has ended, run <code>vtk-mls view</code> again with the same file: it offers them.</p>
+    <button class="mls-button" onclick="location.reload()">Load the page again</button></div>`;
+
   const isTyping = (target) =>
     target.closest && target.closest("input, textarea, [contenteditable], .v-overlay");
 
@@ -38,8 +43,11 @@
     unmounted() {
       document.removeEventListener("keydown", this.onKey);
       this.watcher.disconnect();
+      clearTimeout(this.retry); // a dead tab must not take the session from a new one
       this.socket.onclose = null;
       this.socket.close();
+      // trame takes the page down when its own socket closes
+      document.body.insertAdjacentHTML("beforeend", LOST);
     },
     methods: {
       connect() {
@@ -53,7 +61,7 @@
         socket.onclose = (event) => {
           if (socket !== this.socket) return;
           this.state = event.code === TAKEN_OVER ? "taken_over" : "closed";
-          if (this.state === "closed") setTimeout(() => this.connect(), 1500);
+          if (this.state === "closed") this.retry = setTimeout(() => this.connect(), 1500);
         };
       },
       send(event) {
