@@ -54,6 +54,18 @@ def test_a_dragged_handle_follows_the_mouse_and_the_camera_stays(hands):
     assert depth[0] == pytest.approx(depth[1], abs=1e-9)
 
 
+def test_a_drag_ends_where_the_button_is_released(mesh_hands):
+    """X11 merges movements during a slow picture, also those after the release."""
+    hands = mesh_hands
+    row = front_row(hands)
+    start = hands.pixel_of(row)
+    hands.drag(start, (30, 18), released=False)
+    hands.move(start + (100, 70))
+    hands.tick()
+    hands.send("LeftButtonReleaseEvent", start + (30, 18))
+    np.testing.assert_allclose(hands.pixel_of(row), start + (30, 18), atol=1.5)
+
+
 def test_data_follow_during_a_drag(hands):
     row, before = front_row(hands), hands.picture()
     hands.press("a", "Ctrl")

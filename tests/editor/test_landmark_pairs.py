@@ -13,8 +13,9 @@ from vtk_mls import Ball, Deformation, Plane, RegionHandle
 from vtk_mls.editor import State
 from vtk_mls.editor.autosave import Autosave
 from vtk_mls.editor.matching import pairs
-from vtk_mls.editor.matching.pairs import MOVING, TARGET, Pending, with_landmark
+from vtk_mls.editor.matching.pairs import MOVING, TARGET, with_pair
 from vtk_mls.editor.matching.target import MODES, Target
+from vtk_mls.landmarks import report
 
 table_of = pairs.PairTable.of
 
@@ -24,26 +25,11 @@ def state_of(rng, count=8, **options):
     return State(rest, rest + rng.normal(0, 1, (count, 3)), device="reference", **options)
 
 
-def test_a_landmark_waits_for_its_partner():
-    state = State([], [])
-    first = with_landmark(state, TARGET, (5, 0, 0))
-    assert (first.pending.side, len(first), first.is_identity) == (TARGET, 0, True)
-    moved = with_landmark(first, TARGET, (6, 0, 0))
-    pair = with_landmark(moved, MOVING, (1, 0, 0))
-    assert pair.pending is None
-    assert (pair.rest.tolist(), pair.deformed.tolist()) == ([[1, 0, 0]], [[6, 0, 0]])
-    assert pair.labels == ("1",)
-    np.testing.assert_allclose(
-        pair.changed(device="reference").deformation().backward([(9, 1, 2)]), [(4, 1, 2)]
-    )
-
-
 def test_names_stay_when_pairs_are_deleted():
     state = State([], [])
     for number in range(3):
-        state = with_landmark(with_landmark(state, MOVING, (number, 0, 0)), TARGET, (number, 1, 0))
-    state = with_landmark(state.without([0]), MOVING, (5, 0, 0))
-    state = with_landmark(state, TARGET, (5, 1, 0))
+        state = with_pair(state, (number, 0, 0), (number, 1, 0))
+    state = with_pair(state.without([0]), (5, 0, 0), (5, 1, 0))
     assert len(set(state.labels)) == 3
     assert state.labels[:2] == ("2", "3")
 
@@ -59,8 +45,8 @@ def test_pairs_that_are_off_do_not_move_anything(rng):
 
 
 def test_the_table_has_the_errors_of_maps_without_each_pair(rng):
-    state = with_landmark(state_of(rng).with_enabled([3], False), MOVING, (1, 2, 3))
-    *rows, pending = table_of(state).rows
+    state = state_of(rng).with_enabled([3], False)
+    rows = table_of(state).rows
     used = [i for i in range(8) if i != 3]
     for i in used:
         others = [j for j in used if j != i]
@@ -70,7 +56,6 @@ def test_the_table_has_the_errors_of_maps_without_each_pair(rng):
         assert rows[i].error == pytest.approx(error)
         assert rows[i].distance == pytest.approx(np.linalg.norm(state.deformed[i] - state.rest[i]))
     assert (rows[3].error, rows[3].is_enabled) == (None, False)
-    assert (pending.row, pending.rest, pending.deformed) == (None, (1, 2, 3), None)
     assert table_of(state).median_error == pytest.approx(np.median([rows[i].error for i in used]))
 
 
@@ -111,9 +96,19 @@ def test_automatic_splines_begin_with_five_pairs_and_keep_their_settings_in_a_dr
     np.testing.assert_array_equal(hands.state.deformed[0], q[0] + 1)
 
 
+def test_outliers_are_those_of_the_report(rng):
+    q = rng.uniform(0, 100, (20, 3))
+    p = q * (1.05, 0.95, 1) + rng.normal(0, 0.3, q.shape)
+    p[7] += 25
+    state = State(p, q, device="reference").with_enabled([2], False)
+    is_outlier = [row.is_outlier for row in table_of(state).rows]
+    assert np.flatnonzero(is_outlier).tolist() == [7]
+    used = state.enabled
+    np.testing.assert_array_equal(np.array(is_outlier)[used], report(p[used], q[used]).outlier)
+    assert not any(row.is_outlier for row in table_of(state.without(range(17))).rows)
+
+
 def test_wrong_values_are_reported():
-    with pytest.raises(ValueError, match="`side` must be 'moving' or 'target', got 'left'"):
-        Pending("left", (0, 0, 0))
     hands = Hands(ball_mesh(), target=ball_image())
     with pytest.raises(ValueError, match="`share` must be a number from 0 to 1, got 2"):
         hands.editor.set_comparison(share=2)
@@ -178,13 +173,11 @@ def test_no_random_edit_loses_a_pair(seed, tmp_path):
         if name in ("rename", "turn_off", "turn_on", "jump", "replace_target"):
             np.testing.assert_array_equal(after.rest, before.rest)
             np.testing.assert_array_equal(after.deformed, before.deformed)
-            assert after.pending is before.pending
         if name == "delete":
             assert len(after) == len(before) - 1
         if name == "place":
-            placed = len(after) - len(before) + (after.pending is not None)
-            assert placed == 1
-        assert len(table_of(after).rows) == len(after) + (after.pending is not None)
+            assert len(after) == len(before) + 1
+        assert len(table_of(after).rows) == len(after)
         offered = Autosave("ball.vtp", tmp_path).offered
         if offered is not None:
             assert offered.labels == after.labels

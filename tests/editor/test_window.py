@@ -162,10 +162,10 @@ def folder(tmp_path):
     return tmp_path
 
 
-def test_clicks_on_both_sides_place_a_pair(folder):
+def test_a_click_places_a_pair_that_is_dragged_on_the_target(folder):
     with window(folder, "ball.vtp", "--target", "ball.vtp") as viewer:
         viewer.click((300, 425))
-        viewer.click((940, 395))
+        viewer.drag((900, 425), (40, -30))
         edited = viewer.save(folder / "ball-edited")
     rest, deformed, _ = control_point_files.read(edited / "handles.csv")
     assert len(rest) == 1

@@ -64,7 +64,8 @@ class _Editor:
     is_drawing_curve, target, comparison = False, None, Comparison()
     slices = SimpleNamespace(is_visible=False)
     selected = np.zeros(0, int)
-    document = SimpleNamespace(grabbed=None)
+    document = SimpleNamespace(grabbed=None, is_saved=True)
+    saver = SimpleNamespace(uses_target_grid=True, datasets=[ball_mesh()])
     view = SimpleNamespace(distortion=SimpleNamespace(mode=0, has_colors=False), preset=0)
     scene = SimpleNamespace(items=[SimpleNamespace(preset_names=["plain"])])
 

@@ -25,7 +25,8 @@ def add(commands):
     view.add_argument(
         "input",
         help="image or mesh, of any format that `vtk-mls deform` reads; of an OME-Zarr the finest "
-        "resolution of at most 2^24 points is edited, and all are saved; or a session, .mls.json",
+        "resolution of at most 2^24 points is edited, and all are saved; or a session, .mls.json, "
+        "or the folder of a save",
     )
     view.add_argument(
         "handles",
@@ -48,8 +49,8 @@ def add(commands):
     view.add_argument(
         "--output",
         metavar="FOLDER",
-        help="folder of the key S; by default a new one named after the input. With the ending "
-        ".mls.json, a session file that `vtk-mls view` opens again",
+        help="folder of saved files; by default a new one named after the input. With the ending "
+        ".mls.json, a session file, and a folder of its name for the other files",
     )
     view.add_argument(
         "--no-browser",
@@ -82,6 +83,10 @@ def run(options):
         check_folder(options.output)
     if options.handles is None and options.deformed:
         raise ValueError("`--deformed` has the new positions of handles: name their file, too")
+    folder_session = Path(options.input) / session_files.NAME
+    if folder_session.is_file():  # what S has saved
+        options.output = options.output or options.input
+        options.input = folder_session
     if session_files.is_session(options.input):
         return _resume(options)
     paths = options.input, *options.others

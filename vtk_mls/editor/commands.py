@@ -83,7 +83,7 @@ MOUSE = (
     ("wheel, pinch", "zoom"),
 )
 HINT = "Drag a handle, or beside it to turn.   C  cut   M  slices   Z  undo   S  save"
-TARGET_HINT = "Click a place on one side, then on the other.   Z  undo   S  save"
+TARGET_HINT = "Click a place, then drag its landmark where it is wrong.   Z  undo   S  save"
 _NAMES = {" ": "Space", "Escape": "Esc", "-": "\N{MINUS SIGN}"}
 
 

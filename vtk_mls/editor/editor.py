@@ -172,9 +172,8 @@ class Editor(ShapeEdits, PairEdits, Saving):
         self.select(np.arange(len(self.state.grips)))
 
     def deselect(self):
-        """Clear the selection, and remove an unfinished line or landmark."""
+        """Clear the selection, and remove an unfinished line."""
         self._cancel_tools()
-        self.cancel_landmark()
         self.select([])
 
     def hover(self, row):

@@ -70,10 +70,10 @@ class Overlay:
         width = max(self.renderer.GetSize()[0] // 10, 30)  # characters
         self._message.SetInput("\n".join(textwrap.wrap(sentence, width)))
 
-    def set_status(self, text):
-        """Set the status line."""
+    def set_status(self, text, note):
+        """Set the status line; a note is drawn at its end only, as the page has another place."""
         self.status = text
-        self._status.SetInput(text)
+        self._status.SetInput(f"{text}   {note}")
 
     def set_band(self, corners):
         """Show a rectangle between two corners in pixels, or none for None."""

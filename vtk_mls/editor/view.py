@@ -50,6 +50,8 @@ class View:
         Whether the status line has computing times.
     drawn_message : str
         The message in the last picture.
+    is_saved : bool
+        Whether the drawn state is saved.
     preset : int
         The index of the colors and opacities, in the presets of each dataset again and again.
     """
@@ -63,7 +65,7 @@ class View:
         self.motion_widget = MotionWidget(interactor, self.scene)
         self._shapes = ShapeActors(self.scene.overlay)
         self.has_timer = self.hides_handles = self.shows_undeformed = self.shows_times = False
-        self.drawn_message = ""
+        self.drawn_message, self.is_saved = "", True
         self.overlay = Overlay(self.scene.overlay, HINT)
         self._pace, self.preset, self._moved_at = MapPace(_MAX_NODES), 0, None
         self._tags = [
@@ -147,7 +149,9 @@ class View:
         self.cut_widget.show(state.flat_cut)
         self._set_coarseness(pixels)
         self._draw_handles(state, selected, hovered, dragged)
-        self.overlay.set_status(self._status_of(state, selected))
+        self.overlay.set_status(
+            self._status_of(state, selected), "" if self.is_saved else "unsaved"
+        )
         self.drawn_message = self.overlay.message
         started = time.perf_counter()
         self.scene.renderer.ResetCameraClippingRange()
@@ -242,7 +246,11 @@ class View:
 
     def _status_of(self, state, selected):
         pace = self._pace
-        parts = [f"{len(state)} handle{'s' * (len(state) != 1)}", *_shapes_of(state), _kind_of(state)]
+        parts = [
+            f"{len(state)} handle{'s' * (len(state) != 1)}",
+            *_shapes_of(state),
+            _kind_of(state),
+        ]
         if state.kind in KINDS:
             parts.append(f"alpha {state.alpha:g}")
         if len(selected):

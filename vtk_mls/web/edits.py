@@ -60,8 +60,8 @@ def _apply(session, editor, name, value):
         _set_position(editor, name, value)
     elif name == "name":
         _set_name(editor, *value)
-    elif name == "cancel_landmark":
-        editor.cancel_landmark()
+    elif name == "target_grid":
+        editor.saver.uses_target_grid = bool(value)
     elif name == "comparison":
         editor.compare_by(value)
     elif name == "share":

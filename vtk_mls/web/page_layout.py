@@ -83,7 +83,7 @@ def _bar(edit, begin):
     html.Span(
         "unsaved",
         v_if="!is_saved",
-        classes="ml-3 text-caption text-secondary d-none d-sm-inline",
+        classes="ml-3 text-caption text-secondary",
     )
     v.VSpacer()
     for icon, title, name, classes in _TOOLS:

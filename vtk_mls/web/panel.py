@@ -246,6 +246,14 @@ def _table(edit):
 
 def _files(edit, begin):
     wide_button("Saved files ...", "mdi-download", "has_files = true", v_if="files.length")
+    v.VCheckbox(
+        v_if="has_target",
+        model_value=("target_grid",),
+        update_modelValue=(edit, "['target_grid', $event]"),
+        label="Save images on the target's grid",
+        density="compact",
+        hide_details=True,
+    )
     for kind, title, icon, limit in (
         ("handles", "Open handles ...", "mdi-vector-point", MAX_HANDLE_BYTES),
         ("data", "Open an image or a mesh ...", "mdi-folder-open-outline", MAX_DATA_BYTES),

@@ -16,6 +16,7 @@ from trame.app import get_server
 
 from vtk_mls.editor import saving
 from vtk_mls.editor.autosave import Autosave
+from vtk_mls.files import session_files
 from vtk_mls.web import access, browsers, edits, page_layout
 from vtk_mls.web.picture import Picture
 from vtk_mls.web.session import Session
@@ -75,7 +76,8 @@ class Page:
 
         def show():
             self.session.open(datasets, state, paths, Autosave(paths[0]), target)
-            self.session.editor.saver.folder = folder
+            if folder is not None:
+                self.session.editor.saver.set_output(folder)
             if session is not None:
                 self.session.editor.resume_session(*session)
 
@@ -157,7 +159,7 @@ class Page:
                 return
             editor.saver.progress = self._progress
             folder = self.session.save(as_session=name == "save_session")
-            files = _files(editor.saver.files)
+            files = _files(editor.saver)
             self._update({"files": files, "saved_folder": str(folder.resolve()), "has_files": True})
 
     def _progress(self, done):
@@ -243,22 +245,27 @@ def _free_port(host, port):
     raise OSError(f"`{host}:{port or PORT}` cannot be listened on: {reason.strerror or reason}")
 
 
-def _files(paths):
+def _files(saver):
+    is_filled = any(saving.FIELD in text for text in saver.warnings)
     return [
-        {"name": path.name, "size": _size(path.stat().st_size), "what": _description(path.name)}
-        for path in paths
+        {
+            "name": path.name,
+            "size": _size(path.stat().st_size),
+            "what": _description(path.name, is_filled),
+        }
+        for path in saver.files
     ]
 
 
-def _description(name):
+def _description(name, is_filled):
     """The contents of a file that `Saver` has written."""
     contents = {
         saving.HANDLES: "the handles",
         saving.AT_REST: "handles at rest, for 3D Slicer",
         saving.MOVED: "handles as they are now, for 3D Slicer",
-        saving.FIELD: "displacement field",
+        saving.FIELD: "displacement field" + "; it fills the gap of a cut" * is_filled,
         saving.PICTURE: "picture",
-        saving.SESSION: "session, opens again with `vtk-mls view`",
+        session_files.NAME: "session, opens again with `vtk-mls view`",
         saving.SCRIPT: "the same deformation without the editor",
     }
     return contents.get(name, "cut" if name.startswith("cut-") else "deformed data")

@@ -59,7 +59,7 @@ class Session:
     def __init__(self, on_change):
         self.editor = self.window = self._interactor = None
         self.on_draw = self.on_idle = lambda: None
-        self._on_change, self._panel, self._saved = on_change, {}, None
+        self._on_change, self._panel = on_change, {}
         self._calls, self.working_since = queue.SimpleQueue(), None
         self._thread = threading.Thread(target=self._work, name="editor", daemon=True)
         self._thread.start()
@@ -95,7 +95,6 @@ class Session:
         del previous
         gc.collect()
         self._leave_texts_to_page()
-        self._saved = self.editor.state
         self._fit_narrow_pictures(size)
         self._warm_up()
 
@@ -131,10 +130,10 @@ class Session:
         editor, saver = self.editor, self.editor.saver
         if not (editor.save_session() if as_session else editor.save()):
             raise OSError(editor.message)
-        self._saved = editor.state
-        if as_session or saver.takes_session:
+        if as_session:
             return saver.files[0].parent
-        editor.say("Saved.")
+        grid = f"Saved; images have the grid of {saver.grid.name}." if saver.grid else "Saved."
+        editor.say(" ".join([grid, *saver.warnings]))
         return saver.folder
 
     # The thread
@@ -186,7 +185,6 @@ class Session:
         if self.editor is None:
             return
         values = panel_values.values_of(self.editor, self._panel)
-        values["is_saved"] = self.editor.state is self._saved
         changed = {
             name: value
             for name, value in values.items()

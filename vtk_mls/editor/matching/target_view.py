@@ -9,7 +9,6 @@ from vtk_mls import Deformation
 from vtk_mls.editor.commands import HINT, TARGET_HINT
 from vtk_mls.editor.distortion import Distortion
 from vtk_mls.editor.grips import names_of
-from vtk_mls.editor.handle_glyphs import PENDING
 from vtk_mls.editor.matching.comparing import ComparedItem
 from vtk_mls.editor.matching.cross_fade import CrossFade
 from vtk_mls.editor.matching.pairs import MOVING, TARGET
@@ -111,31 +110,18 @@ class TargetView:
 
     def draw(self, state, selected, hovered, colors):
         """Place the landmarks of a `State`, with colors (g, 3), on both sides."""
-        deformation, are_visible = self._view.distortion.deformation, not self._view.hides_handles
-        positions, names = state.grips.deformed, names_of(state)
-        priorities = np.isin(np.arange(len(names) + 1), [*selected, len(names)]).astype(int)
+        positions, are_visible = state.grips.deformed, not self._view.hides_handles
+        names = names_of(state), np.isin(np.arange(len(positions)), selected).astype(int)
         on_data = positions.copy()
         if self.dragged is not None:
             rows, on_data[rows] = self.dragged
-        sides = {MOVING: (on_data, colors, names), TARGET: (positions, colors, names)}
-        pending = state.pending
-        if pending is not None:
-            place = pending.position[None]
-            if pending.side == MOVING and deformation is not None:
-                place = deformation.forward(place)
-            if np.isfinite(place).all():
-                sides[pending.side] = (
-                    np.vstack([sides[pending.side][0], place]),
-                    np.vstack([colors, PENDING]).astype(np.uint8),
-                    [*names, pending.label],
-                )
-        views = (MOVING, self._moving, self._moving_slices), (TARGET, self.scene, self.slices)
-        for side, scene, slices in views:
-            places, place_colors, place_names = sides[side]
-            scene.glyphs.show(places, places, place_colors, hovered)
-            place_names = place_names, priorities[: len(place_names)]
-            slices.show_handles(places, place_colors, are_visible, place_names)
-            self._names[side].show(places, *place_names, are_visible)
+        for side, scene, slices, places in (
+            (MOVING, self._moving, self._moving_slices, on_data),
+            (TARGET, self.scene, self.slices, positions),
+        ):
+            scene.glyphs.show(places, places, colors, hovered)
+            slices.show_handles(places, colors, are_visible, names)
+            self._names[side].show(places, *names, are_visible)
 
     def lay_out(self):
         """Place both sides for the size of the window: above each other in upright ones."""
