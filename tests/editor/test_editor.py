@@ -451,6 +451,11 @@ def test_the_initial_state_is_an_argument():
     assert hands.state.cuts == (plane,)
 
 
+def test_the_status_counts_one_handle():
+    hands = Hands(ball_mesh(), State([(0, 0, 0)], [(0, 0, 0)]))
+    assert hands.editor.status.startswith("1 handle ")
+
+
 def test_a_detached_editor_does_nothing(mesh_hands):
     hands = mesh_hands
     hands.editor.detach()

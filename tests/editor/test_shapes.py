@@ -334,6 +334,14 @@ def test_9_ends_a_curve_that_is_drawn_and_needs_one():
     assert hands.message.startswith("Straightened")
 
 
+@pytest.mark.parametrize("key", ["d", "p"])
+def test_a_click_beside_the_surface_says_so(key):
+    hands = Hands(ball_mesh())
+    hands.press(key)
+    hands.click((3, 3))
+    assert hands.message.startswith("There is no surface at this place")
+
+
 def shapes():
     """A state with each shape, moved."""
     mask = np.zeros((5, 6, 7), bool)

@@ -79,7 +79,8 @@ class Page:
     def __init__(self, browser, address, **options):
         self.tab = browser.new_page(**(options or {"viewport": _SIZE}))
         self.tab.set_default_timeout(1000 * _TIMEOUT)
-        self.errors = []
+        self.errors, self.console = [], []
+        self.tab.on("console", lambda message: self.console.append((message.type, message.text)))
         self.tab.on("pageerror", lambda error: self.errors.append(str(error)))
         self.tab.goto(address)
         self.tab.wait_for_selector("canvas[data-frames]")
@@ -178,7 +179,17 @@ def test_every_command_has_a_control_with_its_key_in_the_tool_tip(browser, folde
             assert count == (row.method != "quit"), title
         page.tab.get_by_title("Add a handle on the surface (A)").click()
         page.says("Click on the surface")
+        assert [text for kind, text in page.console if kind == "error"] == []
         page.close()
+
+
+def test_a_page_without_its_server_says_how_to_go_on(browser, folder):
+    with server(folder, "ball.vtp", "handles.csv") as (process, address):
+        page = Page(browser, address)
+        process.kill()
+        page.tab.get_by_text("The connection to the server is lost").wait_for()
+        assert page.tab.get_by_text("run vtk-mls view again with the same file").is_visible()
+        page.tab.close()
 
 
 def test_a_slider_is_set_by_its_keys(page):

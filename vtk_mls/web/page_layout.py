@@ -137,7 +137,11 @@ def _stage(edit, begin):
         absolute=True,
         style="z-index: 5;",
     )
-    html.Div("{{ target_name }}", v_if="target_name", classes="mls-side")
+    html.Div(
+        "{{ target_name }}",
+        v_if="target_name",
+        classes=("['mls-side', { 'is-over': comparison !== 'beside' }]",),
+    )
     _volume_colors()
 
 

@@ -65,7 +65,7 @@ def _comparison(edit):
 
 def _errors():
     html.Span(
-        "median error {{ median_error }}{{ unit }} {{ choice }}",
+        "median error {{ median_error }} {{ unit }} {{ choice }}",
         v_if="median_error",
         classes="text-caption",
         title="Each pair predicted from the others",
@@ -103,7 +103,7 @@ def _table(edit):
     table = v.VDataTableVirtual(
         headers=(
             f"({_IS_NARROW} ? narrow_headers : pair_headers).map(header => "
-            "({ ...header, title: header.title + (header.has_unit ? unit : '') }))",
+            "({ ...header, title: header.title + (header.has_unit && unit ? ` (${unit})` : '') }))",
         ),
         items=("pairs",),
         item_value="row",

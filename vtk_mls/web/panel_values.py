@@ -70,11 +70,11 @@ def _title_of(editor):
 
 
 def _unit_of(editor):
-    """The unit of coordinates in parentheses, after a space; "" if it is not known."""
+    """The unit of coordinates; "" if it is not known."""
     data = editor.saver.datasets[0]
     units = [*metadata.load(data, LENGTH_UNIT)]
     units += ["mm" for header in _IN_MILLIMETERS if metadata.load(data, header)]
-    return f" ({units[0]})" if units else ""
+    return units[0] if units else ""
 
 
 def shape_of(state):
