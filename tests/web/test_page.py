@@ -1,4 +1,4 @@
-"""`vtk-mls view --web` in headless Chromium, by its real mouse and keyboard."""
+"""`vtk-mls view` in headless Chromium, by its real mouse and keyboard."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 
 from vtk_mls import io
+from vtk_mls.editor import commands
 from vtk_mls.files import control_point_files
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
@@ -78,7 +79,8 @@ class Page:
     def __init__(self, browser, address, **options):
         self.tab = browser.new_page(**(options or {"viewport": _SIZE}))
         self.tab.set_default_timeout(1000 * _TIMEOUT)
-        self.errors = []
+        self.errors, self.console = [], []
+        self.tab.on("console", lambda message: self.console.append((message.type, message.text)))
         self.tab.on("pageerror", lambda error: self.errors.append(str(error)))
         self.tab.goto(address)
         self.tab.wait_for_selector("canvas[data-frames]")
@@ -165,6 +167,29 @@ def test_handles_are_added_fixed_placed_and_deleted(page):
     page.tab.locator(".mls-row .at", has_text="0.25,").wait_for()
     page.tab.get_by_role("button", name="Delete").click()
     page.status("4 handles")
+
+
+def test_every_command_has_a_control_with_its_key_in_the_tool_tip(browser, folder):
+    with server(folder, "ball.vtp", "handles.csv", "--target", "ball.vtp") as (_, address):
+        page = Page(browser, address)
+        page.tab.get_by_title("All commands (H)").click()
+        for row in commands.COMMANDS:
+            title = f"{row.text} ({commands.key_of(row)})"
+            count = page.tab.locator(".mls-menu").get_by_title(title, exact=True).count()
+            assert count == (row.method != "quit"), title
+        page.tab.get_by_title("Add a handle on the surface (A)").click()
+        page.says("Click on the surface")
+        assert [text for kind, text in page.console if kind == "error"] == []
+        page.close()
+
+
+def test_a_page_without_its_server_says_how_to_go_on(browser, folder):
+    with server(folder, "ball.vtp", "handles.csv") as (process, address):
+        page = Page(browser, address)
+        process.kill()
+        page.tab.get_by_text("The connection to the server is lost").wait_for()
+        assert page.tab.get_by_text("run vtk-mls view again with the same file").is_visible()
+        page.tab.close()
 
 
 def test_a_slider_is_set_by_its_keys(page):
@@ -436,7 +461,7 @@ def test_other_machines_need_the_token(folder):
 def test_a_port_in_use_is_an_error(folder, address, monkeypatch):
     port = address.split(":")[2].partition("/")[0]
     monkeypatch.chdir(folder)
-    status, _, stderr = run("view", "ball.vtp", "--web", "--port", port)
+    status, _, stderr = run("view", "ball.vtp", "--port", port)
     assert status == 1
     assert stderr.startswith(f"vtk-mls: `127.0.0.1:{port}` cannot be listened on")
     assert stderr.count("\n") == 1
