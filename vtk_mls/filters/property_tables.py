@@ -1,6 +1,5 @@
 """The properties of the filters: one table for each, in the order of ParaView's panels."""
 
-
 from vtk_mls import INTERPOLATIONS, VOID_VALUES, BallMask, Sampling
 from vtk_mls.filters.properties import (
     ArrayName,
