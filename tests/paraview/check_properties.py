@@ -29,6 +29,7 @@ FILTER_PANEL = {
     **PANEL,
     "LatticeDimensions": (3, 3, 3),
     "restored": 1,
+    "HasCuts": 1,
     "DisplacementArray": ("POINTS", "Displacement"),
     "WeightArray": ("POINTS", "Weight"),
 }

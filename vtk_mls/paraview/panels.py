@@ -200,7 +200,6 @@ _HAS_CUTS = check_box(
     default=1,
     command="",
     panel_visibility="never",
-    is_internal=1,
 )
 
 _MASK = data_input(
