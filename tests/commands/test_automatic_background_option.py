@@ -20,37 +20,18 @@ def deform(source, target, *options):
     return main(["deform", source, "handles.csv", target, "--device", "reference", *options])
 
 
-def corner_medians(values):
-    """Of (nz, ny, nx[, components]) values; of (ny, nx) of an image in 2-D."""
-    axes = values.ndim if values.ndim < 4 else 3
-    corners = values[np.ix_(*[[0, -1]] * axes)].reshape(-1, *values.shape[axes:])
-    return np.nanpercentile(corners, 50, axis=0, method="lower")
-
-
-KINDS = {
-    "CT": ("int16", (5, 6, 7), -1024, 3000),
-    "bytes": ("uint8", (5, 6, 7), 1, 255),
-    "floats with NaN": ("float32", (5, 6, 7), 1, 9),
-    "colors": ("uint8", (5, 6, 7, 3), 1, 255),
-    "flat": ("int16", (6, 7), 1, 900),
-}
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_the_background_is_the_median_of_the_corners(kind, rng, capsys):
-    dtype, shape, low, high = KINDS[kind]
-    values = rng.uniform(low, high, shape).astype(dtype)
-    if dtype == "float32":
-        values[0, 0, 0] = np.nan
-    image = SimpleITK.GetImageFromArray(values, isVector=kind == "colors")
-    SimpleITK.WriteImage(image, "in.mha")
+@pytest.mark.parametrize("shape", [(5, 6, 7), (6, 7)], ids=["volume", "flat"])
+def test_the_background_is_the_median_of_the_corners(shape, rng, capsys):
+    values = rng.uniform(-1024, 3000, shape).astype("int16")
+    corners = values[np.ix_(*[[0, -1]] * len(shape))]
+    median = np.percentile(corners, 50, method="lower")
+    SimpleITK.WriteImage(SimpleITK.GetImageFromArray(values), "in.mha")
     assert deform("in.mha", "out.mha") == 0
     found = SimpleITK.GetArrayFromImage(SimpleITK.ReadImage("out.mha"))
-    assert (found == corner_medians(values)).all()
+    assert (found == median).all()
     said = capsys.readouterr().out
     assert said.count("; background ") == 1
-    if kind == "CT":
-        assert f"; background {corner_medians(values):g}, the median of the corners" in said
+    assert f"; background {median:g}, the median of the corners" in said
     assert deform("in.mha", "out.mha", "--background", "3") == 0
     found = SimpleITK.GetArrayFromImage(SimpleITK.ReadImage("out.mha"))
     assert (found == 3).all()

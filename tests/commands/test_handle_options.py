@@ -52,12 +52,6 @@ def test_points_move_with_a_bone(bones):
     found = io.read_landmarks("out.csv").positions
     expected = [MOTION.TransformPoint(point) for point in [(1, 0, 0), (0.5, 0.5, -0.5)]]
     np.testing.assert_allclose(found, expected, atol=2e-5)
-    half = ["--blend", "0.5", "--device", FAST]
-    assert main(["points", "in.csv", "bones.vtp", "out.csv", *CELLS, *half]) == 0
-    found = io.read_landmarks("out.csv").positions
-    np.testing.assert_allclose(
-        np.linalg.norm(np.diff(found, axis=0)), np.linalg.norm((0.5, -0.5, 0.5)), atol=2e-5
-    )
 
 
 def test_a_surface_at_rest_and_moved_are_a_pair_of_files(bones):

@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 from vtk_fixtures import DEFORMED, FAST, REST
 
-from vtk_mls import Chain, Deformation, Field, Grid, Sampling, io
+from vtk_mls import Chain, Deformation, Field, Grid, io
 from vtk_mls.commands.cli import main
 from vtk_mls.files import control_point_files
 from vtk_mls.files.landmarks import Landmarks
 from vtk_mls.vtk import arrays
-from vtk_mls.vtk.arrays import ImageGeometry
 
 PLACES = np.random.default_rng(13).uniform(2, 6, (5, 3))
 
@@ -29,17 +28,6 @@ def chained(initial):
 
 def command(name, *arguments):
     return main([name, *arguments, "--device", FAST, "--initial-transform", "warp.nrrd"])
-
-
-def test_images(initial, capsys):
-    assert command("deform", "in.vti", "handles.csv", "out.vti") == 0
-    image, output = (io.read_dataset(name) for name in ("in.vti", "out.vti"))
-    grid = ImageGeometry.of_image(image).grid
-    values = [arrays.to_numpy(data.GetPointData().GetScalars()) for data in (image, output)]
-    before, after = (array.reshape(grid.shape) for array in values)
-    (expected,) = chained(initial).resample([before], Sampling(grid, background="auto"))
-    assert np.isclose(after, expected, atol=1e-3).mean() > 0.99
-    assert "nothing" not in capsys.readouterr().out
 
 
 def test_handles_at_rest_leave_the_initial_transform(initial, capsys):

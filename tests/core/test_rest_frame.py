@@ -228,20 +228,6 @@ def test_a_loop_round_the_edge_has_no_kink(shape, motion):
 # What any map must be
 
 
-@paired(shape=SHAPES, kind_and_degree=KINDS_AND_DEGREES, device=EVERYWHERE)
-def test_interpolates_and_rests(shape, kind_and_degree, device, rng):
-    rest, deformed = bent(rng, 16)
-    d = rest_frame(rest, deformed, kind_and_degree, device, cuts=SHAPES[shape])
-    tolerance = 2e-4 / EXTENT * SIZE
-    np.testing.assert_allclose(d.backward(deformed), rest, rtol=0, atol=tolerance)
-    np.testing.assert_allclose(d.forward(rest), deformed, rtol=0, atol=1e-5 * SIZE)
-    still = rest_frame(rest, rest, kind_and_degree, device, cuts=SHAPES[shape])
-    v = rng.uniform(*BOX, (30, 3))
-    np.testing.assert_array_equal(still.backward(v), v)
-    np.testing.assert_array_equal(still.forward(v), v)
-    assert not still.void(v)[clear_of(SHAPES[shape], v)].any()
-
-
 def test_without_cuts_both_frames_are_the_same(kind_and_degree, device, rng):
     rest, deformed = bent(rng)
     one = rest_frame(rest, deformed, kind_and_degree, device)

@@ -54,19 +54,6 @@ def test_the_opening_is_continuous(rng):
             assert change[~crossed].max() <= 1.5 * 370 / 2000
 
 
-def test_the_void_is_background(device, rng):
-    cut = Plane((8, 8, 8), (0, 0, 1))
-    handles = np.array([(4, 4, 4), (12, 12, 4), (4, 12, 12), (12, 4, 12)], float)
-    rest = handles - np.where(handles[:, 2:] > 8, 1, -1) * [0, 0, 3]
-    d = Deformation(rest, handles, "rigid", cuts=[cut], device=device)
-    grid = Grid((17, 17, 17))
-    (image,) = d.resample([np.ones(grid.shape, np.uint8)], Sampling(grid, background=7))
-    field = d.displacement_field(grid.dimensions)
-    assert field.void.sum() > 17 * 17 * 3
-    assert (image[field.void] == 7).all()
-    assert (image[4:6] == 1).all()
-
-
 def test_continued_values_are_those_of_each_sides_map(device):
     """In the void the function goes on behind the face; elsewhere nothing changes."""
     cut = HalfPlane((16, 16, 10), (1, 0, 0), (0, 0, 1))
@@ -156,22 +143,6 @@ def test_corrected_gradient_is_that_of_the_deformed_function(key, kind_and_degre
     assert inner.mean() > 0.2
     error = lengths(got - expected)[inner] / lengths(expected)[inner].max()
     assert error.max() <= 1e-3
-
-
-@pytest.mark.parametrize("key", DEVICES or ["reference"])
-def test_gradient_on_the_face_of_an_opening(key):
-    """A block pulled apart: the faces look into the void, which has none."""
-    cut = Plane((16, 16, 16), (0, 0, 1))
-    handles = np.array([(8, 8, 6), (24, 24, 6), (8, 24, 26), (24, 8, 26)], float)
-    rest = handles - np.where(handles[:, 2:] > 16, 1, -1) * [0, 0, 4]
-    d = Deformation(rest, handles, cuts=[cut], device=key)
-    grid = Grid((33, 33, 33))
-    slopes = d.corrected_gradient(np.ones(grid.shape), grid, normalise=True)
-    void = d.displacement_field(grid.dimensions).void
-    assert (slopes[void] == 0).all()
-    top, bottom = np.flatnonzero(void[:, 16, 16])[[-1, 0]]
-    np.testing.assert_allclose(slopes[top + 1, 16, 16], [0, 0, 1], atol=1e-3)
-    np.testing.assert_allclose(slopes[bottom - 1, 16, 16], [0, 0, -1], atol=1e-3)
 
 
 def pulled_apart(cut, device, by=3.0, cut_frame="deformed"):

@@ -81,37 +81,6 @@ def test_equal_bones_that_change_places_are_reported(radius, is_reported, messag
         messages.assert_none()
 
 
-def test_a_curve_is_carried_along_its_whole_length(device):
-    """Between its nodes, too, where they turn by 90 degrees."""
-    nodes = np.array([(-3, 0, 0), (0, 0, 0), (3, 0, 0)], float)
-    bent = np.array([(-3, 0, 0), (0, 0, 0), (0, 3, 0)], float)
-    handles = joined(polyline(nodes, bent - nodes), polyline(CORNERS, kind="Verts"))
-    shares = np.linspace(0.1, 0.9, 9)[:, None]
-    along = np.concatenate([nodes[i] + shares * (nodes[i + 1] - nodes[i]) for i in (0, 1)])
-    expected = np.concatenate([bent[i] + shares * (bent[i + 1] - bent[i]) for i in (0, 1)])
-    value = deforming(handles, device=device).updated_deformation()
-    np.testing.assert_allclose(value.backward(expected), along, atol=1e-4)
-    by_points = deforming(handles, device=device, shapes="points").updated_deformation()
-    assert np.abs(by_points.backward(expected) - along).max() > 0.1
-
-
-def test_lines_of_a_centerline_share_their_trunk():
-    """VMTK's go from the root to each end, and repeat nodes; points at the junction can be two."""
-    trunk = np.array([(-3, 0, 0), (-2, 0.5, 0), (-2, 0.5, 0), (0, 0, 0)], float)
-    ends = [trunk[-1:] + [(1, side, 0), (2, 3 * side, 1)] for side in (-1, 1)]
-    root = [polyline(np.concatenate([trunk, end]), (0, 0, 1)) for end in ends]
-    once = [
-        polyline(line, (0, 0, 1))
-        for line in (trunk[[0, 1, 3]], *(np.r_[trunk[-1:], end] for end in ends))
-    ]
-    still = polyline(CORNERS, kind="Verts")
-    shared, expected = (
-        positions(update(deforming(joined(*lines, still)))) for lines in (root, once)
-    )
-    np.testing.assert_allclose(shared, expected, rtol=0, atol=1e-6)
-    assert np.abs(expected - positions(ball((0, 0, 0), 3))).max() > 0.5
-
-
 def test_what_the_handles_are():
     curve = np.array([(3, 3, 3), (3, 4, 3), (4, 4, 4)], float)
     handles = joined(held_bone(), polyline(curve, (0, 0, 1)), moved(ball((0, 0, 4)), MOTION))

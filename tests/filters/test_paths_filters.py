@@ -67,26 +67,6 @@ def test_a_blend_stops_on_the_way(blend):
     assert half > 1
 
 
-def test_meshes_and_images_take_a_path():
-    image = make_image()
-    grid = ImageGeometry.of_image(image).grid
-    add_array(image.GetPointData(), "x", grid.points()[:, 0])
-    deform = connect(MLSDeform(), image, handles())
-    deform.SetDevice(FAST)
-    moved = vtk_to_numpy(update(deform).GetPointData().GetArray("x")).reshape(grid.shape)
-    came_from = grid.points() + expected(REST, turned(1), path=PATH)
-    x, inside = came_from[:, 0], grid.covers(grid.index_of(came_from))
-    assert inside.sum() > 100
-    x = np.clip(x, *image.GetBounds()[:2])  # up to half a voxel outside, the border counts
-    np.testing.assert_allclose(moved.ravel()[inside], x[inside], atol=1e-4)
-    mesh = vtkPolyData()
-    fill_polydata(mesh, REST + (0.3, 0.2, 0), REST, None)
-    deform.SetInputData(0, mesh)
-    points = vtk_to_numpy(update(deform).GetPoints().GetData())
-    d = Deformation(REST, turned(1), path=PATH, device=FAST)
-    np.testing.assert_allclose(points, d.forward(REST + (0.3, 0.2, 0)), atol=1e-5)
-
-
 def test_curves_have_no_path():
     rows = np.arange(len(REST))
     cells = HandleCells(rows[9:], (rows[:9],))

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from mesh_fixtures import CUTS, MESHES, array_of, as_grid, deforming, places_of, sizes, split
+from mesh_fixtures import CUTS, MESHES, array_of, deforming, places_of, split
 from pipelines import connect, control_points, update, values_of
 from vtk_fixtures import FAST, REST, add_array, make_image
 
@@ -104,44 +104,6 @@ def test_faces_of_a_mesh_are_those_of_the_void(name, cut, motion, device):
     open_ = DEPTH[cut](x) > 0.3
     assert open_.mean() > 0.5
     np.testing.assert_allclose(outer[open_], -step, rtol=0, atol=1e-4 * EXTENT)
-
-
-@pytest.mark.parametrize("cut", ["plane", "half-plane", "polygon"])
-def test_an_image_opens_where_the_deformation_is_void(cut, device):
-    image = make_image((19, 17, 15), origin=(-1, -1, -1))
-    image.SetSpacing(0.5, 0.5, 0.5)
-    x = ImageGeometry.of_image(image).grid.points()
-    add_array(image.GetPointData(), "linear", x @ [1.0, -2.0, 0.5])
-    handles = control_points(REST, MOTIONS["one side pulled"])
-    properties = {"CutFrame": "rest", "VoidValues": "continued", "HideVoid": False}
-    output = update(deforming(image, handles, device, CUTS[cut], **properties))
-    value = Deformation(
-        REST, MOTIONS["one side pulled"], cuts=[CUTS[cut]], cut_frame="rest", device="reference"
-    )
-    distance = value.void_distance(x)
-    got = values_of(output, "VoidDistance").ravel()
-    np.testing.assert_allclose(got, distance, rtol=0, atol=1e-4)
-    np.testing.assert_array_equal(values_of(output, "Void").ravel(), got < 0)
-    assert 5 < (got < 0).sum() < len(got) / 2
-    origin = value.backward(x)
-    index = ImageGeometry.of_image(image).grid.index_of(origin)
-    inside = ((index > 0) & (index < np.array(image.GetDimensions()) - 1)).all(axis=1)
-    inside &= distance >= 0
-    assert inside.mean() > 0.3
-    expected = origin @ [1.0, -2.0, 0.5]
-    np.testing.assert_allclose(
-        values_of(output, "linear").ravel()[inside], expected[inside], rtol=0, atol=1e-4
-    )
-
-
-@pytest.mark.parametrize("name", ["cells 10", "cells 12", "polydata"])
-@pytest.mark.parametrize("cut", ["plane", "half-plane", "polygon"])
-def test_what_is_only_moved_keeps_its_shape(cut, name, device):
-    scene = Scene(name, cut, "all turned", device)
-    before, after = sizes(as_grid(scene.undeformed)), sizes(as_grid(scene.output))
-    np.testing.assert_allclose(after, before, rtol=0, atol=1e-4 * before.max())
-    expected = turned(places_of(scene.undeformed), 0.6, np.array([1, 2, 0.5])) + [1, -2, 0.5]
-    np.testing.assert_allclose(places_of(scene.output), expected, rtol=0, atol=1e-5 * EXTENT)
 
 
 # Directions

@@ -1,14 +1,10 @@
 """Meshes: tetrahedra of all of ParaView's making move with the volume, and are cut open."""
 
-import sys
-from pathlib import Path
-
 import numpy as np
 from paraview import simple
 from scene import DEFORMED, REST, array, control_points, data, vtk_mls, wavelet
 from vtkmodules.util.numpy_support import vtk_to_numpy
 
-FOLDER = Path(sys.argv[1])
 source = wavelet()
 tetrahedra = simple.Tetrahedralize(Input=source)
 
@@ -65,23 +61,3 @@ group = simple.MLSDeform(
 )
 group.UpdatePipeline()
 assert group.GetDataInformation().GetNumberOfDataSets() == 2
-
-# Pictures: surface, volume and slice.
-view = simple.CreateRenderView(ViewSize=[500, 450])
-view.CameraPosition, view.CameraFocalPoint = [9.0, -45.0, 22.0], [0.0, 0.0, 0.5]
-view.CameraViewUp = [0.0, 0.0, 1.0]
-middle = simple.Slice(Input=deform)
-middle.SliceType.Normal = [0.0, 1.0, 0.0]
-middle.SliceType.Origin = [0.0, 0.3, 0.0]
-for name, source, kind in (
-    ("surface", deform, "Surface With Edges"),
-    ("volume", deform, "Volume"),
-    ("slice", middle, "Surface With Edges"),
-):
-    display = simple.Show(source, view)
-    display.SetRepresentationType(kind)
-    simple.Render(view)
-    simple.ColorBy(display, ("POINTS", "RTData"))
-    simple.Render(view)
-    simple.SaveScreenshot(str(FOLDER / f"mesh_{name}.png"), view)
-    simple.Hide(source, view)

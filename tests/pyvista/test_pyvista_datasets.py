@@ -11,7 +11,6 @@ import pytest
 
 from vtk_mls import Affine, Ball, BallMask, FixedFace, HalfPlane, RegionHandle
 from vtk_mls.filters import MLSControlPoints, MLSDeform, MLSDisplacementField, property_tables
-from vtk_mls.vtk import arrays
 
 pyvista = pytest.importorskip("pyvista", "0.48", reason="PyVista is not installed")
 mls = importlib.import_module("vtk_mls.pyvista")  # registers `mesh.mls`
@@ -164,11 +163,6 @@ def test_entry_points_exist():
     assert points["pyvista.plotter_components"] == {"mls": "vtk_mls.pyvista"}
     assert tuple(points["pyvista.readers"]) == readers.ENDINGS
     assert set(points["pyvista.readers"].values()) == {"vtk_mls.pyvista.readers:read"}
-
-
-def test_filters_of_pyvista_take_the_result():
-    found = DATASETS["image"]().mls.deform(REST, DEFORMED).contour([150])
-    assert arrays.to_numpy(found.GetPoints().GetData()).shape == (found.n_points, 3)
 
 
 def selected(kind):

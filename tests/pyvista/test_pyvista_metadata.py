@@ -79,13 +79,6 @@ def test_arrays_of_meshes_keep_their_types(name, cuts):
     np.testing.assert_allclose(found["single"].imag, 2 * found["single"].real, atol=1e-6)
 
 
-def test_points_can_be_picked_by_a_mask():
-    mesh = with_arrays(MESHES["surface"])
-    found = mesh.mls.deform(REST, DEFORMED)
-    expected = mesh.mls.deform(REST, DEFORMED).points[mesh["flags"]]
-    np.testing.assert_array_equal(found.points[found["flags"]], expected)
-
-
 @pytest.mark.parametrize("background", [0, 3, -1000, np.nan])
 @pytest.mark.parametrize("interpolation", ["linear", "cubic"])
 def test_bools_of_images_are_those_of_the_nearest_point(interpolation, background):
