@@ -13,8 +13,13 @@ from vtk_mls.base.grid import Grid
 from vtk_mls.base.progress import ProgressLike
 from vtk_mls.engine.dispatch import engine_for
 from vtk_mls.model.map_parameters import MapParameters
+from vtk_mls.model.options import named
 from vtk_mls.queries import fold_free, region_overlap
+from vtk_mls.queries.certificate import NO_FOLDS
 from vtk_mls.queries.transform import Transform, question
+
+# Of the field by which images are checked for folds; ParaView's, too small to see.
+_CHECK_TOLERANCE = named("map_tolerance").interactive_default
 
 
 @dataclass(frozen=True, eq=False, repr=False, init=False)
@@ -126,22 +131,66 @@ class Deformation(Transform, MapParameters):
     @functools.cached_property
     def steps_used(self) -> int:
         """The number of steps: `steps`, or as many as samples around the handles need."""
-        return super().steps_used if self.steps else self._enough_steps[0]
+        return super().steps_used if self.steps else fold_free.enough_steps(self._engine, self)
+
+    @property
+    def smallest_determinant(self) -> float:
+        """The smallest determinant of the Jacobian of the map that was computed.
+
+        The deformation folds if it is not above 0. It is that of samples around the handles and,
+        with automatic steps, of all voxels of the last field or image that may fold, at their
+        corners and centers.
+        """
+        return min(self._sampled_determinant, self._checked[1].smallest)
 
     @functools.cached_property
-    def smallest_determinant(self) -> float:
-        """The smallest determinant of the Jacobian of a step, at the points `steps_used` samples.
+    def smallest_step_determinant(self) -> float:
+        """The smallest determinant of the Jacobian of a single step, at the same samples.
 
-        The deformation folds if it is not above 0. If it is, the deformation can still fold between
-        the samples: of hard random sets, 2 % do. At most 256 steps are tried.
+        Automatic steps are doubled until it is above 0.1: a composition of steps that do not fold
+        does not fold.
         """
-        if self.steps == 0:
-            return self._enough_steps[1]
+        return fold_free.smallest_step_determinant(self._engine, self)
+
+    @functools.cached_property
+    def _sampled_determinant(self):
         return fold_free.smallest_determinant(self._engine, self)
 
-    @functools.cached_property
-    def _enough_steps(self):
-        return fold_free.enough_steps(self._engine, self)
+    @property
+    def _checked(self):
+        """The grid that was checked for folds last, and its FoldCheck."""
+        return vars(self).get("_last_check", (None, NO_FOLDS))
+
+    def _field(self, grid, progress):
+        if self.steps or grid.whole is not grid:  # the parts of a grid must fit together
+            return super()._field(grid, progress)
+        return self._checked_field(grid, self.map_tolerance, progress)
+
+    def _prepare(self, grid, progress):
+        if self.steps or grid.whole is not grid or grid.is_same(self._checked[0]):
+            return progress
+        checking, progress = progress.divided(1, 2)
+        self._checked_field(grid, max(self.map_tolerance, _CHECK_TOLERANCE), checking)
+        return progress
+
+    def _check_folds(self, grid, progress):
+        if self.steps or grid.whole is not grid:
+            return super()._check_folds(grid, progress)
+        self._prepare(grid, progress)
+        return self._checked[1]
+
+    def _checked_field(self, grid, tolerance, progress):
+        """The field on a grid, in twice as many steps until the map folds at no voxel."""
+        present = self
+        if tolerance != self.map_tolerance:
+            present = self.in_steps(self.steps_used, tolerance)
+        field, folds, used = fold_free.checked_field(self._engine, present, grid, progress)
+        if used.steps_used != self.steps_used:
+            vars(self).pop("_sampled_determinant", None)
+            vars(self).pop("smallest_step_determinant", None)
+            vars(self).update(steps_used=used.steps_used, regions=used.regions)
+        vars(self).update(_last_check=(grid, folds))
+        return field
 
     def without_folds(
         self, where: Grid | ArrayLike | None = None, progress: ProgressLike = None
@@ -160,7 +209,7 @@ class Deformation(Transform, MapParameters):
             if len(where) == 0:
                 raise ValueError("`where` must have at least one point, got none")
         with question(progress) as part:
-            steps, _ = fold_free.enough_steps(self._engine, self, where, part)
+            steps = fold_free.enough_steps(self._engine, self, where, part)
             return replace(self, steps=steps)
 
     @property

@@ -33,6 +33,7 @@ _STAGES = {
     "resample": "sampling",
     "gradient": "sampling",
     "void_by_corners": "void of cells",
+    "doubtful_voxels": "check of folds",
 }
 
 

@@ -99,6 +99,15 @@ class Grid:
         )
         return part
 
+    def is_same(self, other: Grid | None) -> bool:
+        """Whether a grid has the same points."""
+        return self is other or (
+            other is not None
+            and self.dimensions == other.dimensions
+            and np.array_equal(self.origin, other.origin)
+            and np.array_equal(self.index_to_world, other.index_to_world)
+        )
+
     @property
     def shape(self) -> tuple[int, int, int]:
         """Shape (nz, ny, nx) of an array with one value per point."""
