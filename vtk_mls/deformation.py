@@ -162,19 +162,19 @@ class Deformation(Transform, MapParameters):
         return vars(self).get("_last_check", (None, NO_FOLDS))
 
     def _field(self, grid, progress):
-        if self.steps or grid.whole is not grid:  # the parts of a grid must fit together
+        if self.steps or grid.is_part:  # the parts of a grid must fit together
             return super()._field(grid, progress)
         return self._checked_field(grid, self.map_tolerance, progress)
 
     def _prepare(self, grid, progress):
-        if self.steps or grid.whole is not grid or grid.is_same(self._checked[0]):
+        if self.steps or grid.is_part or grid.is_same(self._checked[0]):
             return progress
         checking, progress = progress.divided(1, 2)
         self._checked_field(grid, max(self.map_tolerance, _CHECK_TOLERANCE), checking)
         return progress
 
     def _check_folds(self, grid, progress):
-        if self.steps or grid.whole is not grid:
+        if self.steps or grid.is_part:
             return super()._check_folds(grid, progress)
         self._prepare(grid, progress)
         return self._checked[1]
@@ -185,12 +185,25 @@ class Deformation(Transform, MapParameters):
         if tolerance != self.map_tolerance:
             present = self.in_steps(self.steps_used, tolerance)
         field, folds, used = fold_free.checked_field(self._engine, present, grid, progress)
-        if used.steps_used != self.steps_used:
-            vars(self).pop("_sampled_determinant", None)
-            vars(self).pop("smallest_step_determinant", None)
-            vars(self).update(steps_used=used.steps_used, regions=used.regions)
+        self._take_steps(used)
         vars(self).update(_last_check=(grid, folds))
         return field
+
+    def _add_steps(self, points: NDArray[np.float64]) -> bool:
+        """Double automatic steps until the map folds at no material point (m, 3); whether it did.
+
+        At most 256 steps.
+        """
+        return self._take_steps(fold_free.unfolded(self._engine, self, points))
+
+    def _take_steps(self, other):
+        """Take as many steps as another deformation; whether these are more."""
+        if other.steps_used == self.steps_used:
+            return False
+        for name in ("_sampled_determinant", "smallest_step_determinant", "_last_check"):
+            vars(self).pop(name, None)
+        vars(self).update(steps_used=other.steps_used, regions=other.regions)
+        return True
 
     def without_folds(
         self, where: Grid | ArrayLike | None = None, progress: ProgressLike = None

@@ -118,6 +118,11 @@ class Grid:
         """Number of points."""
         return int(np.prod(self.dimensions, dtype=np.int64))
 
+    @property
+    def is_part(self) -> bool:
+        """Whether this is a part of a larger grid."""
+        return self.dimensions != self.whole.dimensions
+
     @functools.cached_property
     def index_to_world(self) -> NDArray[np.float64]:
         """(3, 3) matrix whose columns are the steps between neighbors in the world."""

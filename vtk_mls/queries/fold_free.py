@@ -85,6 +85,21 @@ def checked_field(engine, deformation, grid, progress=SILENT):
     return field, folds, deformation
 
 
+def unfolded(engine, deformation, points):
+    """The deformation in as many steps that it does not fold where points (m, 3) of the
+    undeformed space go: they have a position, and the determinant there is above 0.
+    """
+    while True:
+        displacement, is_found = engine.forward(deformation, points, SILENT)
+        moved = np.nan_to_num(points + displacement)
+        is_folded = _determinants(engine, deformation, moved) <= 0
+        if not deformation.cuts:  # else material may have no position behind a cut
+            is_folded |= ~is_found
+        if not is_folded.any() or deformation.steps_used >= MAX_STEPS:
+            return deformation
+        deformation = deformation.in_steps(2 * deformation.steps_used)
+
+
 def smallest_determinant(engine, deformation) -> float:
     """The smallest determinant of the Jacobian of the whole map at sampled points."""
     points, _ = _samples(deformation, None)

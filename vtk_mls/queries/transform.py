@@ -508,7 +508,7 @@ class Transform:
         before = np.minimum(grid.first, 1)
         last = np.minimum(np.add(grid.first, grid.dimensions) + 1, grid.whole.dimensions)
         outer = grid
-        if grid.whole is not grid:
+        if grid.is_part:
             first = np.subtract(grid.first, before)
             outer = grid.whole.part(first, last - first)
         folds = self._check_folds(outer, progress)
