@@ -59,8 +59,9 @@ class Deformation(Transform, MapParameters):
     steps : int or "auto"
         Number of steps in which p goes to q, 1 to 256, each with its own map: G is composed of
         them. It meets the control points, and the smaller the steps, the fewer folds it has. "auto"
-        takes as many as sampled points in a box around the handles need (`without_folds`); the map
-        can still fold between them. Polynomials of degree 2 and 3 may fold in any steps.
+        takes as many as sampled points around the handles need (`without_folds`). A field or image
+        on a whole grid adds steps, for later questions, too, where the map folds at the corner or
+        center of a voxel. Polynomials of degree 2 and 3 may fold in any steps.
     path : (k, n, 3) array_like, world coordinates, optional
         Intermediate places of the control points on the way from p to q, for turns that p and q do
         not tell. The steps are a multiple of k + 1. Curves go straight, regions along a screw.
@@ -130,7 +131,7 @@ class Deformation(Transform, MapParameters):
 
     @functools.cached_property
     def steps_used(self) -> int:
-        """The number of steps: `steps`, or as many as samples around the handles need."""
+        """The number of steps: `steps`, or as many as automatic steps have found necessary."""
         return super().steps_used if self.steps else fold_free.enough_steps(self._engine, self)
 
     @property

@@ -247,8 +247,15 @@ class Transform:
                     )
                 return certificates.certificate_of_mesh(self, points, tetrahedra, part)
             computing, certifying = part.divided(1, 1)
-            if not isinstance(where, DisplacementField):
-                where = self.displacement_field(checked_grid("where", where), progress=computing)
+            is_field = isinstance(where, DisplacementField)
+            grid = where.grid if is_field else checked_grid("where", where)
+            if min(grid.dimensions) == 1:
+                raise ValueError(
+                    "`where` must have two points or more along each axis, "
+                    f"got {' x '.join(map(str, grid.dimensions))}"
+                )
+            if not is_field:
+                where = self.displacement_field(grid, progress=computing)
             return certificates.certificate(self._engine, self, where, certifying)
 
     def void_distance_field(self, grid: Grid, progress: ProgressLike = None) -> NDArray[np.float32]:
