@@ -247,16 +247,16 @@ class Transform:
                     )
                 return certificates.certificate_of_mesh(self, points, tetrahedra, part)
             computing, certifying = part.divided(1, 1)
-            is_field = isinstance(where, DisplacementField)
-            grid = where.grid if is_field else checked_grid("where", where)
+            field = where if isinstance(where, DisplacementField) else None
+            grid = checked_grid("where", where) if field is None else field.grid
             if min(grid.dimensions) == 1:
                 raise ValueError(
                     "`where` must have two points or more along each axis, "
                     f"got {' x '.join(map(str, grid.dimensions))}"
                 )
-            if not is_field:
-                where = self.displacement_field(grid, progress=computing)
-            return certificates.certificate(self._engine, self, where, certifying)
+            if field is None:
+                field = self.displacement_field(grid, progress=computing)
+            return certificates.certificate(self._engine, self, field, certifying)
 
     def void_distance_field(self, grid: Grid, progress: ProgressLike = None) -> NDArray[np.float32]:
         """`void_distance` on a grid, (nz, ny, nx) float32, without the memory of a whole map."""
