@@ -64,11 +64,17 @@ JacobianDeterminant | point | image mesh map | 1 float32
 FoldedVoxels | field | image map | 1 int64
   Number of folded points that are not void.
   With GenerateJacobianDeterminant
+Folded | point | image map | 0 or 1
+  1 at corners of voxels that fold: the map at a corner or the center, or the linear field.
+  With Steps 0; the linear field in MLSDisplacementField, unless Inverse
+Folded | cell | mesh | 0 or 1
+  1 if the deformation has inverted the cell.
+  With Steps 0
 StepsUsed | field | image mesh map | 1 int64
-  Number of steps with which no fold was found at sampled points.
+  Number of steps with which no fold was found.
   With Steps 0
 SmallestDeterminant | field | image mesh map | 1 float64
-  The smallest determinant of the Jacobian of a step, of sampled points near the handles.
+  The smallest determinant of the map around handles and in voxels that may fold.
   With Steps 0
 InvertedCells | field | mesh | 1 int64
   Number of cells that the deformation has inverted.

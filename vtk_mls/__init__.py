@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from vtk_mls.model.kinds import KINDS
     from vtk_mls.model.limits import BallMask, BoxMask, FixedFace, ImageMask, SlidingFace
     from vtk_mls.model.options import CUT_FRAMES
+    from vtk_mls.queries.certificate import Certificate
     from vtk_mls.queries.fields import DisplacementField, ForwardField
     from vtk_mls.queries.void_cells import VoidCells
     from vtk_mls.transforms.affine import Affine
@@ -34,6 +35,7 @@ __all__ = [
     "BallMask",
     "BoxMask",
     "Capsule",
+    "Certificate",
     "Chain",
     "CurveHandle",
     "Deformation",
@@ -68,6 +70,7 @@ _MODULES = {
     "BallMask": "model.limits",
     "BoxMask": "model.limits",
     "Capsule": "model.handles.shapes",
+    "Certificate": "queries.certificate",
     "Chain": "transforms.chain",
     "CurveHandle": "model.handles.curve",
     "Deformation": "deformation",

@@ -13,8 +13,13 @@ from vtk_mls.base.grid import Grid
 from vtk_mls.base.progress import ProgressLike
 from vtk_mls.engine.dispatch import engine_for
 from vtk_mls.model.map_parameters import MapParameters
+from vtk_mls.model.options import named
 from vtk_mls.queries import fold_free, region_overlap
+from vtk_mls.queries.certificate import NO_FOLDS
 from vtk_mls.queries.transform import Transform, question
+
+# Of the field by which images are checked for folds; ParaView's, too small to see.
+_CHECK_TOLERANCE = named("map_tolerance").interactive_default
 
 
 @dataclass(frozen=True, eq=False, repr=False, init=False)
@@ -57,8 +62,9 @@ class Deformation(Transform, MapParameters):
     steps : int or "auto"
         Number of steps in which p goes to q, 1 to 256, each with its own map: G is composed of
         them. It meets the control points, and the smaller the steps, the fewer folds it has. "auto"
-        takes as many as sampled points in a box around the handles need (`without_folds`); the map
-        can still fold between them. Polynomials of degree 2 and 3 may fold in any steps.
+        takes as many as sampled points around the handles need (`without_folds`). A field or image
+        on a whole grid adds steps, for later questions, too, where the map folds at the corner or
+        center of a voxel. Polynomials of degree 2 and 3 may fold in any steps.
     path : (k, n, 3) array_like, world coordinates, optional
         Intermediate places of the control points on the way from p to q, for turns that p and q do
         not tell. The steps are a multiple of k + 1. Curves go straight, regions along a screw.
@@ -128,23 +134,80 @@ class Deformation(Transform, MapParameters):
 
     @functools.cached_property
     def steps_used(self) -> int:
-        """The number of steps: `steps`, or as many as samples around the handles need."""
-        return super().steps_used if self.steps else self._enough_steps[0]
+        """The number of steps: `steps`, or as many as automatic steps have found necessary."""
+        return super().steps_used if self.steps else fold_free.enough_steps(self._engine, self)
+
+    @property
+    def smallest_determinant(self) -> float:
+        """The smallest determinant of the Jacobian of the map that was computed.
+
+        The deformation folds if it is not above 0. It is that of samples around the handles and,
+        with automatic steps, of all voxels of the last field or image that may fold, at their
+        corners and centers.
+        """
+        return min(self._sampled_determinant, self._checked[1].smallest)
 
     @functools.cached_property
-    def smallest_determinant(self) -> float:
-        """The smallest determinant of the Jacobian of a step, at the points `steps_used` samples.
+    def smallest_step_determinant(self) -> float:
+        """The smallest determinant of the Jacobian of a single step, at the same samples.
 
-        The deformation folds if it is not above 0. If it is, the deformation can still fold between
-        the samples: of hard random sets, 2 % do. At most 256 steps are tried.
+        Automatic steps are doubled until it is above 0.1: a composition of steps that do not fold
+        does not fold.
         """
-        if self.steps == 0:
-            return self._enough_steps[1]
+        return fold_free.smallest_step_determinant(self._engine, self)
+
+    @functools.cached_property
+    def _sampled_determinant(self):
         return fold_free.smallest_determinant(self._engine, self)
 
-    @functools.cached_property
-    def _enough_steps(self):
-        return fold_free.enough_steps(self._engine, self)
+    @property
+    def _checked(self):
+        """The grid that was checked for folds last, and its FoldCheck."""
+        return vars(self).get("_last_check", (None, NO_FOLDS))
+
+    def _field(self, grid, progress):
+        if self.steps or grid.is_part:  # the parts of a grid must fit together
+            return super()._field(grid, progress)
+        return self._checked_field(grid, self.map_tolerance, progress)
+
+    def _prepare(self, grid, progress):
+        if self.steps or grid.is_part or grid.is_same(self._checked[0]):
+            return progress
+        checking, progress = progress.divided(1, 2)
+        self._checked_field(grid, max(self.map_tolerance, _CHECK_TOLERANCE), checking)
+        return progress
+
+    def _check_folds(self, grid, progress):
+        if self.steps or grid.is_part:
+            return super()._check_folds(grid, progress)
+        self._prepare(grid, progress)
+        return self._checked[1]
+
+    def _checked_field(self, grid, tolerance, progress):
+        """The field on a grid, in twice as many steps until the map folds at no voxel."""
+        present = self
+        if tolerance != self.map_tolerance:
+            present = self.in_steps(self.steps_used, tolerance)
+        field, folds, used = fold_free.checked_field(self._engine, present, grid, progress)
+        self._take_steps(used)
+        vars(self).update(_last_check=(grid, folds))
+        return field
+
+    def _add_steps(self, points: NDArray[np.float64]) -> bool:
+        """Double automatic steps until the map folds at no material point (m, 3); whether it did.
+
+        At most 256 steps.
+        """
+        return self._take_steps(fold_free.unfolded(self._engine, self, points))
+
+    def _take_steps(self, other):
+        """Take as many steps as another deformation; whether these are more."""
+        if other.steps_used == self.steps_used:
+            return False
+        for name in ("_sampled_determinant", "smallest_step_determinant", "_last_check"):
+            vars(self).pop(name, None)
+        vars(self).update(steps_used=other.steps_used, regions=other.regions)
+        return True
 
     def without_folds(
         self, where: Grid | ArrayLike | None = None, progress: ProgressLike = None
@@ -163,7 +226,7 @@ class Deformation(Transform, MapParameters):
             if len(where) == 0:
                 raise ValueError("`where` must have at least one point, got none")
         with question(progress) as part:
-            steps, _ = fold_free.enough_steps(self._engine, self, where, part)
+            steps = fold_free.enough_steps(self._engine, self, where, part)
             return replace(self, steps=steps)
 
     @property

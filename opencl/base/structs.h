@@ -13,6 +13,7 @@ enum {
   LATTICE_LEVELS = 8,
   CELL_ROWS = 4,       // rows and layers of cells of a work item (void_by_corners.cl)
   CELL_LAYERS = 16,
+  VOXEL_ROWS = 32,     // rows of voxels of a work item (doubtful_voxels.cl)
   // bits of the result of void_by_corners.cl: the cell center is void; a corner is; undecided
   VOID = 1,
   TOUCHED = 2,
@@ -181,6 +182,14 @@ typedef struct {
   int first, stored, start, stop;
   float min_distance, far_factor;
 } layers_t;
+
+// Points of a displacement field along the axes; the steps between neighbors, three floats each, and
+// the factor of displacements, in a unit in which a voxel has the volume 1. A voxel is doubtful if its
+// smallest tetrahedron is not above `share` of all six.
+typedef struct {
+  int size[3];
+  float axes[9], density, share;
+} voxels_t;
 
 // Layers of an array: points along the axes, first layer in memory, layers `start` to `stop` to
 // compute. `to_world` transforms slopes per index to slopes per world unit.

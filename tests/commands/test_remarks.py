@@ -170,7 +170,9 @@ def test_folds_are_reported(inputs, command, capsys):
     counts = grid.covers(grid.index_of(points)) if command == "deform" else np.ones(grid.size, bool)
     count, total = (folded & counts).sum(), counts.sum()
     assert 0 < count < total
-    expected = f"; the map folds at {count} of {total} sampled points ({count / total:.2%})"
+    expected = f"; interpolated linearly, {value.certificate(grid)}"
+    if command == "deform":
+        expected = f"; the map folds at {count} of {total} sampled points ({count / total:.2%})"
     assert expected in capsys.readouterr().out
     assert _main(command, "handles.csv") == 0
     value = Deformation(REST, DEFORMED, device=FAST)

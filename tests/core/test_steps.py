@@ -167,7 +167,7 @@ def test_forward_is_as_exact_as_float32_allows_where_material_is_squeezed(device
     handles = _moved(rng, 0.185)
     v, options = rng.random((8000, 3)), {"alpha": 3}
     d = Deformation(*handles, steps=32, device=device, **options)
-    assert d.smallest_determinant > 0.1
+    assert d.smallest_step_determinant > 0.1
     found = d.forward_field(d.backward(v))
     assert found.found.all()
     missed = np.linalg.norm(d.backward(v) + found.displacement - v, axis=1)
@@ -213,7 +213,7 @@ def test_as_many_steps_as_needed_do_not_fold(kind, alpha, device):
         rest, deformed = _moved(rng, rng.choice([0.05, 0.1, 0.2]), count)
         options = {"kind": kind, "alpha": alpha, "device": device}
         d = Deformation(rest, deformed, steps="auto", **options)
-        assert d.smallest_determinant > 0.1
+        assert d.smallest_step_determinant > 0.1
         v = rng.uniform(-0.2, 1.2, (200 if device == "reference" else 20000, 3))
         assert np.linalg.det(d.jacobian(v)).min() > 0
         assert np.abs(d.backward(deformed) - rest).max() <= 1e-5
@@ -222,7 +222,7 @@ def test_as_many_steps_as_needed_do_not_fold(kind, alpha, device):
         assert np.abs(rest + field.displacement - deformed).max() <= 1e-5
         if d.steps_used > 1:
             fewer = Deformation(rest, deformed, steps=d.steps_used // 2, **options)
-            assert fewer.smallest_determinant <= 0.1
+            assert fewer.smallest_step_determinant <= 0.1
 
 
 @pytest.mark.parametrize("device", [pytest.param("reference", marks=pytest.mark.matrix), *DEVICES])
@@ -239,7 +239,7 @@ def test_a_whole_turn_by_a_path(device, rng):
     path = [turned(k / 16) for k in range(1, 16)]
     d = Deformation(rest, turned(1), path=path, device=device)
     assert d.steps_used == 16
-    assert d.smallest_determinant > 0.1
+    assert d.smallest_step_determinant > 0.1
     top = np.column_stack([rng.uniform(0.2, 0.8, (50, 2)), np.ones(50)])
     moved = d.forward(np.column_stack([top[:, :2], np.full(50, 0.66)]))
     angle = 2 * np.pi * 0.66
@@ -322,7 +322,7 @@ def test_handles_that_meet_are_reported(caplog):
     rest = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1.0)])
     d = Deformation(rest, rest[[1, 0, 2, 3]], steps="auto")
     assert d.steps_used == 256
-    assert d.smallest_determinant <= 0.1
+    assert d.smallest_step_determinant <= 0.1
     assert "may fold in 256 steps" in caplog.text
 
 

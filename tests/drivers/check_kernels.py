@@ -156,6 +156,9 @@ def image_steps(engine, compare):
     heights = (FINE_GRID.points() @ [0.5, 0.3, 0.8] - 30).reshape(FINE_GRID.shape)
     heights = heights.astype(np.float32)
     yield "void of cells", lambda: compare("void_by_corners", heights, 2.0)
+    field = reference.displacement_field(d, FINE_GRID)[0]
+    axes = FINE_GRID.index_to_world
+    yield "voxels that may fold", lambda: compare("doubtful_voxels", field, axes)
     yield "slopes on a grid", lambda: compare("jacobian_field", d, GRID)
 
 

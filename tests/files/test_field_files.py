@@ -1,5 +1,6 @@
 """Other programs, given only the file of a field, deform as we do."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -189,3 +190,25 @@ def test_a_field_without_vtk_is_written(tmp_path):
     np.testing.assert_array_equal(values_by_itk(tmp_path / "x.nrrd"), field.displacement)
     with pytest.raises(ValueError, match=r"to `x\.png`: its name must end in one of \.nii\.gz, "):
         field_files.write(field.displacement, field.grid, "x.png")
+
+
+@pytest.mark.parametrize("suffix", TRANSFORMS)
+@pytest.mark.parametrize("is_folded", [False, True])
+def test_the_certificate_agrees_with_itk(scene, suffix, is_folded, capsys):
+    """ITK's determinants are central differences, less strict than tetrahedra."""
+    grid, rest, deformed = scene
+    if is_folded:
+        write_handles(rest, rest + 6 * (deformed - rest))
+    run("field", f"field{suffix}")
+    field = sitk.ReadImage(f"field{suffix}", sitk.sitkVectorFloat64)
+    determinants = sitk.GetArrayFromImage(sitk.DisplacementFieldJacobianDeterminant(field))
+    printed = capsys.readouterr().out
+    count = grid.cells.size
+    if is_folded:
+        found = re.search(rf"interpolated linearly, folds in (\d+) of {count} voxels", printed)
+        assert int(found[1]) > 0
+        assert (determinants <= 0).any()
+    else:
+        sentence = f"interpolated linearly, proven to keep orientation in all {count} voxels"
+        assert sentence in printed
+        assert (determinants[2:-2, 2:-2, 2:-2] > 0).all()

@@ -40,7 +40,7 @@ def expected(*handles, **options):
 def test_a_path_is_that_of_a_deformation():
     found, field = field_of(handles())
     np.testing.assert_allclose(found, expected(REST, turned(1), path=PATH), atol=1e-6)
-    assert field.updated_deformation().smallest_determinant > 0.1
+    assert field.updated_deformation().smallest_step_determinant > 0.1
     straight, _ = field_of(handles(()))
     assert np.abs(found - straight).max() > 1
 

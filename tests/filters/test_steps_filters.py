@@ -8,7 +8,9 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import VTK_TETRA
 from vtkmodules.vtkFiltersSources import vtkCellTypeSource
 
+from vtk_mls import Deformation, Grid
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
+from vtk_mls.queries import certificate, fold_free
 from vtk_mls.vtk.cell_quality import scaled_jacobians
 
 COUNT = 8  # cells along each axis
@@ -57,12 +59,14 @@ def test_every_point_of_a_mesh_has_a_place(handles, messages):
     assert _of_field(safe, "FailedInverses") == 0
     assert determinants[1].min() > 0
     assert _of_field(safe, "StepsUsed") > 1
-    assert _of_field(safe, "SmallestDeterminant") > 0.1
+    assert _of_field(safe, "SmallestDeterminant") > 0
     # cells are larger than the deformation is fine: some stay inverted, by VTK's measure, too
     count = _of_field(safe, "InvertedCells")
     assert 0 < count < 0.6 * _of_field(once, "InvertedCells")
     quality = scaled_jacobians(safe, vtk_to_numpy(safe.GetPoints().GetData()))
     assert np.count_nonzero(quality <= 0) == count
+    folded = vtk_to_numpy(safe.GetCellData().GetArray("Folded"))
+    np.testing.assert_array_equal(folded, quality <= 0)
     messages.assert_one(
         f"{count} of {safe.GetNumberOfCells()} cells are inverted: .* refine the mesh"
     )
@@ -73,6 +77,54 @@ def test_no_warning_without_inverted_cells_or_where_the_remedy_is_requested(hand
     _deformed(_tetrahedra(), (rest, rest + 0.1 * (deformed - rest)), 0)
     safe = _deformed(_tetrahedra(), handles, 0, GenerateLargestBlend=True)
     assert 0 < _of_field(safe, "LargestBlend") < 1
+
+
+def _squeezed():
+    box = np.array([(x, y, z) for x in (-55, 55) for y in (-55, 55) for z in (-55, 55)], float)
+    return np.r_[box, box * 12 / 55], np.r_[box, box * 12 / 55 * 0.15]
+
+
+@pytest.mark.parametrize("algorithm", [MLSDeform, MLSDisplacementField])
+def test_folds_that_samples_miss_are_found_at_the_voxels(algorithm, monkeypatch):
+    monkeypatch.setattr(fold_free, "enough_steps", lambda *arguments: 1)
+    image = make_image((30,) * 3)
+    image.SetOrigin(-15, -15, -15)
+    image.SetSpacing(1, 1, 1)
+    output = _deformed(image, _squeezed(), 0, algorithm, Alpha=3.0)
+    assert _of_field(output, "StepsUsed") > 1
+    assert _of_field(output, "SmallestDeterminant") > 0
+    assert not vtk_to_numpy(output.GetPointData().GetArray("Folded")).any()
+    once = _deformed(image, _squeezed(), 1, algorithm, Alpha=3.0)
+    assert not once.GetPointData().HasArray("Folded")
+
+
+def test_folds_that_samples_miss_are_found_at_cells(handles, monkeypatch, messages):
+    monkeypatch.setattr(fold_free, "enough_steps", lambda *arguments: 1)
+    output = _deformed(_tetrahedra(), handles, 0)
+    assert _of_field(output, "StepsUsed") > 1
+    assert _of_field(output, "FailedInverses") == 0
+    folded = vtk_to_numpy(output.GetCellData().GetArray("Folded"))
+    quality = scaled_jacobians(output, vtk_to_numpy(output.GetPoints().GetData()))
+    np.testing.assert_array_equal(folded, quality <= 0)
+    messages.assert_one("straight edges are too long")
+
+
+def test_a_linear_field_that_folds_is_marked():
+    rng = np.random.default_rng(5)
+    rest = np.r_[0.5 + 0.02 * rng.normal(size=(3, 3)), np.eye(3), [(0, 0, 0), (1, 1, 1)]]
+    deformed = rest.copy()
+    deformed[:3] = 0.5 + (rest[:3] - 0.5) @ [(0, -1, 0), (1, 0, 0), (0, 0, 1)]
+    image = make_image((12,) * 3)
+    image.SetOrigin(0, 0, 0)
+    image.SetSpacing(1 / 11, 1 / 11, 1 / 11)
+    output = _deformed(image, (rest, deformed), 0, MLSDisplacementField)
+    folded = vtk_to_numpy(output.GetPointData().GetArray("Folded"))
+    d = Deformation(rest, deformed, steps=int(_of_field(output, "StepsUsed")), device=FAST)
+    grid = Grid((12,) * 3, (0, 0, 0), (1 / 11,) * 3)
+    proof = d.certificate(grid)
+    assert proof.folded > 0
+    expected = certificate.corner_points(grid, proof.indices)
+    np.testing.assert_array_equal(folded, expected.ravel())
 
 
 def test_as_many_steps_as_given(handles):

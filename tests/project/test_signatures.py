@@ -12,7 +12,7 @@ QUESTIONS = (
     *("backward", "void_distance", "forward", "jacobian", "least_determinant"),
     *("displacement_field", "jacobian_field"),
     *("resample", "gradient", "source_index", "origins_from", "sample"),
-    *("void_by_corners", "void_distance_listed"),
+    *("void_by_corners", "void_distance_listed", "doubtful_voxels"),
 )
 
 

@@ -99,6 +99,15 @@ class Grid:
         )
         return part
 
+    def is_same(self, other: Grid | None) -> bool:
+        """Whether a grid has the same points."""
+        return self is other or (
+            other is not None
+            and self.dimensions == other.dimensions
+            and np.array_equal(self.origin, other.origin)
+            and np.array_equal(self.index_to_world, other.index_to_world)
+        )
+
     @property
     def shape(self) -> tuple[int, int, int]:
         """Shape (nz, ny, nx) of an array with one value per point."""
@@ -108,6 +117,11 @@ class Grid:
     def size(self) -> int:
         """Number of points."""
         return int(np.prod(self.dimensions, dtype=np.int64))
+
+    @property
+    def is_part(self) -> bool:
+        """Whether this is a part of a larger grid."""
+        return self.dimensions != self.whole.dimensions
 
     @functools.cached_property
     def index_to_world(self) -> NDArray[np.float64]:

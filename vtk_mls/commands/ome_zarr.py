@@ -74,7 +74,7 @@ def field(options, algorithm):
 
     image = open_image(options.input)
     _apply(options, algorithm, image)
-    notes = remarks.field_notes(algorithm)
+    notes = remarks.field_notes(algorithm, is_whole=False)
     note = _run(options, algorithm, job.write_field)
     size = " x ".join(str(n) for n in image.finest.grid.dimensions)
     kind = kind_used(options, algorithm)

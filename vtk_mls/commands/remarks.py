@@ -18,15 +18,25 @@ def notes(algorithm):
     return next(filter(None, found), "") + _far(algorithm)
 
 
-def field_notes(algorithm):
-    """The same of an MLSDisplacementField."""
-    from vtk_mls.vtk.arrays import ImageGeometry
+def field_notes(algorithm, is_whole=True):
+    """The same of an MLSDisplacementField: of a whole field its certificate."""
+    from vtk_mls.queries.fields import DisplacementField
+    from vtk_mls.vtk import arrays
 
     note = _far(algorithm, is_field=True)
     if algorithm.GetGenerateJacobianDeterminant() or algorithm.GetInverse():
         return note  # these count folds themselves
-    grid = ImageGeometry.of_image(algorithm.GetOutput()).grid
-    return folds(algorithm.updated_deformation(), grid) + note
+    deformation, output = algorithm.updated_deformation(), algorithm.GetOutput()
+    grid = arrays.ImageGeometry.of_image(output).grid
+    if not is_whole or min(grid.dimensions) == 1:
+        return folds(deformation, grid) + note
+    displacement, distance = (
+        None if array is None else arrays.to_numpy(array)
+        for array in map(output.GetPointData().GetArray, ("BackwardDisplacement", "VoidDistance"))
+    )
+    distance = None if distance is None else distance.reshape(grid.shape)
+    field = DisplacementField(displacement.reshape(*grid.shape, 3), grid, distance)
+    return f"; interpolated linearly, {deformation.certificate(field)}{note}"
 
 
 def warn(path, sentence):

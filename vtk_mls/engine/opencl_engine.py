@@ -14,7 +14,7 @@ from vtk_mls.engine.launch import kernel_arguments
 from vtk_mls.engine.launch.launcher import Launcher
 from vtk_mls.engine.map.inverse import InverseSearch
 from vtk_mls.engine.map.region_map import RegionMap
-from vtk_mls.engine.sample import differences, void_corners
+from vtk_mls.engine.sample import differences, void_corners, voxel_volumes
 from vtk_mls.engine.sample.sampler import Rule, Sampler, SourceMap, samplers
 from vtk_mls.queries import vector_fields
 from vtk_mls.queries.direct_inverses import direct_inverses
@@ -200,6 +200,10 @@ class Engine:
     @_exclusive
     def void_by_corners(self, void_distance, min_distance, progress=SILENT):
         return void_corners.void_by_corners(self.launcher, void_distance, min_distance, progress)
+
+    @_exclusive
+    def doubtful_voxels(self, displacement, axes, progress=SILENT):
+        return voxel_volumes.doubtful_voxels(self.launcher, displacement, axes, progress)
 
     @_exclusive
     def void_distance_listed(self, deformation, grid, indices, progress=SILENT):

@@ -94,6 +94,13 @@ class Engine(Protocol):
         face have corners at least `min_distance` from it. uint8 with the shape of `Grid.cells`.
         """
 
+    def doubtful_voxels(self, displacement, axes, progress):
+        """1 for voxels in which a field may fold, as `certificate.doubtful_voxels` computes them.
+
+        `displacement` (nz, ny, nx, 3) float32 is contiguous, with two layers or more along each
+        axis; columns of `axes` (3, 3) are the steps of the grid. (nz - 1, ny - 1, nx - 1) uint8.
+        """
+
     def void_distance_listed(self, deformation, grid, indices, progress):
         """The void distance (m,) float32, world units, of `displacement_field` at some points.
 

@@ -16,13 +16,21 @@ from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandD
 from vtk_mls import Grid, Sampling
 from vtk_mls.base.errors import InputError
 from vtk_mls.base.sampling import AUTOMATIC
-from vtk_mls.filters import gradients, initial_transforms, pipeline, property_tables, warping
-from vtk_mls.filters.algorithm import CachedValue
+from vtk_mls.filters import (
+    gradients,
+    initial_transforms,
+    parallel,
+    pipeline,
+    property_tables,
+    warping,
+)
+from vtk_mls.filters.algorithm import CachedValue, run_all
 from vtk_mls.filters.deforming_filter import DeformingFilter, input_dataset
 from vtk_mls.filters.image_resampling import ImageOptions, Resampling, automatic_backgrounds
 from vtk_mls.filters.lattices import Lattices
 from vtk_mls.filters.properties import with_properties
 from vtk_mls.filters.reference_input import PORT, ReferenceInput
+from vtk_mls.model.options import MAX_STEPS
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 
@@ -35,6 +43,12 @@ _COARSE = (
     "{} of {} cells are inverted: their straight edges are too long for the deformation, and more "
     "steps do not help; refine the mesh, or lower `Blend` to the array that "
     "`GenerateLargestBlend` adds"
+)
+
+
+_FOLDED = (
+    "{} of {} cells are inverted in 256 steps, the most: handles should not go through the same "
+    "place at the same time; or lower `Blend` to the array that `GenerateLargestBlend` adds"
 )
 
 
@@ -222,20 +236,36 @@ class MLSDeform(ReferenceInput, DeformingFilter):
             self.GetGenerateLargestBlend(),
         )
         arguments = options, deformations, mesh, output, splits
-        if initial is None:
-            warp = warping.Warp(*arguments)
-        else:
-            warp = initial_transforms.WarpAfter(initial, self._between, *arguments)
-        tasks = warp.tasks() + self._step_tasks(deformations.whole, output)
-        if deformations.whole.steps == 0 and not self.GetGenerateLargestBlend():
-            tasks.append(partial(self._warn_of_inverted_cells, warp))
-        return tasks
 
-    def _warn_of_inverted_cells(self, warp, progress):
-        """Warn if cells are inside out with an automatic number of steps."""
-        count = warp.inverted_cells(progress)
-        if count > 0:
-            self._warn(_COARSE.format(count, warp.output.GetNumberOfCells()))
+        def make_warp():
+            if initial is None:
+                return warping.Warp(*arguments)
+            return initial_transforms.WarpAfter(initial, self._between, *arguments)
+
+        warp = make_warp()
+        tasks = warp.tasks()
+        if deformations.whole.steps == 0:
+            tasks.append(partial(self._check_cells, warp, make_warp))
+        return tasks + self._step_tasks(deformations.whole, output)
+
+    def _check_cells(self, warp, make_warp, progress):
+        """Mark cells that are inside out with an automatic number of steps, and warn of them.
+
+        Where the map folds at their points, the steps are doubled first; but not for a part of a
+        mesh, which must fit the others.
+        """
+        checking, again = progress.divided(1, 9)
+        is_inverted, is_part = warp.inverted_cells(checking), self.is_among_blocks()
+        while is_inverted.any() and not (is_part or parallel.is_parallel()):
+            if not warp.deformation._add_steps(warp.points_of_inverted()):
+                break
+            warp = make_warp()
+            run_all(warp.tasks(), again)
+            is_inverted = warp.inverted_cells(again)
+        arrays.add(warp.output.GetCellData(), "Folded", is_inverted)
+        if is_inverted.any() and not self.GetGenerateLargestBlend():
+            text = _COARSE if warp.deformation.steps_used < MAX_STEPS else _FOLDED
+            self._warn(text.format(np.count_nonzero(is_inverted), len(is_inverted)))
 
     def _deform_image(self, image, inInfo, outInfo):
         """Functions of a Progress that deform an image."""
@@ -274,7 +304,7 @@ class MLSDeform(ReferenceInput, DeformingFilter):
         resampling.used_backgrounds = self.used_backgrounds
         tasks = resampling.tasks()
         tasks += self._overlap_tasks(deformation, output, sampling.target)
-        tasks += self._step_tasks(deformation, output)
+        tasks += self._step_tasks(deformation, output, sampling.target)
         return tasks + self._jacobian_tasks(deformation, output, sampling.target)
 
     def _end_blocks(self):

@@ -389,10 +389,13 @@ class DeformingFilter(OwnControlPoints, Algorithm):
         has_overlap = deformation.cuts and self.GetGenerateOverlap()
         return [partial(void_arrays.add_overlap, output, deformation, grid)] if has_overlap else []
 
-    def _step_tasks(self, deformation, output):
-        """Functions of a Progress that add the number of automatic steps."""
-        _, deformation = initial_transforms.split_chain(deformation)
-        return [partial(_add_steps, output, deformation)] if deformation.steps == 0 else []
+    def _step_tasks(self, transform, output, grid=None, is_field=False):
+        """Functions of a Progress that add the number of automatic steps, and folds on a grid."""
+        _, deformation = initial_transforms.split_chain(transform)
+        if deformation.steps != 0:
+            return []
+        folds = [] if grid is None else [partial(_add_folds, output, transform, grid, is_field)]
+        return [*folds, partial(_add_steps, output, deformation)]
 
     def _jacobian_tasks(self, deformation, output, grid):
         """Functions of a Progress that add the arrays of the Jacobian; they read "Void"."""
@@ -421,6 +424,11 @@ def _add_steps(output, deformation, progress):
     progress.report(0)
     arrays.add(output.GetFieldData(), "StepsUsed", deformation.steps_used)
     arrays.add(output.GetFieldData(), "SmallestDeterminant", deformation.smallest_determinant)
+
+
+def _add_folds(output, transform, grid, is_field, progress):
+    folded = transform._folded_points(grid, progress, is_field)
+    arrays.add(output.GetPointData(), "Folded", folded.ravel())
 
 
 def _add_jacobian(output, deformation, grid, options, progress):

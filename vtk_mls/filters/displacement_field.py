@@ -104,11 +104,13 @@ class MLSDisplacementField(DeformingFilter):
         grid = target.grid_within(whole)
         if self.GetInverse():
             tasks = [partial(self._fill_forward, output, deformation, grid)]
+            tasks += self._step_tasks(deformation, output)
         else:
             tasks = [partial(self._fill_backward, output, deformation, grid)]
             tasks += self._overlap_tasks(deformation, output, grid)
+            tasks += self._step_tasks(deformation, output, grid, is_field=True)
             tasks += self._jacobian_tasks(deformation, output, grid)
-        self._run(tasks + self._step_tasks(deformation, output))
+        self._run(tasks)
         return 1
 
     def _fill_backward(self, output, deformation, grid, progress):

@@ -4,7 +4,13 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from vtkmodules.vtkCommonCore import VTK_DOUBLE, vtkObject, vtkPoints, vtkWeakReference
+from vtkmodules.vtkCommonCore import (
+    VTK_DOUBLE,
+    vtkIdList,
+    vtkObject,
+    vtkPoints,
+    vtkWeakReference,
+)
 from vtkmodules.vtkCommonDataModel import (
     vtkCellArray,
     vtkDataSetAttributes,
@@ -31,7 +37,7 @@ from vtk_mls.vtk.cells import (
     set_positions,
     without_empty,
 )
-from vtk_mls.vtk.orientation import count_inverted
+from vtk_mls.vtk.orientation import inverted
 from vtk_mls.vtk.splitting import crossed, split
 
 # Distance from a cut at which the map is evaluated for points on it, as a share of the extent of
@@ -39,6 +45,9 @@ from vtk_mls.vtk.splitting import crossed, split
 _OFF_CUT = 1e-5
 # Points whose Jacobians are in memory at once.
 _CHUNK = 1 << 20
+
+# Inverted cells that decide on the number of steps.
+_MAX_CELLS = 1 << 12
 
 _MOVED_WHOLE = ("vtkPolyData", "vtkUnstructuredGrid")
 
@@ -194,8 +203,9 @@ class Warp:
         if self.options.has_determinant:
             with np.errstate(invalid="ignore", divide="ignore"):  # points may be NaN
                 arrays.add(points, "JacobianDeterminant", np.linalg.det(jacobian))
-            self.inverted, unchecked = self._count_inverted(self._points(), jacobian)
-            arrays.add(self.output.GetFieldData(), "InvertedCells", self.inverted)
+            self.inverted, unchecked = self._inverted(self._points(), jacobian)
+            count = np.count_nonzero(self.inverted)
+            arrays.add(self.output.GetFieldData(), "InvertedCells", count)
             arrays.add(self.output.GetFieldData(), "UncheckedCells", unchecked)
 
     def _jacobians(self, deformation, moved, progress):
@@ -213,10 +223,10 @@ class Warp:
             jacobian[part] = values
         return jacobian
 
-    def _count_inverted(self, moved, jacobian):
-        """Numbers of cells that are inside out, and that cannot be checked."""
+    def _inverted(self, moved, jacobian):
+        """Which cells are inside out, and the number of those that cannot be checked."""
         ghosts = None if self.ghosts is None else arrays.to_numpy(self.ghosts)
-        return count_inverted(self.output, self._rest(), moved, jacobian, ghosts)
+        return inverted(self.output, self._rest(), moved, jacobian, ghosts)
 
     def _add_quality(self, progress):
         cells = self.output.GetCellData()
@@ -225,16 +235,25 @@ class Warp:
 
     def _add_largest_blend(self, progress):
         blend, (checking, searching) = self.deformations.blend, progress.divided(1, 30)
-        if self.inverted_cells(checking) > 0:
+        if self.inverted_cells(checking).any():
             blend = largest_blend(blend, self._inverts, searching)
         arrays.add(self.output.GetFieldData(), "LargestBlend", float(blend))
 
     def inverted_cells(self, progress):
-        """The number of cells that are inside out, when the points have moved."""
+        """Which cells are inside out, (m,) bool, when the points have moved."""
         if self.inverted is None:
             jacobian = self._jacobian(self.deformation, self._points(), progress)
-            self.inverted, _ = self._count_inverted(self._points(), jacobian)
+            self.inverted, _ = self._inverted(self._points(), jacobian)
         return self.inverted
+
+    def points_of_inverted(self):
+        """Points (n, 3) of inverted cells, and centers, where the deformation takes them."""
+        ids, rows = vtkIdList(), []
+        for cell in np.flatnonzero(self.inverted)[:_MAX_CELLS].tolist():
+            self.output.GetCellPoints(cell, ids)
+            rows.append([ids.GetId(i) for i in range(ids.GetNumberOfIds())])
+        x = self._off_cuts(self.before)
+        return np.concatenate([np.r_[x[ids], x[ids].mean(axis=0)[None]] for ids in rows])
 
     def _inverts(self, blend, progress):
         """Whether some cell is inside out at a blend."""
@@ -243,7 +262,7 @@ class Warp:
         field = deformation.forward_field(self._off_cuts(self.before), moving)
         moved = (self.before + field.displacement).astype(self._points().dtype)
         jacobian = self._jacobian(deformation, moved, mapping)
-        return self._count_inverted(moved, jacobian)[0] > 0
+        return self._inverted(moved, jacobian)[0].any()
 
     def _transform(self, attributes, positions, directions, progress):
         """Transform covariant and contravariant vectors at positions that a function gives."""

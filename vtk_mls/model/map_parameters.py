@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,6 +20,7 @@ from vtk_mls.model.kinds.splines import MIN_LANDMARKS
 from vtk_mls.model.options import DEFORMATION_OPTIONS, check_options, named, with_kind
 from vtk_mls.model.regions import Region, deformed_plane, split_by_planes
 
+Parameters = TypeVar("Parameters", bound="MapParameters")
 _MAX_OBSTACLES = 30  # each has a bit in the kernels
 
 
@@ -141,6 +143,22 @@ class MapParameters:
         """Number of steps; a multiple of the lines of the path."""
         legs = len(self.path) + 1
         return legs * -(-self.steps // legs)
+
+    def in_steps(self: Parameters, count: int, map_tolerance: float | None = None) -> Parameters:
+        """The same map in another number of steps, with the automatic settings that were chosen."""
+        if not self.is_stepwise:
+            return replace(self, steps=count)
+        other = object.__new__(type(self))
+        freeze(other, **{item.name: getattr(self, item.name) for item in fields(self)})
+        # devices and steps are cached by the objects
+        regions = [
+            replace(region, control_points=replace(region.control_points))
+            for region in self.regions
+        ]
+        freeze(other, steps=count, regions=tuple(regions))
+        if map_tolerance is not None:
+            freeze(other, map_tolerance=map_tolerance)
+        return other
 
     @property
     def order_used(self) -> int:

@@ -166,10 +166,10 @@ OPTIONS = (
         "Steps (0 prevents folds)",
         """Number of steps in which the control points go from p to q, each with its own map. Many
         small steps rarely fold. 1 is the single map of the paper. auto, or 0, doubles the number,
-        up to 256, until no determinant at sampled points near the control points is below 0.1. The
-        map can still fold between these points, and polynomials of degree 2 and 3 may fold with any
-        number of steps.""",
-        more="`Deformation.steps_used` and `smallest_determinant` report what was found there.",
+        up to 256, until no determinant at sampled points near the control points is below 0.1, and
+        the map folds at no voxel or inverted cell of the output. Polynomials of degree 2 and 3 may
+        fold with any number of steps.""",
+        more="`Deformation.steps_used` and `smallest_determinant` report what was found.",
         spellings={"auto": 0},
         is_valid=lambda steps: steps in range(MAX_STEPS + 1),
         expected="an integer from 1 to 256, or 0 for automatic steps",

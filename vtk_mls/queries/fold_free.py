@@ -1,6 +1,6 @@
-"""The number of steps in which a deformation does not fold at sampled points."""
+"""The number of steps in which a deformation does not fold."""
 
-from dataclasses import replace
+import itertools
 
 import numpy as np
 
@@ -8,6 +8,8 @@ from vtk_mls.base.grid import Grid
 from vtk_mls.base.messages import warn
 from vtk_mls.base.progress import SILENT
 from vtk_mls.model.options import MAX_STEPS
+from vtk_mls.queries import certificate
+from vtk_mls.queries.fields import DisplacementField
 
 # The smallest determinant of a step that is accepted: the more steps, the nearer to 1 all are.
 MIN_DETERMINANT = 0.1
@@ -20,18 +22,29 @@ _FRACTIONS = -0.25, 0.1, 0.25, 0.5
 _LATERAL = 0.15, 0.35, 0.6
 _NEIGHBORS = 4
 _MAX_HANDLES = 1024  # the first to fold: those with the longest steps relative to the distance
+# Around handles, at a quarter of the distance to the nearest other and at its doubles: this finds
+# folds around clusters, which are larger or smaller than the lattice. Between handles: on the way.
+_MAX_CENTERS = 128
+_MAX_PAIRS = 1024
+_WAY = 0.1, 0.25, 0.5, 0.75, 0.9
+_DIRECTIONS = np.array([d for d in itertools.product((-1, 0, 1), repeat=3) if np.abs(d).sum() % 2])
+_DIRECTIONS = _DIRECTIONS / np.linalg.norm(_DIRECTIONS, axis=1, keepdims=True)
+# The search around the smallest determinants: points, samples around each, rounds at half the
+# distance.
+_BEST, _TRIALS, _ROUNDS = 64, 24, 4
+_MAX_CHECKED = 1 << 12  # centers of voxels that fold, to choose the number of steps
 
 
 def enough_steps(engine, deformation, where=None, progress=SILENT):
-    """The number of steps with no determinant below `MIN_DETERMINANT`, and the smallest one.
+    """The number of steps with no determinant of a step below `MIN_DETERMINANT`.
 
     The number is doubled up to `MAX_STEPS`; then the smallest determinant may be below. `where` is
     a Grid or points (m, 3) of the deformed space, by default a box around the handles.
     """
     counts = [2**i for i in range(MAX_STEPS.bit_length())]
     for count, part in zip(counts, progress.divided(*counts)):
-        candidate = replace(deformation, steps=count)
-        smallest = smallest_determinant(engine, candidate, where, part)
+        candidate = deformation.in_steps(count)
+        smallest = smallest_step_determinant(engine, candidate, where, part)
         if smallest > MIN_DETERMINANT or candidate.steps_used >= MAX_STEPS:
             break
     if smallest <= MIN_DETERMINANT:
@@ -39,17 +52,76 @@ def enough_steps(engine, deformation, where=None, progress=SILENT):
             f"The deformation may fold in {candidate.steps_used} steps: a determinant is "
             f"{smallest:.3g}; handles should not go through the same place at the same time"
         )
-    return candidate.steps_used, smallest
+    return candidate.steps_used
 
 
-def smallest_determinant(engine, deformation, where=None, progress=SILENT):
+def checked_field(engine, deformation, grid, progress=SILENT):
+    """The DisplacementField on a grid and its FoldCheck, and the deformation in as many steps.
+
+    The steps are doubled, up to `MAX_STEPS`, until the determinant of the map is above 0 at the
+    corners and centers of all voxels. A warning counts the others.
+    """
+    while True:
+        computing, checking, progress = progress.divided(4, 1, 5)
+        displacement, distance = engine.displacement_field(deformation, grid, computing)
+        field = DisplacementField(displacement, grid, distance)
+        folds = certificate.check(engine, deformation, field, checking)
+        if len(folds.map_indices) == 0:
+            return field, folds, deformation
+        if deformation.steps_used >= MAX_STEPS:
+            break
+        rows = folds.map_indices[:: -(-len(folds.map_indices) // _MAX_CHECKED)]
+        points, is_folded = grid.cells.points_of(rows), True
+        while is_folded and deformation.steps_used < MAX_STEPS:
+            deformation = deformation.in_steps(2 * deformation.steps_used)
+            is_folded = _determinants(engine, deformation, points).min() <= 0
+    warn(
+        f"The map folds in {len(folds.map_indices)} of {grid.cells.size} voxels, even in "
+        f"{deformation.steps_used} steps; handles should not go through the same place at the same "
+        "time"
+    )
+    return field, folds, deformation
+
+
+def unfolded(engine, deformation, points):
+    """The deformation in as many steps that it does not fold where points (m, 3) of the
+    undeformed space go: they have a position, and the determinant there is above 0.
+    """
+    while True:
+        displacement, is_found = engine.forward(deformation, points, SILENT)
+        moved = np.nan_to_num(points + displacement)
+        is_folded = _determinants(engine, deformation, moved) <= 0
+        if not deformation.cuts:  # else material may have no position behind a cut
+            is_folded |= ~is_found
+        if not is_folded.any() or deformation.steps_used >= MAX_STEPS:
+            return deformation
+        deformation = deformation.in_steps(2 * deformation.steps_used)
+
+
+def smallest_determinant(engine, deformation):
+    """The smallest determinant of the Jacobian of the whole map at sampled points."""
+    points, _ = _samples(deformation, None)
+    return float(_determinants(engine, deformation, points).min())
+
+
+def smallest_step_determinant(engine, deformation, where=None, progress=SILENT):
     """The smallest determinant of the Jacobian of a step, as of `enough_steps`.
 
-    It is sampled at points of the deformed space, which are followed through all steps, and for
-    each step at points near the handles.
+    It is sampled at points of the deformed space, which are followed through all steps, around the
+    smallest ones found, and for each step at points near the handles.
     """
     whole, near = progress.divided(3, 1)
-    smallest = engine.least_determinant(deformation, _points(deformation, where), whole).min()
+    points, radius = _samples(deformation, where)
+    values = engine.least_determinant(deformation, points, whole)
+    smallest = values.min()
+    rng = np.random.default_rng(0)
+    for _ in range(_ROUNDS):
+        best = np.argsort(values)[:_BEST]
+        radius = np.repeat(radius[best] / 2, _TRIALS)
+        points = np.repeat(points[best], _TRIALS, axis=0)
+        points = points + radius[:, None] * rng.normal(size=points.shape)
+        values = engine.least_determinant(deformation, points, SILENT)
+        smallest = min(smallest, values.min())
     if deformation.in_rest_frame and deformation.obstacles:
         return float(smallest)  # positions after all steps decide what cuts separate
     for k in near.over(range(deformation.steps_used)):
@@ -65,19 +137,35 @@ def smallest_determinant(engine, deformation, where=None, progress=SILENT):
     return float(smallest)
 
 
-def _points(deformation, where):
-    """Samples (m, 3) of a Grid, of points, or of a box around the handles."""
-    if isinstance(where, Grid):
-        size = np.array(where.dimensions) - 1
-        step = np.maximum(size / (_LATTICE - 1), 1)
-        return where.at(_lattice(np.zeros(3), size, step))
-    if where is not None:
-        return where[:: -(-len(where) // _MAX_POINTS)]
+def _determinants(engine, deformation, points):
+    return np.linalg.det(engine.jacobian(deformation, points, SILENT))
+
+
+def _samples(deformation, where):
+    """Points (m, 3) of a Grid, given points, or a box around the handles, and around these.
+
+    And how far (m,) from each a search for a smaller determinant begins.
+    """
+    if where is not None and not isinstance(where, Grid):
+        where = where[:: -(-len(where) // _MAX_POINTS)]
+        return where, np.zeros(len(where))
     places = np.concatenate(deformation.handle_set.positions)
     low, high = places.min(axis=0), places.max(axis=0)
-    margin = _MARGIN * ((high - low).max() or 1)
-    low, high = low - margin, high + margin
-    return _lattice(low, high, np.full(3, (high - low).max() / (_LATTICE - 1)))
+    size = (high - low).max() or 1.0
+    if where is not None:
+        last = np.array(where.dimensions) - 1
+        step = np.maximum(last / (_LATTICE - 1), 1)
+        lattice = where.at(_lattice(np.zeros(3), last, step))
+        step = np.linalg.norm(where.index_to_world @ step)
+    else:
+        margin = _MARGIN * size
+        step = (1 + 2 * _MARGIN) * size / (_LATTICE - 1)
+        lattice = _lattice(low - margin, high + margin, np.full(3, step))
+    groups = [(lattice, np.full(len(lattice), step))]
+    groups += [
+        _around_handles(region.control_points.handles, size) for region in deformation.regions
+    ]
+    return tuple(np.concatenate(parts) for parts in zip(*groups))
 
 
 def _lattice(low, high, step):
@@ -91,14 +179,52 @@ def _product(axes):
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
 
 
+def _distances(handles):
+    """Rows (k,) of some handles and their distances (k, n) from all others, infinite for none."""
+    deformed = handles.positions[1]
+    rows = np.arange(len(deformed))[:: -(-len(deformed) // (4 * _MAX_HANDLES))]
+    distance = np.linalg.norm(deformed[rows, None] - deformed, axis=2)
+    distance[distance == 0] = np.inf  # the handle itself, and others at its place
+    return rows, distance
+
+
+def _around_handles(handles, size):
+    """Points (m, 3) around and between handles, and their distances (m,) from other points."""
+    rest, deformed = handles.positions
+    if len(deformed) < 2:
+        return np.zeros((0, 3)), np.zeros(0)
+    rows, distance = _distances(handles)
+    nearest = np.minimum(distance.min(axis=1), size)
+    displacement = rest - deformed
+    strain = np.linalg.norm(displacement[rows, None] - displacement, axis=2) / distance
+    first = np.argsort(-strain.max(axis=1))[:_MAX_CENTERS]
+    radii = (
+        nearest[first]
+        / 4
+        * 2.0 ** np.arange(1 + np.ceil(np.log2(4 * size / nearest[first].min())))[:, None]
+    )
+    radii = np.where(radii <= size, radii, 0)
+    shells = deformed[rows[first]][:, None] + radii[..., None, None] * _DIRECTIONS
+    keep = np.repeat(radii[..., None] > 0, len(_DIRECTIONS), axis=-1)
+    pairs = np.argsort(-strain, axis=None)[: 2 * _MAX_PAIRS : 2]
+    a, b = np.divmod(pairs, len(deformed))
+    start, way = deformed[rows[a]], deformed[b] - deformed[rows[a]]
+    between = np.concatenate([start + share * way for share in _WAY])
+    length = np.linalg.norm(way, axis=1) / 4
+    return (
+        np.concatenate([shells[keep], between]),
+        np.concatenate(
+            [np.broadcast_to(radii[..., None], keep.shape)[keep] / 2, np.tile(length, len(_WAY))]
+        ),
+    )
+
+
 def _near_handles(handles):
     """Points (m, 3) of the later stage of a step between close handles, and on the other side."""
     rest, deformed = handles.positions
     if len(deformed) < 2:
         return np.zeros((0, 3))
-    rows = np.arange(len(deformed))[:: -(-len(deformed) // (4 * _MAX_HANDLES))]
-    distance = np.linalg.norm(deformed[rows, None] - deformed, axis=2)
-    distance[distance == 0] = np.inf  # the handle itself, and others at its place
+    rows, distance = _distances(handles)
     count = min(_NEIGHBORS, len(deformed) - 1)
     nearest = np.argpartition(distance, count - 1, axis=1)[:, :count]
     moved = np.linalg.norm(rest - deformed, axis=1)[rows]

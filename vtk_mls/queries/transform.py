@@ -15,7 +15,10 @@ from vtk_mls.base.grid import Grid, checked_grid
 from vtk_mls.base.messages import warn
 from vtk_mls.base.progress import Progress, ProgressLike, whole
 from vtk_mls.base.sampling import Sampling
+from vtk_mls.base.validation import short_repr
+from vtk_mls.queries import certificate as certificates
 from vtk_mls.queries import face_gradients, fields, overlap, resampling, vector_fields, void_cells
+from vtk_mls.queries.certificate import Certificate
 from vtk_mls.queries.fields import DisplacementField, ForwardField
 from vtk_mls.queries.fitted_grid import fitted_grid
 from vtk_mls.queries.void_cells import VoidCells
@@ -211,10 +214,49 @@ class Transform:
         if not isinstance(grid, Grid):
             grid = Grid(grid, origin, spacing, direction)
         with question(progress) as part:
-            displacement, void_distance = self._engine.displacement_field(self, grid, part)
-            if sentence := fields.gaps("displacements", displacement):
+            field = self._field(grid, part)
+            if sentence := fields.gaps("displacements", field.displacement):
                 warn(sentence)
-            return DisplacementField(displacement, grid, void_distance)
+            return field
+
+    def certificate(
+        self,
+        where: Grid | DisplacementField | tuple[ArrayLike, ArrayLike],
+        progress: ProgressLike = None,
+    ) -> Certificate:
+        """Whether the displacement field on a grid, interpolated linearly, keeps orientation.
+
+        Linear interpolation in the six tetrahedra of each voxel (Kuhn) is proven not to fold, or
+        the voxels that fold are named, and the spacing that avoids it. So is the deformation of a
+        tetrahedral mesh by its points.
+
+        Parameters
+        ----------
+        where : Grid, DisplacementField, or (points, tetrahedra)
+            The grid of a field, or a field of this transform; or (n, 3) world coordinates of the
+            undeformed space and (m, 4) ints.
+        """
+        with question(progress) as part:
+            if isinstance(where, tuple):
+                points = validation.points("where", where[0])
+                tetrahedra = np.asarray(where[1])
+                if tetrahedra.ndim != 2 or tetrahedra.shape[1] != 4 or tetrahedra.dtype.kind != "i":
+                    raise ValueError(
+                        "`where` must be points and (m, 4) rows of points, "
+                        f"got {short_repr(where[1])}"
+                    )
+                return certificates.certificate_of_mesh(self, points, tetrahedra, part)
+            computing, certifying = part.divided(1, 1)
+            field = where if isinstance(where, DisplacementField) else None
+            grid = checked_grid("where", where) if field is None else field.grid
+            if min(grid.dimensions) == 1:
+                raise ValueError(
+                    "`where` must have two points or more along each axis, "
+                    f"got {' x '.join(map(str, grid.dimensions))}"
+                )
+            if field is None:
+                field = self.displacement_field(grid, progress=computing)
+            return certificates.certificate(self._engine, self, field, certifying)
 
     def void_distance_field(self, grid: Grid, progress: ProgressLike = None) -> NDArray[np.float32]:
         """`void_distance` on a grid, (nz, ny, nx) float32, without the memory of a whole map."""
@@ -270,7 +312,7 @@ class Transform:
         """
         checked_grid("grid", grid)
         with question(progress) as part:
-            texture = self._engine.jacobian_field(self, grid, part)
+            texture = self._engine.jacobian_field(self, grid, self._prepare(grid, part))
             if sentence := fields.gaps("Jacobians", texture.reshape(grid.size, 9)):
                 warn(sentence)
             return texture.swapaxes(-1, -2)
@@ -305,6 +347,7 @@ class Transform:
         distances = resampling.distance_buffer(self, void_distance, sampling.target)
         with question(progress) as part:
             resampling.warn_of_background(checked, sampling)
+            part = self._prepare(sampling.target, part)
             return resampling.resampled(self._engine, self, checked, sampling, part, distances)
 
     def source_bounds(
@@ -352,6 +395,7 @@ class Transform:
             sampling = replace(sampling, background=0.0)
             checked = resampling.checked_vectors(vectors, sampling.source)
             sampling.methods(1)
+            part = self._prepare(sampling.target, part)
             return resampling.resampled(
                 self._engine, self, [checked], sampling, part, covariant={0: normalise}
             )[0]
@@ -428,6 +472,7 @@ class Transform:
         distances = resampling.distance_buffer(self, void_distance, sampling.target, is_needed=True)
         with question(progress) as part:
             resampling.warn_of_background(checked, sampling)
+            part = self._prepare(sampling.target, part)
             return resampling.with_gradient(
                 self._engine, self, [*checked, scalars], sampling, normalise, part, distances
             )
@@ -448,6 +493,38 @@ class Transform:
     def _engine(self):
         """The `engine.protocol.Engine` that evaluates this transform."""
         raise NotImplementedError
+
+    def _field(self, grid, progress):
+        """The `DisplacementField` on a grid, with as many steps as it needs."""
+        displacement, void_distance = self._engine.displacement_field(self, grid, progress)
+        return DisplacementField(displacement, grid, void_distance)
+
+    def _prepare(self, grid, progress):
+        """Take as many steps as a grid needs, before a question about it; the Progress left."""
+        return progress
+
+    def _check_folds(self, grid, progress):
+        """The `certificates.FoldCheck` of the field on a grid."""
+        computing, checking = progress.divided(3, 1)
+        field = self._field(grid, computing)
+        return certificates.check(self._engine, self, field, checking)
+
+    def _folded_points(self, grid, progress, with_field=False):
+        """Points of a grid, (nz, ny, nx) bool, at corners of voxels in which the map folds.
+
+        With `with_field`, also of those in which the field folds. Voxels beside a part of a grid
+        count, too.
+        """
+        before = np.minimum(grid.first, 1)
+        last = np.minimum(np.add(grid.first, grid.dimensions) + 1, grid.whole.dimensions)
+        outer = grid
+        if grid.is_part:
+            first = np.subtract(grid.first, before)
+            outer = grid.whole.part(first, last - first)
+        folds = self._check_folds(outer, progress)
+        voxels = np.union1d(folds.map_indices, folds.indices if with_field else [])
+        points = certificates.corner_points(outer, voxels.astype(np.int64))
+        return points[tuple(slice(i, i + n) for i, n in zip(before[::-1], grid.shape))]
 
     def _void_distance(self, points, progress):
         return fields.void_distance(self._engine, self, points, progress)

@@ -15,8 +15,8 @@ import numpy as np
 from vtk_mls.base import interpolation
 from vtk_mls.base.progress import SILENT
 from vtk_mls.model.regions import ON_PLANE
+from vtk_mls.queries import certificate, vector_fields, void_cells
 from vtk_mls.queries import first_guesses as guesses
-from vtk_mls.queries import vector_fields, void_cells
 from vtk_mls.queries.direct_inverses import direct_inverses
 from vtk_mls.queries.newton import newton
 from vtk_mls.queries.vector_fields import indices_of_parts, sampled_parts
@@ -274,6 +274,10 @@ def sample(array, index, method, background, source, version=None):
 
 def void_by_corners(void_distance, min_distance, progress=SILENT):
     return void_cells.by_corners(void_distance, min_distance)
+
+
+def doubtful_voxels(displacement, axes, progress=SILENT):
+    return certificate.doubtful_voxels(displacement, axes)
 
 
 def void_distance_listed(deformation, grid, indices, progress=SILENT):

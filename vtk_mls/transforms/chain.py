@@ -105,6 +105,12 @@ class Chain(PointwiseTransform):
             jacobian = chain._jacobians(points, slopes) @ jacobian
         return chain._origins(points, origins), distance, jacobian
 
+    def _prepare(self, grid, progress):
+        return self.transforms[-1]._prepare(grid, progress)
+
+    def _field(self, grid, progress):
+        return super()._field(grid, self._prepare(grid, progress))
+
     def _backward(self, points, progress):
         """The transforms from the last to the first, the points v of each, and a progress."""
         for i, (member, part) in enumerate(progress.parts(self.transforms[::-1]), start=1):

@@ -18,6 +18,10 @@ gradient, sample = reference.gradient, reference.sample
 void_by_corners = reference.void_by_corners
 
 
+def doubtful_voxels(displacement, axes, progress=SILENT):
+    return engine_for(None).doubtful_voxels(displacement, axes, progress)
+
+
 def backward(transform, points, progress=SILENT):
     return transform._origins(points, progress)
 

@@ -71,8 +71,14 @@ _AXIS_ENDS = (
 _FLAT_SIZES = {VTK_TRIANGLE: 3, VTK_QUAD: 4}
 
 
-def count_inverted(mesh, before, after, jacobian, ghosts=None):
-    """Number of cells that are inside out, and of cells that cannot be checked.
+def count_inverted(*arguments):
+    """Number of cells that are inside out, and of cells that cannot be checked, by `inverted`."""
+    is_inverted, unchecked = inverted(*arguments)
+    return np.count_nonzero(is_inverted), unchecked
+
+
+def inverted(mesh, before, after, jacobian, ghosts=None):
+    """Which cells are inside out, (m,) bool, and the number of cells that cannot be checked.
 
     A solid cell is inside out if the edges at a corner, or the axes of a hexahedron, span a volume
     of another sign than before, or none: VTK's scaled Jacobian is not above 0 there. A polygon is
@@ -97,8 +103,7 @@ def count_inverted(mesh, before, after, jacobian, ghosts=None):
     if ghosts is not None:
         flags = vtkDataSetAttributes.DUPLICATECELL | vtkDataSetAttributes.HIDDENCELL
         counts &= (ghosts & flags) == 0
-    result = result[counts]
-    return np.count_nonzero(result <= 0), np.count_nonzero(np.isnan(result))
+    return counts & (result <= 0), np.count_nonzero(np.isnan(result[counts]))
 
 
 class _Margins:
