@@ -356,7 +356,7 @@ SCALAR_OPTIONS = {
 }
 
 
-@paired(kind_and_degree=BOTH_FITS, options=SCALAR_OPTIONS)
+@paired(kind_and_degree=BOTH_FITS, options=["alpha 2", "half-plane", *rare("alpha 1.3")])
 def test_one_point_per_work_item(key, kind_and_degree, options, rng, monkeypatch):
     """The scalar build that GPUs get, on whatever device there is."""
     monkeypatch.setattr(device.Device, "lanes", property(lambda self: 1))

@@ -82,6 +82,14 @@ for solid in (clip, threshold):
     simple.Delete(solid)
 simple.Delete(other)
 del clip, threshold, solid, other
+contour = simple.Contour(Input=deform, ContourBy=["POINTS", "RTData"], Isosurfaces=[157.0])
+clip = simple.Clip(Input=contour, ClipType="Scalar", Scalars=["POINTS", "VoidDistance"])
+clip.Value, clip.Invert = 0.0, 0
+assert -1e-5 < data(clip).GetPointData().GetArray("VoidDistance").GetRange()[0] < 0.1
+assert 500 < data(clip).GetNumberOfCells() < data(contour).GetNumberOfCells() * 1.2
+for proxy in (clip, contour):
+    simple.Delete(proxy)
+del clip, contour, proxy
 deform.VoidValues = "background"
 deform.HideVoid = 1
 for proxy in filters:
