@@ -161,7 +161,6 @@ def test_an_uploaded_target_is_shown_and_saved_with_a_session(client, folder):
     assert (editor.target.name, len(editor.state)) == ("other.vtp", 0)
     assert [path.name for path in client.folder.glob("*/*")] == ["other.vtp"]
     client.session.call(lambda: editor.place("moving", (0, 0, 0.5))).result()
-    client.session.call(lambda: editor.place("target", (0, 0.1, 0.5))).result()
     ((status, _),) = client.ask(("POST", "/send/target/ball.vtp", ball))
     assert (status, len(editor.state)) == (200, 1)
     saved = client.session.call(lambda: client.session.save(as_session=True)).result()
@@ -181,7 +180,7 @@ def test_a_script_for_uploaded_data_has_them_beside_it(client, folder):
     assert (saved / "ball.vtp").read_bytes() == ball
     text = (saved / "deform.py").read_text()
     assert "sent" not in text
-    assert repr(("ball.vtp", "ball-deformed.vtp")) in text
+    assert repr(("ball.vtp", "ball-deformed.vtp", None)) in text
     content = (saved / "ball-deformed.vtp").read_bytes()
     renamed = folder / "elsewhere"
     saved.rename(renamed)
