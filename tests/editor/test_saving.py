@@ -11,17 +11,7 @@ from command_fixtures import run, run_script
 from hands import MIDDLE, SIZE, Hands, ball_image, ball_mesh
 from pipelines import picture_of
 
-from vtk_mls import (
-    Ball,
-    BallMask,
-    Grid,
-    HalfPlane,
-    Labels,
-    Plane,
-    RegionHandle,
-    Surface,
-    io,
-)
+from vtk_mls import Ball, BallMask, Grid, HalfPlane, Labels, Plane, RegionHandle, Surface, io
 from vtk_mls.commands.cli import main
 from vtk_mls.editor import State
 from vtk_mls.editor.matching.target import Target
