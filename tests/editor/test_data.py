@@ -21,7 +21,7 @@ from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPolyData
 
 from vtk_mls import io
 from vtk_mls.editor import transfer_functions
-from vtk_mls.editor.scene_volume import scalar_image
+from vtk_mls.editor.scene_image import scalar_image
 from vtk_mls.files import metadata
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry

@@ -163,7 +163,8 @@ def assert_gray(hands, grid, pane, rng):
     preset = editor.scene.items[0].presets[0]
     left, low = pane.renderer.GetOrigin()
     width, height = pane.renderer.GetSize()
-    pixels = rng.integers((left + 4, low + 26), (left + width - 4, low + height - 4), (600, 2))
+    low_corner, high_corner = (left + 26, low + 26), (left + width - 26, low + height - 26)
+    pixels = rng.integers(low_corner, high_corner, (900, 2))  # between the letters at the edges
     points = np.array([pane.point_at(pixel) for pixel in pixels])
     deformation = editor.state.deformation()
     origins = points if deformation is None else deformation.backward(points)

@@ -62,7 +62,7 @@ class _Editor:
 
     message = offer = status = ""
     is_drawing_curve, target, comparison = False, None, Comparison()
-    slices = SimpleNamespace(is_visible=False)
+    slices = SimpleNamespace(pane="3-D", flat_axis=None)
     selected = np.zeros(0, int)
     document = SimpleNamespace(grabbed=None)
     view = SimpleNamespace(distortion=SimpleNamespace(mode=0))

@@ -12,6 +12,7 @@ from vtk_mls.base.linear_algebra import unit
 from vtk_mls.editor.handle_glyphs import HandleGlyphs
 from vtk_mls.editor.polydata import configured
 from vtk_mls.editor.projection import Projection
+from vtk_mls.editor.scene_image import SceneImage
 from vtk_mls.editor.scene_mesh import SceneMesh
 from vtk_mls.editor.scene_volume import SceneVolume
 
@@ -27,7 +28,7 @@ class Scene:
     Attributes
     ----------
     renderer, overlay : vtkRenderer
-    items : list of SceneVolume and SceneMesh
+    items : list of SceneVolume, SceneImage and SceneMesh
     glyphs : HandleGlyphs
     """
 
@@ -45,6 +46,27 @@ class Scene:
         """Corners (2, 3) of a box around the visible data at rest."""
         corners = np.array([item.bounds for item in self.items])
         return np.array([corners[:, 0].min(axis=0), corners[:, 1].max(axis=0)])
+
+    @property
+    def flat_axis(self):
+        """The axis of the world that flat images are across, if there is nothing else; or None."""
+        axes = {getattr(item, "flat_axis", None) for item in self.items}
+        return axes.pop() if len(axes) == 1 else None
+
+    @property
+    def layers(self):
+        """The renderers of the 3-D view: data, and what is drawn above them."""
+        return self.renderer, self.overlay
+
+    def zoom_at(self, pixel, to, factor):
+        """Zoom by a factor about a pixel, which moves to the pixel `to`."""
+        camera, projection = self.renderer.GetActiveCamera(), self.projection
+        focal, position = np.array(camera.GetFocalPoint()), np.array(camera.GetPosition())
+        depth = projection.pixels(focal[None])[0, 2]
+        start, end = projection.world(np.array([pixel, to]), depth)
+        middle = start + (focal - end) / factor
+        configured(camera, FocalPoint=middle, Position=middle + (position - focal) / factor)
+        self.renderer.ResetCameraClippingRange()
 
     @property
     def projection(self):
@@ -142,5 +164,9 @@ class Picker:
 
 
 def _item(dataset, renderer):
-    is_volume = isinstance(dataset, vtkImageData) and min(dataset.GetDimensions()) > 1
-    return (SceneVolume if is_volume else SceneMesh)(dataset, renderer)
+    if not isinstance(dataset, vtkImageData):
+        return SceneMesh(dataset, renderer)
+    if min(dataset.GetDimensions()) > 1:
+        return SceneVolume(dataset, renderer)
+    image = SceneImage(dataset)
+    return SceneMesh(dataset, renderer) if image.flat_axis is None else image

@@ -8,6 +8,7 @@ from trame.widgets import vuetify3 as v
 from trame_client.widgets.core import HtmlElement
 
 from vtk_mls.editor import commands
+from vtk_mls.editor.slices import ONLY_3D, PANES, SLICES
 from vtk_mls.web import pair_table, panel
 from vtk_mls.web.transfers import ALL
 
@@ -30,7 +31,7 @@ _TOOLS = (
     ("mdi-undo", "Undo", "undo", ""),
     ("mdi-redo", "Redo", "redo", ""),
     ("mdi-restore", "Put all handles back", "reset", "d-none d-md-inline-flex"),
-    ("mdi-fit-to-page-outline", "Show everything", "reset_camera", "d-none d-md-inline-flex"),
+    ("mdi-fit-to-page-outline", "Show everything", "reset_camera", ""),
     ("mdi-compare", "Before and after", "compare", "d-none d-md-inline-flex"),
     ("mdi-eye-outline", "Hide or show handles", "hide_handles", "d-none d-md-inline-flex"),
 )
@@ -57,8 +58,10 @@ def build(server, edit, begin):
         ):
             panel.build(edit, begin)
         with v.VMain(style="height: 100dvh;"), html.Div(classes="mls-work"):
+            _panes(edit, (ONLY_3D, *SLICES), "d-md-none")
             with html.Div(classes="mls-stage"):
                 _stage(edit, begin)
+                _offer(edit)
             # above the picture; with slices, below it
             with html.Div(classes=("['mls-notes', { 'is-line': has_target }]",)):
                 _notes(edit, begin)
@@ -76,6 +79,7 @@ def _bar(edit, begin):
         classes="ml-3 text-caption text-secondary d-none d-sm-inline",
     )
     v.VSpacer()
+    _panes(edit, PANES, "d-none d-md-block")
     for icon, title, name, classes in _TOOLS:
         _icon_button(icon, commands.with_key(title, name), (edit, f"['{name}']"), classes)
     v.VDivider(vertical=True, inset=True, classes="mx-2 d-none d-md-block")
@@ -103,6 +107,19 @@ def _bar(edit, begin):
         "Panel",
         f"{_IS_NARROW} ? (has_sheet = !has_sheet) : (has_panel = !has_panel)",
     )
+
+
+def _panes(edit, names, classes):
+    """Buttons that show one slice, the 3-D view, or all of them."""
+    with html.Div(classes=f"mls-panes {classes}", v_if="has_panes"):
+        for name in names:
+            v.VBtn(
+                name[0].upper() + name[1:],
+                size="small",
+                variant=(f"pane === '{name}' ? 'flat' : 'text'",),
+                title="Or double click in the picture",
+                click=(edit, f"['pane', '{name}']"),
+            )
 
 
 def _icon_button(icon, title, click, classes=""):
@@ -143,7 +160,6 @@ def _notes(edit, begin):
             raw_attrs=_STATUS,
             click=(edit, "['say', '']"),
         )
-        _offer(edit)
     with html.Div(v_if="is_saving", classes="mls-task", raw_attrs=_STATUS):
         html.Span("{{ task }} {{ progress }} %")
         v.VBtn("Stop", size="x-small", variant="tonal", click=(begin, "['stop']"))
@@ -151,7 +167,8 @@ def _notes(edit, begin):
 
 def _offer(edit):
     """The offer of unsaved handles of another session; other messages do not hide it."""
-    with html.Div(v_if="offer && offer !== hidden_offer", classes="mls-message", raw_attrs=_STATUS):
+    is_shown = "offer && offer !== hidden_offer"
+    with html.Div(v_if=is_shown, classes="mls-message mls-offer", raw_attrs=_STATUS):
         html.Span("{{ offer }}")
         v.VBtn(
             "Bring them back",

@@ -5,12 +5,11 @@ from __future__ import annotations
 from trame.widgets import html
 from trame.widgets import vuetify3 as v
 
-from vtk_mls.editor.commands import with_key
 from vtk_mls.editor.matching.target import MODES
 from vtk_mls.web.controls import slider, small_button, toggle
 
-_HEIGHT, _NARROW_HEIGHT = 216, 168  # of the table, pixels
-_IS_NARROW = "$vuetify.display.width < 700"
+_HEIGHT, _NARROW_HEIGHT = 176, 132  # of the table, pixels
+_IS_NARROW = "$vuetify.display.width < (has_panel ? 1150 : 700)"  # beside the panel
 # Title, key, whether narrow pages show it.
 _COLUMNS = (
     ("On", "enabled", True),
@@ -48,13 +47,6 @@ def _comparison(edit):
         edit,
         v_if="comparison === 'fade'",
         style="width: 140px; flex: none;",
-    )
-    small_button(
-        "Slices",
-        "mdi-view-grid-outline",
-        (edit, "['toggle_slices']"),
-        variant=("has_slices ? 'flat' : 'tonal'",),
-        title=with_key("Show or hide slices", "toggle_slices"),
     )
 
 

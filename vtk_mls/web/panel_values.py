@@ -44,7 +44,8 @@ def values_of(editor, previous, preset):
         comparison=editor.comparison.mode,
         share=editor.comparison.share,
         target_name=_title_of(editor),
-        has_slices=editor.slices.is_visible,
+        pane=editor.slices.pane,
+        has_panes=editor.slices.flat_axis is None,
     )
     if editor.document.grabbed is None or "rows" not in previous:
         values["rows"] = _rows(state)

@@ -20,6 +20,7 @@ from vtkmodules.vtkRenderingCore import vtkWindowToImageFilter
 
 _JPEG_QUALITY = 88
 TAKEN_OVER = 4001  # the socket is closed with this code when another tab takes over
+_ALIVE = "alive"  # the page asks so whether the editor is busy, and gets the same answer
 _MAX_MESSAGE = 4096  # characters
 _MIN_SIDE, _MAX_SIDE = 64, 4096  # pixels
 _MAX_WHEEL_STEPS = 10  # in one event
@@ -27,6 +28,7 @@ _BUTTONS = "Left", "Middle", "Right"
 _POINTER_EVENTS = {
     "move": "MouseMoveEvent",
     "leave": "LeaveEvent",
+    "double": "LeftButtonDoubleClickEvent",
     **{f"down{i}": f"{button}ButtonPressEvent" for i, button in enumerate(_BUTTONS)},
     **{f"up{i}": f"{button}ButtonReleaseEvent" for i, button in enumerate(_BUTTONS)},
 }
@@ -76,10 +78,18 @@ class Picture:
             frame = _jpeg(self._session.window)
             asyncio.run_coroutine_threadsafe(_send(socket, frame), self._loop)
 
+    def _answer(self):
+        """Tell the page that the editor is not busy."""
+        socket = self._socket
+        if socket is not None:
+            asyncio.run_coroutine_threadsafe(_send(socket, _ALIVE), self._loop)
+
     def _receive(self, event):
         if event["type"] == "shown":
             self._page_is_ready = True
             self._session.call(self.send_frame)
+        elif event["type"] == _ALIVE:
+            self._session.call(self._answer)
         elif event["type"] == "size":
             size = [int(min(max(float(event[k]), _MIN_SIDE), _MAX_SIDE)) for k in ("w", "h")]
             self._session.call(lambda: self._session.resize(size))
@@ -112,8 +122,9 @@ class Picture:
 def send_event(interactor, event):
     """Send an event of the page, a dict, to a vtkRenderWindowInteractor.
 
-    Its `type` is "move", "leave", "down" or "up" with `button`, "wheel" with `steps`, or "key" with
-    `key`; `x` and `y` are fractions of the picture, from its upper left corner; `ctrl`, `shift`.
+    Its `type` is "move", "leave", "double" (click), "down" or "up" with `button`, "wheel" with
+    `steps`, or "key" with `key`; `x` and `y` are fractions of the picture, from its upper left
+    corner; `ctrl`, `shift`.
     """
     kind = event["type"]
     if kind == "wheel":
@@ -130,21 +141,26 @@ def send_event(interactor, event):
         _invoke(interactor, event, _POINTER_EVENTS[f"{kind}{button}"])
 
 
+def pixel_of(window, x, y):
+    """The pixel (x, y) of fractions of the picture."""
+    width, height = window.GetSize()
+    return round(float(x) * (width - 1)), round((1 - float(y)) * (height - 1))
+
+
 def _invoke(interactor, event, name, symbol=None):
     x, y = interactor.GetEventPosition()
     if "x" in event:
-        width, height = interactor.GetRenderWindow().GetSize()
-        x = round(float(event["x"]) * (width - 1))
-        y = round((1 - float(event["y"])) * (height - 1))
+        x, y = pixel_of(interactor.GetRenderWindow(), event["x"], event["y"])
     code = symbol if symbol and len(symbol) == 1 and symbol.isascii() else chr(0)
     modifiers = int(bool(event.get("ctrl"))), int(bool(event.get("shift")))
     interactor.SetEventInformation(x, y, *modifiers, code, 0, symbol)
     interactor.InvokeEvent(name)
 
 
-async def _send(socket, frame):
+async def _send(socket, message):
+    """Send a frame, or a text."""
     with suppress(ConnectionError, RuntimeError):  # the socket has just been closed
-        await socket.send_bytes(frame)
+        await (socket.send_str if isinstance(message, str) else socket.send_bytes)(message)
 
 
 def _jpeg(window):
