@@ -117,8 +117,10 @@ class Mouse(Observer):
         if row is None:
             self._document.move_slices(pane.point_at(self.pixel), is_moving=True)
         else:
-            self._grab(row, False)
-            self._pressed_pixel = np.full(2, np.inf)  # a click has no effect in slices
+            keeps_selection = bool(self._interactor.GetControlKey())
+            self._grab(row, keeps_selection)
+            if not keeps_selection:
+                self._pressed_pixel = np.full(2, np.inf)  # a click has no effect in slices
 
     def _grab(self, row, keeps_selection):
         document, positions = self._document, self._document.state.grips.deformed

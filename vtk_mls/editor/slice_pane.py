@@ -91,7 +91,7 @@ class SlicePane:
         meshes = [(item.mesh(), getattr(item, "outline_color", None)) for item in items]
         self._draw_outlines([*meshes, *((surface, OUTLINE_COLOR) for surface in surfaces)])
         self._draw_cross(point)
-        self._label.SetText(vtkCornerAnnotation.LowerLeft, self._title())
+        self._label.SetText(vtkCornerAnnotation.UpperRight, self._title())
         self.renderer.ResetCameraClippingRange()
 
     def show_handles(self, positions, colors, are_visible, names=None, nodes=()):

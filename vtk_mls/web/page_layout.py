@@ -31,7 +31,6 @@ _TOOLS = (
     ("mdi-undo", "Undo", "undo", ""),
     ("mdi-redo", "Redo", "redo", ""),
     ("mdi-restore", "Put all handles back", "reset", "d-none d-md-inline-flex"),
-    ("mdi-fit-to-page-outline", "Show everything", "reset_camera", ""),
     ("mdi-compare", "Before and after", "compare", "d-none d-md-inline-flex"),
     ("mdi-eye-outline", "Hide or show handles", "hide_handles", "d-none d-md-inline-flex"),
 )
@@ -58,7 +57,9 @@ def build(server, edit, begin):
         ):
             panel.build(edit, begin)
         with v.VMain(style="height: 100dvh;"), html.Div(classes="mls-work"):
-            _panes(edit, (ONLY_3D, *SLICES), "d-md-none")
+            with html.Div(classes="d-flex d-md-none justify-center"):
+                _panes(edit, (ONLY_3D, *SLICES))
+                _views(edit)
             with html.Div(classes="mls-stage"):
                 _stage(edit, begin)
                 _offer(edit)
@@ -79,7 +80,9 @@ def _bar(edit, begin):
         classes="ml-3 text-caption text-secondary d-none d-sm-inline",
     )
     v.VSpacer()
-    _panes(edit, PANES, "d-none d-md-block")
+    with html.Div(classes="d-none d-md-flex"):
+        _panes(edit, PANES)
+        _views(edit)
     for icon, title, name, classes in _TOOLS:
         _icon_button(icon, commands.with_key(title, name), (edit, f"['{name}']"), classes)
     v.VDivider(vertical=True, inset=True, classes="mx-2 d-none d-md-block")
@@ -109,14 +112,28 @@ def _bar(edit, begin):
     )
 
 
-def _panes(edit, names, classes):
+def _views(edit):
+    _icon_button(
+        "mdi-fit-to-page-outline",
+        commands.with_key("Show everything", "reset_camera"),
+        (edit, "['reset_camera']"),
+    )
+    _icon_button(
+        ("selects_several ? 'mdi-checkbox-multiple-marked' : 'mdi-checkbox-multiple-outline'",),
+        "Select several handles (Ctrl)",
+        "selects_several = !selects_several",
+    )
+
+
+def _panes(edit, names):
     """Buttons that show one slice, the 3-D view, or all of them."""
-    with html.Div(classes=f"mls-panes {classes}", v_if="has_panes"):
+    with html.Div(classes="mls-panes", v_if="has_panes"):
         for name in names:
             v.VBtn(
                 name[0].upper() + name[1:],
                 size="small",
                 variant=(f"pane === '{name}' ? 'flat' : 'text'",),
+                color=(f"pane === '{name}' ? 'primary' : undefined",),
                 title="Or double click in the picture",
                 click=(edit, f"['pane', '{name}']"),
             )
@@ -132,7 +149,8 @@ def _stage(edit, begin):
         trame_server=None,
         name=("title",),
         __events=["save", "legend", ("preset_key", "preset")],
-        __properties=["name"],
+        several=("selects_several",),
+        __properties=["name", "several"],
         save=(begin, "['save']"),
         legend="has_legend = !has_legend",
         preset_key=(edit, "['preset', (preset + 1) % presets.length]"),

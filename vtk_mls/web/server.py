@@ -61,6 +61,7 @@ class Page:
                 "progress": 0,
                 "has_panel": True,  # on wide pages; on narrow ones:
                 "has_sheet": False,
+                "selects_several": False,
                 "hidden_offer": "",  # hidden until there is another one
                 "files": [],
                 "saved_folder": "",

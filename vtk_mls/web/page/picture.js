@@ -18,7 +18,7 @@
     target.closest && target.closest("input, textarea, [contenteditable], .v-overlay");
 
   const Picture = {
-    props: ["name"],
+    props: ["name", "several"],
     emits: ["save", "legend", "preset"],
     data: () => ({ state: "opening", wheel: 0, isBusy: false }),
     template: `
@@ -108,7 +108,7 @@
           type,
           x: (pointer.clientX - box.left) / box.width,
           y: (pointer.clientY - box.top) / box.height,
-          ctrl: pointer.ctrlKey || pointer.metaKey,
+          ctrl: pointer.ctrlKey || pointer.metaKey || this.several,
           shift: pointer.shiftKey,
           ...more,
         });
