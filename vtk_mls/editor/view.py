@@ -23,7 +23,7 @@ _REFINEMENT_DELAY = 0.25  # seconds without movement before a fine picture
 _MAX_NODES = 96  # along the longest side
 # Limits of a picture: its seconds, and the pixels between rays along both axes. At rest, fewer rays
 # are for slow graphics only.
-_MOVING, _RESTING, _FILE = (0.06, 8.0), (2.0, 3.0), (20.0, 3.0)
+_MOVING, _RESTING, _FILE = (0.04, 8.0), (2.0, 3.0), (20.0, 3.0)
 
 
 class View:

@@ -12,9 +12,11 @@ from __future__ import annotations
 import asyncio
 import json
 import threading
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 
 from aiohttp import WSMsgType, web
+from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkIOImage import vtkJPEGWriter
 from vtkmodules.vtkRenderingCore import vtkWindowToImageFilter
 
@@ -47,6 +49,7 @@ class Picture:
         self._session, self._socket, self._loop = session, None, None
         self._has_frame, self._page_is_ready = False, False
         self._events, self._lock = [], threading.Lock()
+        self._encoder = ThreadPoolExecutor(1, "encoder")
         session.on_draw = self._note_frame
         session.on_idle = self.send_frame
 
@@ -75,8 +78,11 @@ class Picture:
         socket = self._socket
         if self._has_frame and self._page_is_ready and socket is not None:
             self._has_frame = self._page_is_ready = False
-            frame = _jpeg(self._session.window)
-            asyncio.run_coroutine_threadsafe(_send(socket, frame), self._loop)
+            self._encoder.submit(self._send_encoded, socket, _pixels_of(self._session.window))
+
+    def _send_encoded(self, socket, pixels):
+        """Encode and send a frame, while the session's thread draws the next."""
+        asyncio.run_coroutine_threadsafe(_send(socket, _jpeg(pixels)), self._loop)
 
     def _answer(self):
         """Tell the page that the editor is not busy."""
@@ -163,12 +169,20 @@ async def _send(socket, message):
         await (socket.send_str if isinstance(message, str) else socket.send_bytes)(message)
 
 
-def _jpeg(window):
-    grab, writer = vtkWindowToImageFilter(), vtkJPEGWriter()
+def _pixels_of(window):
+    """The picture in a window as vtkImageData."""
+    grab, pixels = vtkWindowToImageFilter(), vtkImageData()
     grab.SetInput(window)
     grab.ReadFrontBufferOff()
     grab.ShouldRerenderOff()
-    writer.SetInputConnection(grab.GetOutputPort())
+    grab.Update()
+    pixels.ShallowCopy(grab.GetOutput())
+    return pixels
+
+
+def _jpeg(pixels):
+    writer = vtkJPEGWriter()
+    writer.SetInputData(pixels)
     writer.SetQuality(_JPEG_QUALITY)
     writer.WriteToMemoryOn()
     writer.Write()
