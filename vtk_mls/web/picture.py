@@ -22,7 +22,6 @@ from vtkmodules.vtkRenderingCore import vtkWindowToImageFilter
 
 _JPEG_QUALITY = 88
 TAKEN_OVER = 4001  # the socket is closed with this code when another tab takes over
-_ALIVE = "alive"  # the page asks so whether the editor is busy, and gets the same answer
 _MAX_MESSAGE = 4096  # characters
 _MIN_SIDE, _MAX_SIDE = 64, 4096  # pixels
 _MAX_WHEEL_STEPS = 10  # in one event
@@ -84,18 +83,10 @@ class Picture:
         """Encode and send a frame, while the session's thread draws the next."""
         asyncio.run_coroutine_threadsafe(_send(socket, _jpeg(pixels)), self._loop)
 
-    def _answer(self):
-        """Tell the page that the editor is not busy."""
-        socket = self._socket
-        if socket is not None:
-            asyncio.run_coroutine_threadsafe(_send(socket, _ALIVE), self._loop)
-
     def _receive(self, event):
         if event["type"] == "shown":
             self._page_is_ready = True
             self._session.call(self.send_frame)
-        elif event["type"] == _ALIVE:
-            self._session.call(self._answer)
         elif event["type"] == "size":
             size = [int(min(max(float(event[k]), _MIN_SIDE), _MAX_SIDE)) for k in ("w", "h")]
             self._session.call(lambda: self._session.resize(size))
@@ -163,10 +154,9 @@ def _invoke(interactor, event, name, symbol=None):
     interactor.InvokeEvent(name)
 
 
-async def _send(socket, message):
-    """Send a frame, or a text."""
+async def _send(socket, frame):
     with suppress(ConnectionError, RuntimeError):  # the socket has just been closed
-        await (socket.send_str if isinstance(message, str) else socket.send_bytes)(message)
+        await socket.send_bytes(frame)
 
 
 def _pixels_of(window):

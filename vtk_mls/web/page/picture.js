@@ -5,8 +5,6 @@
   const NAMED_KEYS = ["Delete", "Backspace", "Escape", "Enter", " ", ...ARROWS];
   const CONTROL_KEYS = "aszy";
   const WHEEL_STEP = 40; // pixels
-  const ALIVE = "alive"; // question and answer, as of picture.py
-  const ASK_TIME = 400, BUSY_TIME = 800; // milliseconds
   const ZOOM_PER_STEP = 1.21;
   const STILL = 6; // pixels that a finger may move during a tap
   const DOUBLE_TIME = 400; // milliseconds from the first press to the second
@@ -20,13 +18,12 @@
   const Picture = {
     props: ["name", "several"],
     emits: ["save", "legend", "preset"],
-    data: () => ({ state: "opening", wheel: 0, isBusy: false }),
+    data: () => ({ state: "opening", wheel: 0 }),
     template: `
       <div class="mls-picture" ref="box">
         <canvas ref="canvas" tabindex="0" :aria-label="name" @contextmenu.prevent
           @pointerdown="down" @pointermove="move" @pointerup="up" @pointercancel="up"
           @pointerleave="leave" @wheel.prevent="turn"></canvas>
-        <span v-if="isBusy" class="mls-ring mls-busy" title="The computer is busy"></span>
         <div v-if="state === 'opening'" class="mls-veil"><span class="mls-ring"></span></div>
         <div v-if="state === 'closed'" class="mls-veil">
           <p>The server does not answer. Connecting again; nothing is lost.</p></div>
@@ -44,12 +41,10 @@
       this.onKey = (event) => this.key(event);
       document.addEventListener("keydown", this.onKey);
       this.connect();
-      this.asker = setInterval(() => this.ask(), ASK_TIME);
       this.$refs.canvas.focus({ preventScroll: true });
     },
     unmounted() {
       document.removeEventListener("keydown", this.onKey);
-      clearInterval(this.asker);
       this.watcher.disconnect();
       this.socket.onclose = null;
       this.socket.close();
@@ -61,11 +56,8 @@
         address.protocol = address.protocol.replace("http", "ws");
         const socket = (this.socket = new WebSocket(address));
         socket.binaryType = "blob";
-        socket.onopen = () => {
-          this.answered();
-          this.resize();
-        };
-        socket.onmessage = ({ data }) => (data === ALIVE ? this.answered() : this.show(data));
+        socket.onopen = () => this.resize();
+        socket.onmessage = (message) => this.show(message.data);
         socket.onclose = (event) => {
           if (socket !== this.socket) return;
           this.state = event.code === TAKEN_OVER ? "taken_over" : "closed";
@@ -74,16 +66,6 @@
       },
       send(event) {
         if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(event));
-      },
-      ask() {
-        this.isBusy = this.state === "open" && performance.now() - this.askedAt > BUSY_TIME;
-        if (this.askedAt) return;
-        this.askedAt = performance.now();
-        this.send({ type: ALIVE });
-      },
-      answered() {
-        this.askedAt = undefined;
-        this.isBusy = false;
       },
       async show(blob) {
         const image = await createImageBitmap(blob);
