@@ -1,4 +1,4 @@
-"""Draws docs/web.png: `vtk-mls view brain.nii.gz --web` in headless Chromium, by its mouse.
+"""Draws docs/web.png: `vtk-mls view brain.nii.gz` in headless Chromium, by its mouse.
 
 Run: python docs/web_picture.py [FOLDER FOR A PICTURE OF EACH STEP]
 Needs: pip install 'vtk-mls[web,opencl]' nilearn playwright, and /usr/bin/chromium.
@@ -33,7 +33,7 @@ def step(name):
         page.screenshot(path=STEPS / f"{name}.png")
 
 
-command = [sys.executable, "-m", "vtk_mls", "view", str(BRAIN), "--web", "--port", "0"]
+command = [sys.executable, "-m", "vtk_mls", "view", str(BRAIN), "--no-browser", "--port", "0"]
 command += ["--output", tempfile.mkdtemp()]
 server = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
 try:

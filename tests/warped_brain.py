@@ -10,7 +10,7 @@ from vtkmodules.vtkRenderingUI import vtkGenericRenderWindowInteractor
 
 from vtk_mls import Deformation, io
 from vtk_mls.editor import Editor, State
-from vtk_mls.editor.matching.pairs import MOVING, TARGET, with_landmark
+from vtk_mls.editor.matching.pairs import MOVING, TARGET, with_pair
 from vtk_mls.files import control_point_files
 
 SUBJECT = "subject.nii.gz"
@@ -121,10 +121,10 @@ class Walk:
             on_subject = self._brain.on_subject(place[None])[0]
             if abs(on_subject - self._point)[axis] > 2:
                 yield self._drag_to(on_subject, 1 if axis != 1 else 0)
-            yield self._click(TARGET, axis, on_subject)
+            yield self._click(axis, on_subject)
             deformation = self.state.deformation()
             drawn = place if deformation is None else deformation.forward([place])[0]
-            yield self._click(MOVING, axis, drawn)
+            yield self._correct(axis, drawn)
 
     def _drag_to(self, point, axis):
         """Move the slices on the target by a slice across an axis."""
@@ -140,14 +140,25 @@ class Walk:
         (x, y), (x_end, y_end) = map(self._from_above, (start, end))
         return "drag", (x, y), (x_end - x, y_end - y)
 
-    def _click(self, side, axis, point):
-        pixel = self._pixel(side, axis, point)
-        self._point = place = self._place(side, axis, pixel)
-        deformation = self.state.deformation()
-        if side == MOVING and deformation is not None:
-            place = deformation.backward([place])[0]
-        self.state = with_landmark(self.state, side, place)
+    def _click(self, axis, point):
+        """Place a landmark on the target."""
+        pixel = self._pixel(TARGET, axis, point)
+        self._point = place = self._place(TARGET, axis, pixel)
+        self.state = with_pair(self.state, self._at_rest(place), place)
         return "click", self._from_above(pixel)
+
+    def _correct(self, axis, point):
+        """Drag the last landmark to its place on the data."""
+        start, end = (self._pixel(MOVING, axis, x) for x in (self._point, point))
+        row = len(self.state) - 1
+        place = self._place(MOVING, axis, end)
+        self.state = self.state.with_rest(row, self._at_rest(place))
+        (x, y), (x_end, y_end) = map(self._from_above, (start, end))
+        return "drag", (x, y), (x_end - x, y_end - y)
+
+    def _at_rest(self, place):
+        deformation = self.state.deformation()
+        return place if deformation is None else deformation.backward([place])[0]
 
     def _pixel(self, side, axis, point):
         return np.rint(self._panes[side, axis].projection.pixels(np.array([point]))[0, :2])

@@ -47,7 +47,7 @@ def test_deform(files, kind, capsys):
 def test_the_editor_has_a_small_map_tolerance(files, options, tolerance, monkeypatch):
     states = []
     monkeypatch.setattr("vtk_mls.editor.window.show", lambda _, state, *more: states.append(state))
-    assert main(["view", "in.vti", "handles.csv", *options, "--device", FAST]) == 0
+    assert main(["view", "in.vti", "handles.csv", "--window", *options, "--device", FAST]) == 0
     assert [state.map_tolerance for state in states] == [tolerance]
 
 

@@ -81,7 +81,7 @@ def test_with_leave_the_identity_is_one(inputs):
 def test_the_editor_begins_with_what_rests(inputs, monkeypatch):
     states = []
     monkeypatch.setattr("vtk_mls.editor.window.show", lambda _, state, *more: states.append(state))
-    assert main(["view", "in.vti", "equal.csv", "--device", FAST]) == 0
+    assert main(["view", "in.vti", "equal.csv", "--window", "--device", FAST]) == 0
     np.testing.assert_array_equal(states[0].deformed, REST)
 
 

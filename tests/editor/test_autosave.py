@@ -12,7 +12,6 @@ from test_shapes import shapes
 from vtk_mls import HalfPlane, Plane, Surface
 from vtk_mls.editor import State, state_values
 from vtk_mls.editor.autosave import Autosave
-from vtk_mls.editor.matching.pairs import TARGET, Pending
 
 
 def hands_for(folder, path="ball.vtp"):
@@ -128,7 +127,7 @@ def test_all_of_a_state_is_kept(tmp_path, rng):
     state = shapes().changed(
         **{"cuts": cuts, "weights": rng.uniform(1, 2, 2), "anchored": [True, False]},
         **{"enabled": [False, True], "path": rng.uniform(0, 9, (3, 2, 3))},
-        **{"pending": Pending(TARGET, (7, 8, 9), "3"), "kind": "affine", "alpha": 2.5},
+        **{"kind": "affine", "alpha": 2.5},
         **{"smoothing": 0.1, "nu": 3.0, "blend": 0.3, "cut_frame": "deformed", "degree": 3},
         **{"map_tolerance": 0.0, "steps": 4, "device": "reference"},
     )

@@ -253,7 +253,7 @@ def test_a_mesh_is_colored_by_its_scalars():
             ["ball.vti", "--deformed", "empty.csv"],
             "`--deformed` has the new positions of handles",
         ),
-        (["ball.vti"], "`vtk-mls view --web` needs none"),
+        (["ball.vti"], "`vtk-mls view` without `--window` needs none"),
     ],
 )
 def test_errors_of_the_command(arguments, sentence, tmp_path, monkeypatch):
@@ -261,7 +261,7 @@ def test_errors_of_the_command(arguments, sentence, tmp_path, monkeypatch):
     io.write_dataset(ball_image(), "ball.vti")
     for name in ("empty.vti", "empty.csv", "text.txt"):
         (tmp_path / name).write_text("")
-    status, stdout, stderr = run("view", *arguments, DISPLAY="", WAYLAND_DISPLAY="")
+    status, stdout, stderr = run("view", *arguments, "--window", DISPLAY="", WAYLAND_DISPLAY="")
     assert status == 1
     assert stdout == ""
     assert sentence in stderr

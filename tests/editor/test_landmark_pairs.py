@@ -13,9 +13,9 @@ from vtk_mls import Ball, Deformation, Plane, RegionHandle
 from vtk_mls.editor import State
 from vtk_mls.editor.autosave import Autosave
 from vtk_mls.editor.matching import pairs
-from vtk_mls.editor.matching.pair_text import lines_of
-from vtk_mls.editor.matching.pairs import MOVING, TARGET, Pending, with_landmark
+from vtk_mls.editor.matching.pairs import MOVING, TARGET, with_pair
 from vtk_mls.editor.matching.target import MODES, Target
+from vtk_mls.landmarks import report
 
 table_of = pairs.PairTable.of
 
@@ -25,26 +25,11 @@ def state_of(rng, count=8, **options):
     return State(rest, rest + rng.normal(0, 1, (count, 3)), device="reference", **options)
 
 
-def test_a_landmark_waits_for_its_partner():
-    state = State([], [])
-    first = with_landmark(state, TARGET, (5, 0, 0))
-    assert (first.pending.side, len(first), first.is_identity) == (TARGET, 0, True)
-    moved = with_landmark(first, TARGET, (6, 0, 0))
-    pair = with_landmark(moved, MOVING, (1, 0, 0))
-    assert pair.pending is None
-    assert (pair.rest.tolist(), pair.deformed.tolist()) == ([[1, 0, 0]], [[6, 0, 0]])
-    assert pair.labels == ("1",)
-    np.testing.assert_allclose(
-        pair.changed(device="reference").deformation().backward([(9, 1, 2)]), [(4, 1, 2)]
-    )
-
-
 def test_names_stay_when_pairs_are_deleted():
     state = State([], [])
     for number in range(3):
-        state = with_landmark(with_landmark(state, MOVING, (number, 0, 0)), TARGET, (number, 1, 0))
-    state = with_landmark(state.without([0]), MOVING, (5, 0, 0))
-    state = with_landmark(state, TARGET, (5, 1, 0))
+        state = with_pair(state, (number, 0, 0), (number, 1, 0))
+    state = with_pair(state.without([0]), (5, 0, 0), (5, 1, 0))
     assert len(set(state.labels)) == 3
     assert state.labels[:2] == ("2", "3")
 
@@ -60,8 +45,8 @@ def test_pairs_that_are_off_do_not_move_anything(rng):
 
 
 def test_the_table_has_the_errors_of_maps_without_each_pair(rng):
-    state = with_landmark(state_of(rng).with_enabled([3], False), MOVING, (1, 2, 3))
-    *rows, pending = table_of(state).rows
+    state = state_of(rng).with_enabled([3], False)
+    rows = table_of(state).rows
     used = [i for i in range(8) if i != 3]
     for i in used:
         others = [j for j in used if j != i]
@@ -71,7 +56,6 @@ def test_the_table_has_the_errors_of_maps_without_each_pair(rng):
         assert rows[i].error == pytest.approx(error)
         assert rows[i].distance == pytest.approx(np.linalg.norm(state.deformed[i] - state.rest[i]))
     assert (rows[3].error, rows[3].is_enabled) == (None, False)
-    assert (pending.row, pending.rest, pending.deformed) == (None, (1, 2, 3), None)
     assert table_of(state).median_error == pytest.approx(np.median([rows[i].error for i in used]))
 
 
@@ -89,68 +73,6 @@ def test_pairs_have_no_errors_if_the_map_depends_on_more_than_pairs(rng, changes
     assert all(row.error is None for row in table.rows)
 
 
-def test_the_table_has_both_places_of_the_selected_pair_and_its_score(rng):
-    table = table_of(state_of(rng).changed(rest=np.full((8, 3), 1.25)))
-    assert lines_of(table, [2], (0.987, ""))[-1] == "  score 0.987"
-    *_, data, target, reason = lines_of(table, [2], (0.2, "the image is flat"))
-    assert data == "  data   1.25, 1.25, 1.25"
-    assert target.startswith("  target ")
-    assert reason == "  not moved: the image is flat"
-    assert len(lines_of(table, [2, 3])) == len(lines_of(table, [])) == len(lines_of(table, [2])) - 2
-
-
-def with_table(rng, count):
-    """Hands on an editor with so many pairs, and a function that clicks on its table."""
-    q = rng.uniform(6, SIZE - 7, (count, 3))
-    state = State(q + rng.normal(0, 0.5, q.shape), q, device="reference")
-    hands = Hands(ball_mesh(), state, target=ball_mesh(), pixels=600)
-    hands.picture()
-    text = hands.editor.view.target._text._table
-    size = [0.0, 0.0]
-    text.GetSize(hands.editor.view.target._texts, size)
-    left, top = text.GetPosition()
-    lines = text.GetInput().split("\n")
-    height, width = size[1] / len(lines), size[0] / max(map(len, lines))
-
-    def click(line, letter):
-        hands.click((left + (letter + 0.5) * width, top - (line + 0.5) * height))
-
-    return hands, click
-
-
-def test_a_click_on_the_table_does_not_move_its_rows(rng):
-    """A second click at the same place is on the same pair."""
-    hands, click = with_table(rng, 40)
-    for _ in range(2):
-        click(21, 10)
-        assert hands.editor.selected.tolist() == [20]
-        hands.picture()
-    click(21, 3)
-    click(21, 3)
-    assert hands.state.enabled.all()
-    for _ in range(4):
-        hands.press("Down")  # to a row below those that are shown
-    assert hands.editor.selected.tolist() == [24]
-    click(1, 10)
-    assert hands.editor.selected.tolist() == [12]
-
-
-def test_a_click_on_the_table_jumps_to_a_pair_and_on_its_tick_leaves_it_out(rng):
-    hands, click = with_table(rng, 8)
-    q = hands.state.deformed
-    click(4, 10)
-    assert hands.editor.selected.tolist() == [3]
-    np.testing.assert_allclose(hands.editor.slices.point, q[3])
-    click(6, 3)
-    assert np.flatnonzero(~hands.state.enabled).tolist() == [5]
-    assert hands.editor.selected.tolist() == [3]
-    click(6, 3)
-    assert hands.state.enabled.all()
-    hands.press("6")
-    click(5, 10)  # without the table, a click is on the target behind it
-    assert hands.editor.selected.tolist() != [4]
-
-
 @pytest.mark.parametrize("count", [4, 5, 30])
 def test_automatic_splines_begin_with_five_pairs_and_keep_their_settings_in_a_drag(count, rng):
     q = rng.uniform(4, SIZE - 4, (count, 3))
@@ -163,7 +85,6 @@ def test_automatic_splines_begin_with_five_pairs_and_keep_their_settings_in_a_dr
         return
     deformation = state.deformation()
     assert table.choice.startswith(f"spline of order {deformation.order_used}")
-    assert lines_of(table, [])[-1] == f"  {table.choice}"
     errors = [row.error for row in table.rows]
     np.testing.assert_allclose(errors, deformation.left_out_errors, rtol=1e-6)
     document.start_drag([0], 0)
@@ -175,9 +96,19 @@ def test_automatic_splines_begin_with_five_pairs_and_keep_their_settings_in_a_dr
     np.testing.assert_array_equal(hands.state.deformed[0], q[0] + 1)
 
 
+def test_outliers_are_those_of_the_report(rng):
+    q = rng.uniform(0, 100, (20, 3))
+    p = q * (1.05, 0.95, 1) + rng.normal(0, 0.3, q.shape)
+    p[7] += 25
+    state = State(p, q, device="reference").with_enabled([2], False)
+    is_outlier = [row.is_outlier for row in table_of(state).rows]
+    assert np.flatnonzero(is_outlier).tolist() == [7]
+    used = state.enabled
+    np.testing.assert_array_equal(np.array(is_outlier)[used], report(p[used], q[used]).outlier)
+    assert not any(row.is_outlier for row in table_of(state.without(range(17))).rows)
+
+
 def test_wrong_values_are_reported():
-    with pytest.raises(ValueError, match="`side` must be 'moving' or 'target', got 'left'"):
-        Pending("left", (0, 0, 0))
     hands = Hands(ball_mesh(), target=ball_image())
     with pytest.raises(ValueError, match="`share` must be a number from 0 to 1, got 2"):
         hands.editor.set_comparison(share=2)
@@ -242,13 +173,11 @@ def test_no_random_edit_loses_a_pair(seed, tmp_path):
         if name in ("rename", "turn_off", "turn_on", "jump", "replace_target"):
             np.testing.assert_array_equal(after.rest, before.rest)
             np.testing.assert_array_equal(after.deformed, before.deformed)
-            assert after.pending is before.pending
         if name == "delete":
             assert len(after) == len(before) - 1
         if name == "place":
-            placed = len(after) - len(before) + (after.pending is not None)
-            assert placed == 1
-        assert len(table_of(after).rows) == len(after) + (after.pending is not None)
+            assert len(after) == len(before) + 1
+        assert len(table_of(after).rows) == len(after)
         offered = Autosave("ball.vtp", tmp_path).offered
         if offered is not None:
             assert offered.labels == after.labels

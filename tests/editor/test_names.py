@@ -18,7 +18,6 @@ def test_of_names_that_overlap_that_of_the_selected_landmark_is_drawn(selected):
     points = _MIDDLE + np.array([(0.0, 0, 0), (0.3, 0, 0)])
     state = State(points, points, labels=_NAMES, device="reference")
     hands = Hands(ball_mesh(), state, target=ball_mesh(), pixels=480)
-    hands.press("6")  # the table has the names, too
     hands.press("m")
     hands.editor.select([selected])
     pictures = {}
@@ -36,7 +35,6 @@ def test_a_name_follows_the_camera():
     place = np.full(3, _MIDDLE)
     state = State([place], [place], labels=["insula"], device="reference")
     hands = Hands(ball_mesh(), state, target=ball_mesh(), pixels=480)
-    hands.press("6")
     view, where = hands.editor.view, []
     for look_at in (place, place + (0, 0, 5)):
         view.center_on(look_at)

@@ -22,7 +22,9 @@ from vtk_mls import (
     Surface,
     io,
 )
-from vtk_mls.editor import State, sessions
+from vtk_mls.commands.cli import main
+from vtk_mls.editor import State
+from vtk_mls.editor.matching.target import Target
 from vtk_mls.files import control_point_files, session_files
 from vtk_mls.model.options import MAP_TOLERANCE
 from vtk_mls.vtk import arrays
@@ -167,8 +169,8 @@ def test_the_folder_is_shown_while_handles_are_hidden(tmp_path):
     hands.press("s")
     assert "Saved in" in hands.message
     assert (np.abs(hands.picture() - before).max(axis=2) > 60).sum() > 200
-    hands.press("h")
-    hands.press("h")
+    hands.editor.say("")
+    hands.editor.document.draw()
     np.testing.assert_allclose(hands.picture(), before, atol=3)
 
 
@@ -194,7 +196,7 @@ def test_overlapping_bones_have_the_names_of_the_editor(tmp_path):
     hands = Hands(ball_mesh(), State([], [], handles=handles))
     hands.press("s")
     expected = "Rigid regions overlap where they were moved to: rigid 1 and rigid 2."
-    assert hands.message.endswith(f"script. {expected}")
+    assert hands.message.endswith(f"session. {expected}")
 
 
 def test_data_of_the_same_name_have_separate_files(tmp_path, monkeypatch):
@@ -226,17 +228,94 @@ def test_a_second_save_replaces_the_first_and_another_session_takes_a_new_folder
     assert (tmp_path / "data-1-edited-2").is_dir()
 
 
-def test_landmarks_that_are_left_out_are_saved_in_a_session(tmp_path):
-    io.write_dataset(ball_mesh(), "ball.vtp")
-    rng = np.random.default_rng(3)
-    hands = Hands(ball_mesh(), state(rng).with_enabled([4], False), paths=["ball.vtp"])
+@pytest.mark.parametrize("has_files", [True, False])
+def test_a_save_has_a_session_that_opens_again(has_files, tmp_path, monkeypatch):
+    """Also of landmarks that are left out, and of data without a file."""
+    if has_files:
+        io.write_dataset(ball_mesh(), "ball.vtp")
+    paths, rng = ["ball.vtp"] * has_files, np.random.default_rng(3)
+    hands = Hands(ball_mesh(), state(rng).with_enabled([4], False), paths=paths)
+    hands.editor.saver.folder = tmp_path / "edited"
+    assert hands.editor.document.is_saved
+    hands.press("k")
+    assert not hands.editor.document.is_saved
     hands.press("s")
-    rest, _ = control_point_files.read(tmp_path / "ball-edited" / "handles.csv")[:2]
-    assert len(rest) == 8
-    path = tmp_path / "ball-edited" / "session.mls.json"
-    saved = sessions.state_of(session_files.read(path), path)
+    assert hands.editor.document.is_saved
+    assert len(control_point_files.read(tmp_path / "edited" / "handles.csv")[0]) == 8
+    shown = []
+    monkeypatch.setattr("vtk_mls.editor.window.show", lambda *arguments: shown.append(arguments))
+    assert main(["view", "edited", "--window"]) == 0
+    [(datasets, saved, _, output, target, (path, _))] = shown
+    assert datasets[0].GetNumberOfPoints() == ball_mesh().GetNumberOfPoints()
     assert np.flatnonzero(~saved.enabled).tolist() == [4]
+    assert (saved.kind, target) == (hands.state.kind, None)
     np.testing.assert_array_equal(saved.rest, hands.state.rest)
+    assert (output, Path(path)) == ("edited", Path("edited/session.mls.json"))
+
+
+def test_a_session_file_as_output_has_a_folder_of_its_name_beside_it(tmp_path):
+    hands = Hands(ball_mesh(), state(np.random.default_rng(3)))
+    hands.editor.saver.set_output("case/ball.mls.json")
+    hands.press("s")
+    assert session_files.read("case/ball.mls.json").data == (tmp_path / "case/data-1.vtp",)
+    assert (tmp_path / "case/ball/displacement-field.nrrd").exists()
+
+
+@pytest.mark.parametrize("uses_target_grid", [True, False])
+def test_images_are_saved_on_the_grid_of_the_target(uses_target_grid, tmp_path, monkeypatch):
+    fine = ImageGeometry((0, 46, 0, 46, 0, 30), (0.5, 0, 1), (0.5, 0.5, 0.5))
+    for name, image in (("ball.nii.gz", ball_image()), ("target.nii.gz", ball_image(fine))):
+        io.write_dataset(image, name)
+    paths = ["ball.nii.gz"]
+    hands = Hands(
+        [io.read_dataset("ball.nii.gz"), ball_mesh()],
+        state(np.random.default_rng(3)),
+        paths=paths,
+        target=Target(io.read_dataset("target.nii.gz"), "target.nii.gz"),
+    )
+    hands.editor.saver.uses_target_grid = uses_target_grid
+    hands.press("s")
+    folder = tmp_path / "ball-edited"
+    expected = (47, 47, 31) if uses_target_grid else (SIZE,) * 3
+    for name in ("ball-deformed.nii.gz", "displacement-field.nrrd"):
+        assert io.read_dataset(folder / name).GetDimensions() == expected
+    assert ("on the grid of target.nii.gz" in hands.message) == uses_target_grid
+    before = (folder / "ball-deformed.nii.gz").read_bytes()
+    status, _, stderr = run_script(folder / "deform.py")
+    assert status == 0, stderr
+    assert (folder / "ball-deformed.nii.gz").read_bytes() == before
+    monkeypatch.chdir(folder)
+    for command in commands_of(folder / "deform.py"):
+        assert run(*command)[::2] == (0, "")
+    assert (folder / "ball-deformed.nii.gz").read_bytes() == before
+
+
+def test_a_stopped_save_leaves_no_files(tmp_path):
+    hands = Hands(ball_image(), state(np.random.default_rng(3)))
+    hands.editor.saver.progress = lambda done: done > 0.6
+    hands.press("s")
+    assert hands.message == "Saving was stopped; no file has changed."
+    assert [*tmp_path.iterdir()] == []
+    hands.editor.saver.progress = None
+    hands.press("s")
+    folder = tmp_path / "data-1-edited"
+    before = {path: path.read_bytes() for path in folder.iterdir()}
+    hands.press("k")
+    hands.editor.saver.progress = lambda done: done > 0.6
+    hands.press("s")
+    assert {path: path.read_bytes() for path in folder.iterdir()} == before
+    assert not hands.editor.document.is_saved
+
+
+def test_a_field_says_that_it_fills_the_gap_of_a_cut(tmp_path):
+    rest = np.array([(4.0, 12, 12), (19, 12, 12), (4, 4, 4), (19, 20, 19)])
+    moved = rest + 3 * np.sign(rest[:, :1] - MIDDLE) * np.array([(1, 0, 0)])
+    cut = Plane((MIDDLE,) * 3, (1, 0, 0))
+    hands = Hands(ball_image(), State(rest, moved, cuts=[cut]))
+    hands.press("s")
+    sentence = "`displacement-field.nrrd` fills the gap that a cut has opened"
+    assert sentence in hands.message
+    assert sentence in (tmp_path / "data-1-edited" / "deform.py").read_text()
 
 
 def test_the_window_shows_that_it_saves(tmp_path):
@@ -261,5 +340,9 @@ def test_a_failed_save_is_reported(tmp_path):
     hands.press("a", "Ctrl")
     hands.press("x")
     hands.editor.saver.folder = tmp_path / "none"
-    assert not hands.editor.save()
-    assert "holds no control points" in hands.message
+    assert hands.editor.save()
+    assert "The session is saved" in hands.message
+    assert [path.name for path in (tmp_path / "none").iterdir()] == [
+        "data-1.vtp",
+        "session.mls.json",
+    ]

@@ -334,39 +334,6 @@ def test_9_ends_a_curve_that_is_drawn_and_needs_one():
     assert hands.message.startswith("Straightened")
 
 
-def test_a_name_and_positions_are_typed():
-    hands = Hands(ball_mesh())
-    hands.editor.select([5])
-    hands.press("e")
-    for character in "tip x":
-        hands.press(character)
-    assert "tip x_" in hands.message
-    hands.press("BackSpace")
-    hands.press("Return")
-    assert hands.state.labels[5] == "tip"
-    hands.press("e")
-    for character in "1,2.5,3":
-        hands.press(character)
-    hands.press("Return")
-    assert hands.state.deformed[5].tolist() == [1, 2.5, 3]
-    hands.press("e")
-    for character in "0 0 0 4 5 6":
-        hands.press(character)
-    hands.press("Return")
-    assert hands.state.rest[5].tolist() == [0, 0, 0]
-    assert hands.state.deformed[5].tolist() == [4, 5, 6]
-    for _ in range(2):
-        hands.press("z")
-    before = hands.state
-    hands.press("e")
-    hands.press("z")
-    hands.press("Escape")
-    assert hands.state is before
-    for _ in range(2):
-        hands.press("z")
-    assert hands.state.labels[5] == ""
-
-
 def shapes():
     """A state with each shape, moved."""
     mask = np.zeros((5, 6, 7), bool)

@@ -64,11 +64,9 @@ def folded(hands):
 
 
 def test_undeformed_data_show_a_grid_and_no_colors(hands):
-    nothing, grid, volume, both = pictures(hands)
+    nothing, grid, _, both = pictures(hands)
     assert differ(nothing, grid) > 0.01
-    assert reds(both) < 0.01  # the red of the legend
-    assert differ(nothing, volume) > 0.005  # the legend
-    assert differ(grid, both) > 0
+    assert reds(both) < 0.01
 
 
 def test_folds_are_red(hands):

@@ -19,22 +19,40 @@ def panes(slices):
     return {pane.axis: pane for pane in slices._panes}
 
 
-def test_clicks_on_both_sides_place_a_pair_on_surfaces_far_apart():
+@pytest.mark.parametrize("pixel", [(75, 160), (225, 160)])
+def test_a_click_on_a_side_places_a_pair_on_surfaces_far_apart(pixel):
     hands = Hands(ball_mesh(), State([], [], **NONE), target=ball_mesh((500, 0, 40)), pixels=300)
-    left, right = np.array((75, 160)), np.array((225, 160))
-    hands.click(left)
-    assert hands.message == "Landmark 1: click its place on the target, or Esc."
-    hands.click(right)
-    assert hands.message == "Landmark 1 is placed on both sides."
+    hands.click(pixel)
+    assert hands.message == "Landmark 1 is on both sides. Drag it to its place where it is wrong."
     np.testing.assert_allclose(hands.state.deformed - hands.state.rest, [(500, 0, 40)], atol=1e-4)
+    np.testing.assert_allclose(
+        np.linalg.norm(hands.state.rest - MIDDLE), SIZE / 3, rtol=0.05
+    )  # on the ball
     camera = hands.camera
     hands.drag((225, 40), (30, 10))
     assert hands.camera != camera
     assert len(hands.state) == 1
     hands.press("z")
-    assert hands.state.pending.side == "moving"
-    hands.press("Escape")
-    assert hands.state.pending is None
+    assert len(hands.state) == 0
+
+
+@pytest.mark.parametrize("side", ["moving", "target"])
+def test_the_partner_is_where_the_present_map_says(side, rng):
+    q = MIDDLE + rng.uniform(-6, 6, (6, 3))
+    state = State(q * (1.0, 0.9, 1.1) + 1, q, kind="auto", **NONE)
+    hands = Hands(ball_mesh(), state, target=ball_mesh(), pixels=120)
+    point = q.mean(axis=0)
+    expected = state.deformation().backward([point])[0]
+    hands.editor.place(side, point)
+    np.testing.assert_allclose(hands.state.rest[-1], expected, atol=1e-4)
+    np.testing.assert_allclose(hands.state.deformed[-1], point, atol=1e-4)
+    np.testing.assert_allclose(hands.editor.slices.point, point, atol=1e-4)
+    assert hands.editor.selected.tolist() == [6]
+    hands.press("z")
+    hands.press("b")  # the data are drawn at rest: the click is on p
+    hands.editor.place("moving", expected)
+    np.testing.assert_allclose(hands.state.rest[-1], expected)
+    np.testing.assert_allclose(hands.state.deformed[-1], point, atol=1e-3)
 
 
 def test_slices_of_both_sides_are_linked_and_take_landmarks():
@@ -43,11 +61,12 @@ def test_slices_of_both_sides_are_linked_and_take_landmarks():
     moving, target = hands.editor.slices, hands.editor.view.target.slices
     point = np.array((MIDDLE + 3, MIDDLE - 2, MIDDLE))
     hands.drag(pixels_in(panes(target)[2], point)[0], (4, 0))
-    assert hands.state.pending is None
+    assert len(hands.state) == 0
     np.testing.assert_array_equal(moving.point, target.point)
     assert target.point[2] == MIDDLE
     hands.click(pixels_in(panes(target)[2], point)[0])
-    hands.click(pixels_in(panes(moving)[2], point - (2, 0, 0))[0])
+    start, end = pixels_in(panes(moving)[2], [point, point - (2, 0, 0)])
+    hands.drag(start, end - start)
     np.testing.assert_allclose(hands.state.deformed, [point], atol=0.2)
     np.testing.assert_allclose(hands.state.rest, [point - (2, 0, 0)], atol=0.2)
     hands.drag(pixels_in(panes(target)[2], hands.state.deformed[0])[0], (0, 12))
@@ -59,10 +78,9 @@ def test_a_landmark_dragged_on_the_data_is_corrected_there():
     """The data do not follow the mouse; then what is under it comes to the place on the target."""
     hands = Hands(ball_mesh(), State([], [], **NONE), target=ball_mesh(), pixels=300)
     hands.press("m")
-    moving, target = hands.editor.slices, hands.editor.view.target.slices
+    moving = hands.editor.slices
     q = np.array((MIDDLE + 3, MIDDLE - 2, MIDDLE))
-    hands.click(pixels_in(panes(moving)[2], q - (2, 0, 0))[0])
-    hands.click(pixels_in(panes(target)[2], q)[0])
+    hands.editor.change(State([q - (2, 0, 0)], [q], **NONE))
     before, pixel = hands.state, pixels_in(panes(moving)[2], hands.state.deformed[0])[0]
     per_pixel = (
         1 / (pixels_in(panes(moving)[2], q + (1, 0, 0))[0] - pixels_in(panes(moving)[2], q)[0])[0]
@@ -104,7 +122,7 @@ def test_keys_compare_the_sides_in_one_view():
     assert hands.editor.comparison == Comparison(FADE, 0.6)
     pixel = pixels_in(panes(moving)[2], np.full(3, MIDDLE))[0]
     hands.click(pixel)
-    hands.click(pixel + (9, 0))
+    hands.drag(pixel, (9, 0))
     assert len(hands.state) == 1
     assert hands.state.deformed[0, 0] > hands.state.rest[0, 0]
     hands.press("1")

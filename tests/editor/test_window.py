@@ -1,4 +1,4 @@
-"""`vtk-mls view` in a window under Xvfb, with mouse and keys."""
+"""`vtk-mls view --window` under Xvfb, with mouse and keys."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ pytestmark = pytest.mark.usefixtures("screen")
 
 
 class Window:
-    """A running `vtk-mls view`."""
+    """A running `vtk-mls view --window`."""
 
     def __init__(self, process, environment):
         self._process, self._environment = process, environment
@@ -122,7 +122,7 @@ class Window:
 
 @contextmanager
 def window(folder, *arguments):
-    """`vtk-mls view` with these arguments, started in a folder."""
+    """`vtk-mls view --window` with these arguments, started in a folder."""
     read, write = os.pipe()
     server = subprocess.Popen(
         ["Xvfb", "-displayfd", str(write), "-screen", "0", "1300x900x24", "-noreset"],
@@ -135,7 +135,7 @@ def window(folder, *arguments):
     environment = {**os.environ, "DISPLAY": display, "PYTHONPATH": str(PROJECT)}
     environment.pop("VTK_DEFAULT_OPENGL_WINDOW", None)  # set by other tests
     process = subprocess.Popen(
-        [sys.executable, "-m", "vtk_mls", "view", *arguments],
+        [sys.executable, "-m", "vtk_mls", "view", "--window", *arguments],
         cwd=folder,
         env=environment,
         stderr=subprocess.PIPE,
@@ -162,10 +162,10 @@ def folder(tmp_path):
     return tmp_path
 
 
-def test_clicks_on_both_sides_place_a_pair(folder):
+def test_a_click_places_a_pair_that_is_dragged_on_the_target(folder):
     with window(folder, "ball.vtp", "--target", "ball.vtp") as viewer:
         viewer.click((300, 425))
-        viewer.click((940, 395))
+        viewer.drag((900, 425), (40, -30))
         edited = viewer.save(folder / "ball-edited")
     rest, deformed, _ = control_point_files.read(edited / "handles.csv")
     assert len(rest) == 1

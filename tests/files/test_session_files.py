@@ -9,7 +9,6 @@ import pytest
 
 from vtk_mls import Ball, BallMask, CurveHandle, HalfPlane, Plane, RegionHandle, Surface
 from vtk_mls.editor import State, sessions, state_values
-from vtk_mls.editor.matching.pairs import MOVING, Pending
 from vtk_mls.files import session_files
 from vtk_mls.files.session_files import SessionFile
 from vtk_mls.model.options import values_of
@@ -28,7 +27,6 @@ def _state():
         kind="affine",
         alpha=1.5,
         enabled=[True, False, True],
-        pending=Pending(MOVING, (1, 2, 3), "ear"),
         cuts=[
             Plane((0, 0, 0), (1, 0, 0)),
             HalfPlane((0, 0, 1), (0, 1, 0), (1, 0, 0)),
@@ -72,7 +70,6 @@ def test_a_session_is_read_as_it_was_written(tmp_path):
         np.testing.assert_array_equal(getattr(found, name), getattr(state, name))
     assert found.labels == state.labels
     assert values_of(found) == values_of(state)
-    assert vars(found.pending)["label"] == "ear"
     assert state_values.encoded(found) == state_values.encoded(state)
 
 
@@ -124,7 +121,6 @@ def test_broken_json(tmp_path, text):
         {"alpha": -1},
         {"deformed": [[float("nan")] * 3] * 3},
         {"cuts": [["plane", [1]]]},
-        {"pending": ["nowhere", [0, 0, 0]]},
         {"weights": {}},
     ],
 )

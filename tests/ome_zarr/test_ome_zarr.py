@@ -362,7 +362,7 @@ def test_the_editor_shows_a_level_that_fits_and_saves_all(folder, rng, monkeypat
     monkeypatch.setattr(saving.vtk_io, "write_png", lambda *_: None)
     monkeypatch.setattr("vtk_mls.editor.window.show", show)
     monkeypatch.setattr(view, "MAX_POINTS", 1000)
-    assert main(["view", "in.ome.zarr", "handles.csv", "--output", "saved"]) == 0
+    assert main(["view", "in.ome.zarr", "handles.csv", "--window", "--output", "saved"]) == 0
     *fractions, dataset = datasets_shown
     assert dataset.GetDimensions() == (13, 10, 6)
     np.testing.assert_allclose(dataset.GetSpacing(), 2 * np.array(SPACING[::-1]))

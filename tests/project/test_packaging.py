@@ -157,7 +157,7 @@ def test_released_pages_install_from_pypi_and_readme_links_to_addresses(tmp_path
     readme = (tmp_path / "README.md").read_text(encoding="utf-8")
     assert {*re.findall(r"\]\((?!https:)[^)]*", readme)} == set()
     assert (tmp_path / "pyproject.toml").read_text(encoding="utf-8").count("owner/name") == 3
-    assert "pip install 'vtk-mls[vtk,cpu]'" in readme
+    assert "pip install 'vtk-mls[vtk,cpu,web]'" in readme
     for page in (tmp_path / "README.md", *(tmp_path / "docs").rglob("*.md")):
         lines = page.read_text(encoding="utf-8").splitlines()
         assert [line for line in lines if ".[" in line or "folder of the source" in line] == []

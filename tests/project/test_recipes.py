@@ -163,8 +163,8 @@ def test_a_filter(copy):
 
 def test_a_key(copy):
     (table, in_table, row), (module, place, code), test = recipe("Add a key")
-    assert (in_table, place) == ("in _ROWS", "before reset")
-    insert(copy / table, "\n_ROWS = (\n", f"{row.rstrip()},\n")
+    assert (in_table, place) == ("in Handles", "before reset")
+    insert(copy / table, '\n    "Handles": (\n', f"        {row.rstrip()},\n")
     anchor = "    def reset(self):\n"
     text = (copy / module).read_text()
     assert text.count(anchor) == 1

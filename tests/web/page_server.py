@@ -1,4 +1,4 @@
-"""A running `vtk-mls view --web`, for tests."""
+"""A running `vtk-mls view`, for tests."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def server(folder, *arguments, **variables):
     """A running server, with variables of its environment; (process, address)."""
     environment = {**os.environ, "PYTHONPATH": str(PROJECT), **variables}
     process = subprocess.Popen(
-        [sys.executable, "-m", "vtk_mls", "view", *arguments, "--web", "--port", "0"],
+        [sys.executable, "-m", "vtk_mls", "view", *arguments, "--no-browser", "--port", "0"],
         cwd=folder,
         env=environment,
         stdout=subprocess.PIPE,

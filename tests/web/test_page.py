@@ -1,4 +1,4 @@
-"""`vtk-mls view --web` in headless Chromium, by its real mouse and keyboard."""
+"""`vtk-mls view` in headless Chromium, by its real mouse and keyboard."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 
 from vtk_mls import io
+from vtk_mls.editor import commands
 from vtk_mls.files import control_point_files
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
@@ -132,6 +133,13 @@ class Page:
             frames = self.frames()
             time.sleep(2)
 
+    def until(self, is_true):
+        """Wait until a function returns something true."""
+        until = time.monotonic() + _TIMEOUT
+        while not is_true():
+            assert time.monotonic() < until
+            time.sleep(0.3)
+
     def pixels(self):
         """The picture on the page: (height, width, 3) float, 0 to 255."""
         size = "({ width: canvas.width, height: canvas.height })"
@@ -194,6 +202,19 @@ def test_handles_are_added_fixed_placed_and_deleted(page):
     page.tab.locator(".mls-row .at", has_text="0.25,").wait_for()
     page.tab.get_by_role("button", name="Delete").click()
     page.status("4 handles")
+
+
+def test_every_command_has_a_control_with_its_key_in_the_tool_tip(browser, folder):
+    with server(folder, "ball.vtp", "handles.csv", "--target", "ball.vtp") as (_, address):
+        page = Page(browser, address)
+        page.tab.get_by_title("All commands (H)").click()
+        for row in commands.COMMANDS:
+            title = f"{row.text} ({commands.key_of(row)})"
+            count = page.tab.locator(".mls-menu").get_by_title(title, exact=True).count()
+            assert count == (row.method != "quit"), title
+        page.tab.get_by_title("Add a handle on the surface (A)").click()
+        page.says("Click on the surface")
+        page.close()
 
 
 def test_a_slider_is_set_by_its_keys(page):
@@ -464,7 +485,7 @@ def test_other_machines_need_the_token(folder):
 def test_a_port_in_use_is_an_error(folder, address, monkeypatch):
     port = address.split(":")[2].partition("/")[0]
     monkeypatch.chdir(folder)
-    status, _, stderr = run("view", "ball.vtp", "--web", "--port", port)
+    status, _, stderr = run("view", "ball.vtp", "--port", port)
     assert status == 1
     assert stderr.startswith(f"vtk-mls: `127.0.0.1:{port}` cannot be listened on")
     assert stderr.count("\n") == 1

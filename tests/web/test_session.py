@@ -50,7 +50,7 @@ def do(session, name, value=None):
 @pytest.mark.parametrize(("scale", "away"), [(1, 0), (1e-9, 0), (1, 5e5), (300, -40)])
 def test_the_table_has_enough_decimals_to_distinguish_handles(scale, away):
     rest = away + scale * np.array([(0, 0, 1e-17), (1 / 3, -1e-16, 1), (0.125, 0.5, 2 / 3)])
-    rows = panel_values.values_of(_Editor(State(rest, rest)), {}, 0)["rows"]
+    rows = panel_values.values_of(_Editor(State(rest, rest)), {})["rows"]
     at = np.array([row["at"] for row in rows])
     np.testing.assert_allclose(at, rest, atol=1e-5 * scale)
     assert max(len(repr(number)) for number in at.ravel().tolist()) < 13
@@ -64,8 +64,9 @@ class _Editor:
     is_drawing_curve, target, comparison = False, None, Comparison()
     slices = SimpleNamespace(pane="3-D", flat_axis=None)
     selected = np.zeros(0, int)
-    document = SimpleNamespace(grabbed=None)
-    view = SimpleNamespace(distortion=SimpleNamespace(mode=0))
+    document = SimpleNamespace(grabbed=None, is_saved=True)
+    saver = SimpleNamespace(uses_target_grid=True, datasets=[ball_mesh()])
+    view = SimpleNamespace(distortion=SimpleNamespace(mode=0, has_colors=False), preset=0)
     scene = SimpleNamespace(items=[SimpleNamespace(preset_names=["plain"])])
 
     def __init__(self, state):

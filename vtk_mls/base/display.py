@@ -8,8 +8,13 @@ _VARIABLES = "DISPLAY", "WAYLAND_DISPLAY"
 
 def check():
     """Raise OSError without a display."""
-    if sys.platform == "linux" and not any(map(os.environ.get, _VARIABLES)):
+    if not is_present():
         raise missing()
+
+
+def is_present():
+    """Whether there may be a display."""
+    return sys.platform != "linux" or any(map(os.environ.get, _VARIABLES))
 
 
 def missing():
@@ -17,5 +22,5 @@ def missing():
     return OSError(
         "there is no display to open a window on; set DISPLAY, or work where there is one"
         + " (over ssh: ssh -X)" * (sys.platform != "win32")
-        + "; `vtk-mls view --web` needs none, but a browser"
+        + "; `vtk-mls view` without `--window` needs none, but a browser"
     )

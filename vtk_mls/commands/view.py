@@ -1,4 +1,4 @@
-"""`vtk-mls view`: the editor in a window."""
+"""`vtk-mls view`: the editor on a page, or in a window."""
 
 from __future__ import annotations
 
@@ -18,14 +18,15 @@ def add(commands):
     """Add the command to its parent's parsers."""
     view = commands.add_parser(
         "view",
-        help="deform an image or a mesh by the mouse, in a window",
-        description="Deform an image or a mesh by the mouse, in a window: drag handles, see the "
-        "result at once, undo, save. The window has a legend of its keys.",
+        help="deform an image or a mesh by the mouse, in a browser",
+        description="Deform an image or a mesh by the mouse, on a page that opens in a browser: "
+        "drag handles, see the result at once, undo, save.",
     )
     view.add_argument(
         "input",
         help="image or mesh, of any format that `vtk-mls deform` reads; of an OME-Zarr the finest "
-        "resolution of at most 2^24 points is edited, and all are saved; or a session, .mls.json",
+        "resolution of at most 2^24 points is edited, and all are saved; or a session, .mls.json, "
+        "or the folder of a save",
     )
     view.add_argument(
         "handles",
@@ -48,13 +49,19 @@ def add(commands):
     view.add_argument(
         "--output",
         metavar="FOLDER",
-        help="folder of the key S; by default a new one named after the input. With the ending "
-        ".mls.json, a session file that `vtk-mls view` opens again",
+        help="folder of saved files; by default a new one named after the input. With the ending "
+        ".mls.json, a session file, and a folder of its name for the other files",
     )
     view.add_argument(
+        "--no-browser",
         "--web",
         action="store_true",
-        help="on a page in a browser instead of a window; this machine draws, and needs no display",
+        help="only print the address of the page; this machine draws, and needs no display",
+    )
+    view.add_argument(
+        "--window",
+        action="store_true",
+        help="in a plain window with the keys of the page, without its panel and tables",
     )
     view.add_argument(
         "--host",
@@ -76,6 +83,10 @@ def run(options):
         check_folder(options.output)
     if options.handles is None and options.deformed:
         raise ValueError("`--deformed` has the new positions of handles: name their file, too")
+    folder_session = Path(options.input) / session_files.NAME
+    if folder_session.is_file():  # what S has saved
+        options.output = options.output or options.input
+        options.input = folder_session
     if session_files.is_session(options.input):
         return _resume(options)
     paths = options.input, *options.others
@@ -133,14 +144,17 @@ def _target(path):
 
 
 def _show(options, datasets, state, paths, *more):
-    if options.web:
-        address, server = (options.host, options.port), _web_server()
-        with temporary_folder() as temporary:
-            server.serve(datasets, state, paths, temporary, options.output, address, *more)
-    else:
+    if options.window:
         from vtk_mls.editor import window
 
         window.show(datasets, state, paths, options.output, *more)
+        return
+    address, server = (options.host, options.port), _web_server()
+    opens_browser = not options.no_browser
+    with temporary_folder() as temporary:
+        server.serve(
+            datasets, state, paths, temporary, options.output, address, opens_browser, *more
+        )
 
 
 def _web_server():
@@ -151,7 +165,8 @@ def _web_server():
         if (error.name or "").partition(".")[0] not in _WEB_PACKAGES:
             raise
         raise OSError(
-            "`--web` needs trame, which is not installed: pip install trame trame-vuetify"
+            "the page needs trame, which is not installed: pip install trame trame-vuetify; or "
+            "`--window` opens a plain window"
         ) from error
     return server
 

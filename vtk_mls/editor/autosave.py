@@ -70,9 +70,8 @@ class Autosave:
             return ""
         saved_at = time.strftime("%d %B, %H:%M", time.localtime(self._offered_time))
         count = len(self.offered) + len(self.offered.handles)
-        return (
-            f"{count} handles of {saved_at} were not saved: Return restores them, N deletes them."
-        )
+        handles = "1 handle" if count == 1 else f"{count} handles"
+        return f"{handles} of {saved_at}, not saved: Return restores them, N deletes them."
 
     def _read(self):
         """The state in the file, and its time in seconds; None if the file is not readable."""

@@ -6,6 +6,7 @@ import numpy as np
 
 from vtk_mls import CurveHandle
 from vtk_mls.editor.cut_tool import CutLine
+from vtk_mls.editor.document import NO_SURFACE
 from vtk_mls.editor.slices import NO_NODES
 
 
@@ -34,7 +35,9 @@ class CurveTool:
         point = None
         with document.reporting_errors():
             point = document.view.point_at(pixel)
-        if point is not None and not np.array_equal(self._line.points[-1:], [point]):
+        if point is None:
+            document.say(NO_SURFACE)
+        elif not np.array_equal(self._line.points[-1:], [point]):
             self._line.add(point)
             document.view.slices.drawn_nodes = np.array(self._line.points)
         document.draw(is_moving=True)

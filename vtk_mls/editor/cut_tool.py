@@ -8,6 +8,7 @@ from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
 from vtk_mls import Surface
 from vtk_mls.base.linear_algebra import unit
 from vtk_mls.editor import polydata
+from vtk_mls.editor.document import NO_SURFACE
 from vtk_mls.editor.handle_glyphs import DRAWN
 from vtk_mls.model.cuts import BY_NUMBERS, Obstacle
 
@@ -97,6 +98,8 @@ class CutTool:
             point = None if line.is_closed else self._scene.picker().hit(pixel)
         if point is not None:
             line.add(point)
+        elif not line.is_closed:
+            document.say(NO_SURFACE)
         document.draw(is_moving=True)
         return True
 

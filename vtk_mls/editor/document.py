@@ -11,6 +11,7 @@ from vtk_mls.editor.turning import HandleGroup
 
 # Errors of a deformation or its device, which the window shows.
 FAILURES = (ValueError, TypeError, RuntimeError, MemoryError)
+NO_SURFACE = "There is no surface at this place: click on the data, or in a slice of them."
 
 
 class Document:
@@ -198,8 +199,14 @@ class Document:
         self.draw(is_moving=not is_final)
         return True
 
+    @property
+    def is_saved(self):
+        """Whether there is no edit since the last save, or the start."""
+        return self.committed is self._saved
+
     def draw(self, is_moving=False):
         """Render; coarsely while something moves."""
+        self.view.is_saved = self.is_saved
         self.view.motion_widget.show(*self._boxed())
         self.view.draw(self.state, self.selected, self.hovered, self.dragged, is_moving)
 

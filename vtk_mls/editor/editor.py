@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vtk_mls.editor.distortion import TEXTS
-from vtk_mls.editor.document import Document
+from vtk_mls.editor.document import NO_SURFACE, Document
 from vtk_mls.editor.first_handles import handles_on
 from vtk_mls.editor.keys import Keyboard
 from vtk_mls.editor.matching.mouse import MatchingMouse
@@ -175,9 +175,8 @@ class Editor(ShapeEdits, PairEdits, Saving):
         self.select(np.arange(len(self.state.grips)))
 
     def deselect(self):
-        """Clear the selection, and remove an unfinished line or landmark."""
+        """Clear the selection, and remove an unfinished line."""
         self._cancel_tools()
-        self.cancel_landmark()
         self.select([])
 
     def hover(self, row):
@@ -193,14 +192,23 @@ class Editor(ShapeEdits, PairEdits, Saving):
 
     def add_under_mouse(self):
         """Add a handle on the surface, or in the slice, under the mouse."""
-        pixel = self._mouse.pixel
+        self._add_at(self._mouse.pixel)
+
+    def add_clicked(self):
+        """Add a handle at the next click, on the surface or in a slice."""
+        self._cancel_tools()
+        self._click_tool.wait(self._add_at, is_for_slices=True)
+        self.say("Click on the surface, or in a slice, to add a handle.")
+
+    def _add_at(self, pixel):
+        self.say("")
         if self.target is not None:
             self.place_at(pixel)
             return
         self.document.show_deformed()
         point = self.view.point_at(pixel)
         if point is None:
-            self.say("There is no surface under the mouse.")
+            self.say(NO_SURFACE)
         else:
             self.add(point)
 
@@ -261,7 +269,11 @@ class Editor(ShapeEdits, PairEdits, Saving):
 
     def change_look(self):
         """Draw the data with their next presets of colors and opacities."""
-        self.say(self.view.change_preset())
+        self.set_look(self.view.preset + 1)
+
+    def set_look(self, index):
+        """Draw the data with one of their presets of colors and opacities."""
+        self.say(self.view.set_preset(index))
         self.document.draw()
 
     def change_distortion(self):
@@ -300,11 +312,6 @@ class Editor(ShapeEdits, PairEdits, Saving):
     def hide_handles(self):
         """Hide or show handles and texts."""
         self.view.hide_handles()
-        self.document.draw()
-
-    def toggle_legend(self):
-        """Show or hide the legend of keys."""
-        self.view.overlay.set_keys_visible(not self.view.overlay.shows_keys)
         self.document.draw()
 
     def time(self):

@@ -14,7 +14,7 @@ from vtk_mls.vtk import arrays
 
 # Colors, 0 to 255.
 RESTING, MOVED, ANCHORED = (205, 212, 222), (255, 150, 40), (80, 160, 255)
-LEFT_OUT, PENDING = (105, 110, 120), (255, 230, 60)
+LEFT_OUT = (105, 110, 120)
 SELECTED, DRAGGED, MASKING = (70, 230, 120), (255, 70, 110), (190, 150, 255)
 DRAWN = (255, 89, 115)  # lines of cuts and curves until they end
 _OPACITIES = 1.0, 0.3  # in front of the data, and where data hide a handle

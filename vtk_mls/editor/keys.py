@@ -44,13 +44,6 @@ class Keyboard(Observer):
         super().__init__(interactor, handlers)
 
     def _press(self, interactor, event):
-        entry = self._editor.text_entry
-        if entry.is_open:
-            self._abort(event)
-            code = interactor.GetKeyCode() or ""
-            is_character = code.isprintable() and not interactor.GetControlKey()
-            entry.press(interactor.GetKeySym(), code if is_character else "")
-            return
         action = self._actions.get(name_of(interactor))
         if action is not None:
             self._abort(event)

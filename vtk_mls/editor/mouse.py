@@ -172,6 +172,8 @@ class Mouse(Observer):
         return drag.in_view_plane(pixel)
 
     def _release(self, interactor, event):
+        # the last movement may be later than the release: X11's are merged during a slow picture
+        interactor.InvokeEvent("MouseMoveEvent")
         if not self._is_busy:
             return
         document, corner, grabbed = self._document, self._band_corner, self._document.grabbed

@@ -17,26 +17,9 @@ class RegionTool:
     """Makes rigid regions in a `Document`, and moves the selected one."""
 
     def __init__(self, document):
-        self._document, self.is_waiting = document, False
+        self._document = document
         self._scene, self._widget = document.view.scene, document.view.motion_widget
         self._widget.set_callbacks(self._preview, self._commit)
-
-    def wait(self):
-        """Make the mesh or the segment at the next click rigid."""
-        self.is_waiting = True
-        self._document.say("Click on a mesh, or on a segment of a label image, to make it rigid.")
-
-    def cancel(self):
-        """Do not wait for a click."""
-        self.is_waiting = False
-
-    def click(self, pixel, pane):
-        """Make the mesh or the segment at a pixel of the 3-D view rigid, if `wait` was called."""
-        if not self.is_waiting or pane is not None:
-            return False
-        self.cancel()
-        self.make_rigid(pixel)
-        return True
 
     def make_rigid(self, pixel):
         """Make the mesh or the segment at a pixel of the 3-D view a region."""

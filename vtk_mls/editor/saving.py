@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import filecmp
 import itertools
 import os
 import shutil
+import tempfile
+from contextlib import suppress
 from pathlib import Path
 
+from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkRenderingCore import vtkWindowToImageFilter
 
 from vtk_mls import Aborted, io
@@ -24,10 +28,10 @@ from vtk_mls.filters.updating import update
 from vtk_mls.queries.handle_warnings import overlap_warnings
 from vtk_mls.vtk.cells import triangle_polydata
 
-SESSION = "session.mls.json"
 HANDLES, AT_REST, MOVED = "handles.csv", "handles-at-rest.mrk.json", "handles-moved.mrk.json"
 SHAPES = "handles.vtp"  # instead, if there are regions, curves or paths
 FIELD, PICTURE, SCRIPT = "displacement-field.nrrd", "picture.png", "deform.py"
+_FILLED = f"`{FIELD}` fills the gap that a cut has opened, and the deformed data leave it empty"
 _FALLBACK_ENDINGS = ".vti", ".vtp", ".vtu", ".vts"  # for data that the format cannot hold
 
 
@@ -55,34 +59,71 @@ class Saver:
     datasets : list of vtkDataSet
     paths : list of Path
         Files of the datasets, absolute.
+    target : Target or None
+        What the data are to match. Images are saved on its grid if it is an image.
+    uses_target_grid : bool
+        False: images are saved on their own grids.
     session : Path or None
-        The session file; None: `save_session` makes one in the folder.
+        The session file; None for one in the folder.
     folder : Path or None
-        Of saved files; or a session file, which is saved instead of them. None: the first save
-        makes one in `within`, named after the first dataset.
+        Of saved files. None: the first save makes one in `within`, named after the first dataset.
     within : Path
     copies_data : bool
         Whether to copy the files of the datasets, for files that are temporary.
     files : list of Path
         Files of the last save.
+    warnings : list of str
+        Sentences about the last save.
     progress : callable or None
         Called with the saved fraction; a true return value stops with `Aborted`.
     """
 
     def __init__(self, datasets, paths=()):
         self.datasets, self.paths = datasets, [Path(path).resolve() for path in paths]
-        self.session = None
+        self.target, self.uses_target_grid, self.session = None, True, None
         self.folder, self.within, self.copies_data, self.files = None, Path(), False, []
-        self.progress, self._done, self._warnings = None, 0, []
+        self.progress, self._done, self._sources = None, 0, []
+        self.warnings, self._warnings = [], []
+
+    def set_output(self, path):
+        """Save in a folder; or in a session file, with the other files in a folder of its name."""
+        if session_files.is_session(path):
+            self.session = Path(path)
+            path = os.fspath(path)[: -len(session_files.ENDING)]
+        self.folder = Path(path)
+
+    @property
+    def grid(self):
+        """The target whose grid saved images have; None for their own grids."""
+        is_used = self.target is not None and self.uses_target_grid
+        if is_used and isinstance(self.target.dataset, vtkImageData):
+            return None if is_ome_zarr(self.target.path or "") else self.target
+        return None
 
     def save(self, state, picture):
         """Save a `State` and a picture, as of `picture_of`; a sentence with folder and warnings.
 
         All files are computed from the saved handles, as by `vtk-mls deform`. OSErrors and
-        ValueErrors name the file.
+        ValueErrors name the file. After an error no file has changed.
         """
-        folder, state = self._make_folder(), state.enabled_only()
-        before = _versions(folder)
+        folder = self._make_folder()
+        scratch = Path(tempfile.mkdtemp(prefix=".saving-", dir=folder))
+        try:
+            self._save_in(scratch, state.enabled_only(), picture)
+            moved = [_moved(path, folder) for path in scratch.iterdir()]
+        finally:
+            shutil.rmtree(scratch, ignore_errors=True)
+            with suppress(OSError):  # it is not empty
+                folder.rmdir()
+        self.files = sorted(path for path in moved if path.is_file())
+        warnings = dict.fromkeys(self._warnings)
+        self.warnings = [f"{text[0].upper()}{text[1:]}." for text in warnings]
+        grid = f" on the grid of {self.grid.name}" if self.grid else ""
+        saved = f"deformed data{grid}, displacement field, picture, script, session"
+        return " ".join([f"Saved in {folder}: handles, {saved}.", *self.warnings])
+
+    def _save_in(self, folder, state, picture):
+        """Write all files but the session into a folder."""
         vtk_io.write_png(picture, folder / PICTURE)
         _write_handles(state, folder)
         surfaces = _write_surfaces(state, folder)
@@ -95,33 +136,37 @@ class Saver:
         targets = []
         for index in range(len(self.datasets)):
             targets.append(self._write_deformed(deform, index, folder, targets))
-        field.SetInputData(0, self.datasets[0])
+        field.SetInputData(0, self.grid.dataset if self.grid else self.datasets[0])
         self._update(field)
+        void = field.GetOutput().GetPointData().GetArray("Void")
+        if void and void.GetRange()[1]:
+            self._warnings.append(_FILLED)
         io.write_field(field.GetOutput(), folder / FIELD)
-        sources = [self._source(index, folder) for index in range(len(self.datasets))]
-        text = script.script(state, _handles_file(state), surfaces, list(zip(sources, targets)))
+        self._sources = self._write_sources(folder)
+        reference = self._sources[-1] if self.grid else None
+        files = [
+            (source, target, reference if isinstance(dataset, vtkImageData) else None)
+            for source, target, dataset in zip(self._sources, targets, self.datasets)
+        ]
+        text = script.script(state, _handles_file(state), surfaces, files, self._warnings)
         with replacing(folder / SCRIPT) as new:
             new.write_text(text, encoding="utf-8")
-        self.files = sorted(path for path, _ in _versions(folder) - before)
-        saved = f"Saved in {folder}: handles, deformed data, displacement field, picture, script."
-        warnings = [f"{text[0].upper()}{text[1:]}." for text in dict.fromkeys(self._warnings)]
-        return " ".join([saved, *warnings])
-
-    @property
-    def takes_session(self):
-        """Whether a session is saved instead of files in a folder."""
-        return self.folder is not None and session_files.is_session(self.folder)
 
     def session_place(self):
-        """The session file, and the files of the data that it names; ValueError if one has none."""
-        if not self.paths:
-            raise ValueError("a session names the files of its data, and these have none")
-        path = self.folder if self.takes_session else self.session
-        path = path or self._make_folder() / SESSION
-        if not self.copies_data:
-            return path, self.paths
-        folder = path.parent
-        return path, [folder / self._source(index, folder) for index in range(len(self.paths))]
+        """The session file, the files of the data that it names, and that of the target or None."""
+        path = self.session or self._make_folder() / session_files.NAME
+        is_written = self._sources and path.parent == self.folder
+        sources = self._sources if is_written else self._write_sources(path.parent)
+        paths = [path.parent / source for source in sources]
+        return path, paths[: len(self.datasets)], paths[-1] if self.target else None
+
+    def _write_sources(self, folder):
+        """Names in a folder, or absolute paths, of the data, and of the target if there is one.
+
+        Data without files, and uploads, are written.
+        """
+        sources = [self._source(index, folder) for index in range(len(self.datasets))]
+        return [*sources, _target_file(self.target, folder)] if self.target else sources
 
     def _update(self, algorithm):
         with message_handlers(None, self._warnings.append):
@@ -181,7 +226,10 @@ class Saver:
         )
         if self._is_ome_zarr(index):
             return self._write_ome_zarr(deform, index, folder / f"{stem}{ending}")
-        deform.SetInputData(0, self.datasets[index])
+        dataset = self.datasets[index]
+        takes_grid = self.grid and isinstance(dataset, vtkImageData)
+        deform.SetReference(self.grid.dataset if takes_grid else None)
+        deform.SetInputData(0, dataset)
         self._update(deform)
         return _write_dataset(deform.GetOutput(), folder, stem, ending)
 
@@ -277,7 +325,24 @@ def _write_dataset(dataset, folder, stem, ending):
     raise ValueError(f"there is no format for a {dataset.GetClassName()}")
 
 
-def _versions(folder):
-    """(path, version) of each file: a replaced file has another version."""
-    files = [path for path in folder.iterdir() if path.is_file()]
-    return {(path, (path.stat().st_ino, path.stat().st_mtime_ns)) for path in files}
+def _moved(path, folder):
+    """Move a file or a folder into another folder, in place of one of its name; the new path."""
+    target = folder / path.name
+    if path.is_dir():
+        shutil.rmtree(target, ignore_errors=True)
+    return path.replace(target)
+
+
+def _target_file(target, folder):
+    """The file of a target, or its name in a folder where it is written beside other files."""
+    if target.path is None:
+        return _write_dataset(target.dataset, folder, "target", ".vti")
+    source = Path(target.path)
+    if not target.is_upload:
+        return os.fspath(source.resolve())
+    for count in itertools.count():
+        path = folder / ("target-" * count + source.name)
+        if not path.exists():
+            shutil.copyfile(source, path)
+        if filecmp.cmp(source, path, shallow=False):
+            return path.name

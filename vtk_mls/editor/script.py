@@ -13,7 +13,7 @@ _TEXT = '''\
 In a shell:
 
 {commands}
-"""
+{remarks}"""
 
 from pathlib import Path
 
@@ -27,7 +27,8 @@ deform.SetInputData(1, io.read_control_points(here / "{handles}"))
 {settings}
 {work}'''
 _LOOP = """\
-for source, target in {files}:
+for source, target, reference in {files}:
+    deform.SetReference(io.read_dataset(here / reference) if reference else None)
     deform.SetInputData(0, io.read_dataset(here / source))
     deform.Update()
     io.write_dataset(deform.GetOutput(), here / target)
@@ -36,7 +37,7 @@ for source, target in {files}:
 _BLOCKS = """\
 keys = "interpolation", "background", "void_values"  # of larger data, which are read in blocks
 values = deform.GetInterpolation(), "auto", deform.GetVoidValues()
-for source, target in {files}:
+for source, target, _ in {files}:
     transform = deform.updated_deformation()
     job.deform(here / source, here / target, transform, dict(zip(keys, values)))
     print(here / target)
@@ -55,11 +56,12 @@ def settings_of(state):
         yield "MaskBall", "--mask-ball", tuple(state.mask.numbers)
 
 
-def script(state, handles, surfaces, files):
-    """The text of the script.
+def script(state, handles, surfaces, files, remarks=()):
+    """The text of the script, with remarks about the files.
 
     `handles` and `surfaces` are names of files in its folder: of control points, and of cuts that
-    are surfaces. `files` are (source, target) of each deformation, relative to that folder.
+    are surfaces. `files` are (source, target, image with the grid or None) of each deformation,
+    relative to that folder.
     """
     settings = [f"deform.Set{name}({value!r})" for name, _, value in settings_of(state)]
     flat = [cut for cut in state.cuts if cut.labels()]
@@ -68,13 +70,14 @@ def script(state, handles, surfaces, files):
         settings.append(f"deform.AddCut(cuts.{type(cut).__name__}({values}))")
     for name in surfaces:
         settings += [f'for cut in io.read_cuts(here / "{name}"):', "    deform.AddCut(cut)"]
-    large = [pair for pair in files if is_ome_zarr(pair[0])]
-    others = [pair for pair in files if pair not in large]
+    large = [names for names in files if is_ome_zarr(names[0])]
+    others = [names for names in files if names not in large]
     work = _LOOP.format(files=others) if others else ""
     work += _BLOCKS.format(files=large) if large else ""
     more = "from vtk_mls.blocks import image_job as job\n" if large else ""
     return _TEXT.format(
         more=more,
+        remarks="".join(f"\n{text[0].upper()}{text[1:]}.\n" for text in dict.fromkeys(remarks)),
         work=work,
         commands="\n".join(f"    {line}" for line in commands(state, handles, surfaces, files)),
         imports="cuts, io" if flat else "io",
@@ -90,8 +93,9 @@ def commands(state, handles, surfaces, files):
         f"--cut-{cut.name}={_text(tuple(cut.numbers))}" for cut in state.cuts if cut.labels()
     ]
     options += [f"--cut-surface={name}" for name in surfaces]
-    for source, target in files:
-        yield shlex.join(["vtk-mls", "deform", source, handles, target, *options])
+    for source, target, reference in files:
+        grid = [f"--reference={reference}"] if reference and not is_ome_zarr(source) else []
+        yield shlex.join(["vtk-mls", "deform", source, handles, target, *options, *grid])
 
 
 def _text(value):

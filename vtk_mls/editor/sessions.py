@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import filecmp
-import itertools
-import shutil
 from contextlib import suppress
-from pathlib import Path
 
 import numpy as np
 
@@ -47,10 +43,13 @@ class Saving:
         return True
 
     def save(self):
-        """Save handles, data, field, picture and script, or the session; whether all are saved."""
-        if self.saver.takes_session:
-            return self.save_session()
+        """Save handles, data, field, picture, script and session; whether all are saved.
+
+        Without handles only the session is saved.
+        """
         self.finish()
+        if not len(self.state.enabled_only().grips):
+            return self.save_session()
         self.document.show_deformed()
         self.view.draw_for_file(self.state)
         picture = saving.picture_of(self.scene.window)
@@ -58,30 +57,21 @@ class Saving:
         self.document.draw(is_moving=True)  # stays in the window while the files are written
         is_saved = False
         try:
-            sentence = self.saver.save(self.state, picture) + self._save_left_out()
+            sentence = self.saver.save(self.state, picture)
+            self.saver.files.append(self._write_session())
             is_saved = True
             self.document.note_save()
         except Aborted:
-            sentence = "Saving was stopped; the folder has a part of the files."
+            sentence = "Saving was stopped; no file has changed."
         except (OSError, *FAILURES) as error:
             sentence = sentence_of(error)
         self.say(sentence)
         self.document.draw()
         return is_saved
 
-    def _save_left_out(self):
-        """Save a session where landmarks are left out or pending; a sentence about it, or ""."""
-        if self.state.enabled.all() and self.state.pending is None:
-            return ""
-        if not self.saver.paths:
-            return " The landmarks that are left out are not saved, because the data have no file."
-        path = self._write_session()
-        self.saver.files = [*self.saver.files, path]
-        return f" {path.name} has the landmarks that are left out or without a partner, too."
-
     def resume_session(self, path, views):
-        """Show the views of the session at a path, which the next `save_session` replaces."""
-        self.saver.session = path
+        """Show the views of the session at a path, which the next save replaces by default."""
+        self.saver.session = self.saver.session or path
         self.show_views(views)
 
     def show_views(self, views):
@@ -105,13 +95,10 @@ class Saving:
         self.document.show()
 
     def _write_session(self):
-        """Write the session file, and return its path; ValueError for data without files."""
-        target, camera = self.target, self.scene.renderer.GetActiveCamera()
-        if target is not None and target.path is None:
-            raise ValueError("a session names the files of its data, and the target has none")
+        """Write the session file, and return its path."""
+        camera = self.scene.renderer.GetActiveCamera()
         edit = state_values.encoded(self.document.committed)
-        path, data = self.saver.session_place()
-        target = None if target is None else _target_file(target, path.parent)
+        path, data, target = self.saver.session_place()
         views = {
             "camera": {name: list(getattr(camera, f"Get{name}")()) for name in _CAMERA},
             "slices": self.slices.is_visible,
@@ -120,16 +107,3 @@ class Saving:
         }
         session_files.write(path, SessionFile(tuple(data), target, edit, views))
         return path
-
-
-def _target_file(target, folder):
-    """The file of a target that a session in a folder names; never in place of another file."""
-    source = Path(target.path)
-    if not target.is_upload:
-        return source
-    for count in itertools.count():
-        path = folder / ("target-" * count + source.name)
-        if not path.exists():
-            shutil.copyfile(source, path)
-        if filecmp.cmp(source, path, shallow=False):
-            return path

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from vtk_mls import BallMask, CurveHandle
+from vtk_mls.editor.click_tool import ClickTool
 from vtk_mls.editor.curve_tool import CurveTool
 from vtk_mls.editor.cut_tool import CutTool
 from vtk_mls.editor.region_tool import RegionTool
-from vtk_mls.editor.text_entry import TextEntry
 from vtk_mls.model.handles.curve import straightened
 
 _RADIUS = 0.25  # of the initial mask, and its fall-off, relative to the data
@@ -22,9 +22,9 @@ class ShapeEdits:
     """Base of `Editor` with the methods for cuts and for handles that have a shape."""
 
     def _add_tools(self):
-        tools = [tool(self.document) for tool in (CutTool, CurveTool, RegionTool)]
-        self.tools = self._cut_tool, self._curve_tool, self._region_tool = tools
-        self.text_entry = TextEntry(self.document)
+        self._region_tool, self._click_tool = RegionTool(self.document), ClickTool()
+        self._cut_tool, self._curve_tool = CutTool(self.document), CurveTool(self.document)
+        self.tools = self._cut_tool, self._curve_tool, self._click_tool
 
     def _cancel_tools(self, but=None):
         for tool in self.tools:
@@ -51,7 +51,8 @@ class ShapeEdits:
     def make_clicked_rigid(self):
         """Make the mesh or the segment that is clicked on next a rigid region."""
         self._cancel_tools()
-        self._region_tool.wait()
+        self._click_tool.wait(self._region_tool.make_rigid, is_for_slices=False)
+        self.say("Click on a mesh, or on a segment of a label image, to make it rigid.")
 
     def turn_handle(self):
         """Let a box turn the selected handles, or the one under the mouse, which becomes a ball."""
@@ -108,12 +109,6 @@ class ShapeEdits:
         if self.change(state.changed(mask=BallMask(middle, _RADIUS * size, _RADIUS * size))):
             self.say(_MASK_HINT)
 
-    def enter_values(self):
-        """Type the name or the position of the selected handle, or of the one under the mouse."""
-        rows = self.document.target_rows()
-        if len(rows):
-            self.text_entry.open(lambda text: self._set_text(int(rows[0]), text))
-
     def set_name(self, row, name):
         """Name a point handle."""
         if row >= len(self.state):
@@ -131,18 +126,3 @@ class ShapeEdits:
     def set_rest(self, row, position):
         """Put the rest position of a point or of a node of a curve at (3,)."""
         self.change(self.state.with_rest(row, position))
-
-    def _set_text(self, row, text):
-        """Name a grip, or move it to the 3 or 6 coordinates in a text."""
-        try:
-            coordinates = [float(part) for part in text.replace(",", " ").split()]
-        except ValueError:
-            coordinates = []
-        if row >= len(self.state.grips) or not text:
-            return
-        if len(coordinates) not in (3, 6) or not np.isfinite(coordinates).all():
-            self.set_name(row, text)
-            return
-        if len(coordinates) == 6:
-            self.set_rest(row, coordinates[:3])
-        self.set_position(row, coordinates[-3:])

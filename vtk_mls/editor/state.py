@@ -43,8 +43,6 @@ class State(_Options):
         Whether a point handle belongs to the map.
     path : (k, n, 3) float64, world coordinates
         Intermediate places of the point handles, at equal times; k is 0 if they go straight.
-    pending : Pending or None
-        A landmark without its partner, as of `matching.pairs`.
     cuts : tuple of Cut
     handles : tuple of RegionHandle and CurveHandle
     mask : BallMask or None
@@ -61,7 +59,6 @@ class State(_Options):
     handles: tuple = ()
     mask: BallMask | None = None
     enabled: np.ndarray | None = None
-    pending: object = None
     path: np.ndarray | None = None
 
     def __post_init__(self):
@@ -295,8 +292,8 @@ class State(_Options):
         return replace(self, enabled=enabled)
 
     def enabled_only(self):
-        """A copy without the landmarks that are left out or pending."""
-        return replace(self.without(np.flatnonzero(~self.enabled)), pending=None)
+        """A copy without the landmarks that are left out."""
+        return self.without(np.flatnonzero(~self.enabled))
 
     def with_handles_at(self, rest):
         """A copy with other point handles (n, 3), all at rest."""

@@ -9,7 +9,6 @@ import zlib
 import numpy as np
 
 from vtk_mls import Grid
-from vtk_mls.editor.matching.pairs import Pending
 from vtk_mls.editor.state import State
 from vtk_mls.model import options
 from vtk_mls.model.shape_fields import CLASSES
@@ -20,13 +19,11 @@ _GRID = "dimensions", "origin", "spacing", "direction"  # arguments of a Grid
 
 def encoded(state):
     """The values of a state; TypeError for a shape without a format."""
-    pending = state.pending
     return {
         **options.values_of(state),
         **{name: getattr(state, name).tolist() for name in _ARRAYS},
         "weights": None if state.weights is None else state.weights.tolist(),
         "labels": list(state.labels),
-        "pending": pending and [pending.side, pending.position.tolist(), pending.label],
         "cuts": [_encoded_value(cut) for cut in state.cuts],
         "handles": [_encoded_value(handle) for handle in state.handles],
         "mask": None if state.mask is None else _encoded_value(state.mask),
@@ -37,7 +34,7 @@ def decoded(values):
     """The state of `encoded`; an error of any of the usual types if there is none."""
     if not isinstance(values, dict):
         raise TypeError("it is no object of JSON")
-    weights, mask, pending = (values.get(name) for name in ("weights", "mask", "pending"))
+    weights, mask = values.get("weights"), values.get("mask")
     state = State(
         values["rest"],
         values["deformed"],
@@ -50,7 +47,6 @@ def decoded(values):
         mask=None if mask is None else _decoded_value(mask),
         enabled=values.get("enabled"),
         path=values.get("path"),
-        pending=None if pending is None else Pending(*pending),
         **{o.name: o.checked(values[o.name]) for o in options.OPTIONS if o.name in values},
     )
     columns = state.deformed, state.labels, state.anchored, state.enabled, state.weights

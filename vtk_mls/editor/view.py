@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 
-from vtk_mls.editor import commands
+from vtk_mls.editor.commands import HINT
 from vtk_mls.editor.cut_widget import CutWidget
 from vtk_mls.editor.distortion import MODES, Distortion
 from vtk_mls.editor.grips import NO_ROWS
@@ -14,7 +14,6 @@ from vtk_mls.editor.overlay import Overlay
 from vtk_mls.editor.scene import Scene
 from vtk_mls.editor.shape_actors import ShapeActors
 from vtk_mls.editor.slices import ONLY_3D, SLICES, Slices
-from vtk_mls.editor.volume_legend import VolumeLegend
 from vtk_mls.model.kinds import KINDS
 from vtk_mls.model.options import DEGREE
 from vtk_mls.rendering.pace import MapPace
@@ -51,6 +50,10 @@ class View:
         Whether the status line has computing times.
     drawn_message : str
         The message in the last picture.
+    is_saved : bool
+        Whether the drawn state is saved.
+    preset : int
+        The index of the colors and opacities, in the presets of each dataset again and again.
     """
 
     def __init__(self, interactor, datasets):
@@ -62,10 +65,9 @@ class View:
         self.motion_widget = MotionWidget(interactor, self.scene)
         self._shapes = ShapeActors(self.scene.overlay)
         self.has_timer = self.hides_handles = self.shows_undeformed = self.shows_times = False
-        self.drawn_message = ""
-        self._legend = VolumeLegend(self.scene.overlay)
-        self.overlay = Overlay(self.scene.overlay, commands.legend(), commands.HINT)
-        self._pace, self._preset, self._moved_at = MapPace(_MAX_NODES), 0, None
+        self.drawn_message, self.is_saved = "", True
+        self.overlay = Overlay(self.scene.overlay, HINT)
+        self._pace, self.preset, self._moved_at = MapPace(_MAX_NODES), 0, None
         self._tags = [
             (observed, observed.AddObserver(event, handler))
             for observed, event, handler in (
@@ -150,12 +152,11 @@ class View:
     def set_distortion(self, mode):
         """Set the index of the mode in `distortion.MODES`, for the next `show`."""
         self.distortion.mode = mode % len(MODES)
-        self._legend.set_visible(self.distortion.has_colors)
 
-    def change_preset(self):
-        """Draw the data with their next presets; the names of these."""
-        self._preset += 1
-        names, *_ = [scene.set_preset(self._preset) for scene in self._scenes]
+    def set_preset(self, index):
+        """Draw the data with one of their presets; the names of these."""
+        self.preset = index
+        names, *_ = [scene.set_preset(index) for scene in self._scenes]
         self.show_slices()
         return names
 
@@ -166,7 +167,9 @@ class View:
         self.cut_widget.show(state.flat_cut)
         self._set_coarseness(pixels)
         self._draw_handles(state, selected, hovered, dragged)
-        self.overlay.set_status(self._status_of(state, selected))
+        self.overlay.set_status(
+            self._status_of(state, selected), "" if self.is_saved else "unsaved"
+        )
         self.drawn_message = self.overlay.message
         started = time.perf_counter()
         self.scene.renderer.ResetCameraClippingRange()
@@ -177,7 +180,6 @@ class View:
 
     def draw_for_file(self, state):
         """Render as finely as possible, without texts and cut widget."""
-        has_keys = self.overlay.shows_keys
         for widget in self._widgets:
             widget.set_visible(False)
         self._set_coarseness(self._pace.pixels(_FILE))
@@ -185,7 +187,6 @@ class View:
         self._hide_texts()
         self.scene.window.Render()
         self.overlay.set_texts_visible(not self.hides_handles)
-        self.overlay.set_keys_visible(has_keys)
         self.overlay.set_message_visible(True)
         for widget in self._widgets:
             widget.set_visible(not self.hides_handles)
@@ -200,7 +201,7 @@ class View:
         return self._moved_at is not None and time.monotonic() - self._moved_at > _REFINEMENT_DELAY
 
     def hide_handles(self):
-        """Hide or show handles, widgets, legend, hint and status, but not the message."""
+        """Hide or show handles, widgets, hint and status, but not the message."""
         self.hides_handles = not self.hides_handles
         glyphs = [scene.glyphs for scene in self._scenes]
         for part in (*glyphs, self._shapes, *self._widgets):
@@ -245,7 +246,6 @@ class View:
 
     def _lay_out(self, window, event):
         self.overlay.lay_out()
-        self._legend.lay_out()
 
     def _set_coarseness(self, pixels):
         for scene in self._scenes:
@@ -265,7 +265,11 @@ class View:
 
     def _status_of(self, state, selected):
         pace = self._pace
-        parts = [f"{len(state)} handles", *_shapes_of(state), _kind_of(state)]
+        parts = [
+            f"{len(state)} handle{'s' * (len(state) != 1)}",
+            *_shapes_of(state),
+            _kind_of(state),
+        ]
         if state.kind in KINDS:
             parts.append(f"alpha {state.alpha:g}")
         if len(selected):

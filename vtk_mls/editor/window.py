@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from pathlib import Path
 
 import vtkmodules.vtkInteractionStyle  # registers interactors
 import vtkmodules.vtkRenderingOpenGL2  # renders
@@ -54,7 +53,8 @@ def show(datasets, state, paths, folder=None, target=None, session=None):
     interactor.SetRenderWindow(window)
     interactor.SetInteractorStyle(vtkInteractorStyleTrackballCamera())
     editor = Editor(interactor, datasets, state, paths, Autosave(paths[0]), target)
-    editor.saver.folder = None if folder is None else Path(folder)
+    if folder is not None:
+        editor.saver.set_output(folder)
     if session is not None:
         editor.resume_session(*session)
     interactor.Start()

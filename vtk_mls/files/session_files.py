@@ -12,6 +12,7 @@ from vtk_mls.base.errors import InputError
 from vtk_mls.files.paths import existing_file, replacing
 
 ENDING = ".mls.json"
+NAME = f"session{ENDING}"  # in the folder of a save
 _FORMAT, _VERSION = "vtk_mls session", 1
 
 
@@ -71,7 +72,7 @@ def read(path):
 def check_files(session, path):
     """Raise OSError if a file of data of the session at a path does not exist."""
     for file in session.paths:
-        if not file.is_file():
+        if not file.exists():
             raise FileNotFoundError(
                 f"`{path}` is a session of `{file}`, which does not exist: move it there, or "
                 "change its name in the session"

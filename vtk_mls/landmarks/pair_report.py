@@ -197,6 +197,14 @@ def report(
     )
 
 
+def outliers_among(rest, deformed, weights=None):
+    """Whether each pair is an outlier of `report`, whose arguments these are: (n,) bool."""
+    pairs, _ = _checked(rest, deformed, None, weights)
+    with whole(None) as part:
+        _, is_outlier, _ = _agreed(pairs, Shape.of(pairs), part)
+    return is_outlier
+
+
 def _best(pairs, rows, tried, shape, device):
     """The settings to recommend, the Deformation, and whether it is sensible."""
     judged = []

@@ -8,8 +8,7 @@ from urllib.parse import urlsplit
 from aiohttp import web
 
 _NO_TOKEN = (
-    "This page opens only by the whole address that `vtk-mls view --web` has printed, with its "
-    "token.\n"
+    "This page opens only by the whole address that `vtk-mls view` has printed, with its token.\n"
 )
 _FOREIGN_PAGE = "Requests of other pages are refused.\n"
 _HEADERS = {

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from trame.widgets import vuetify3 as v
 
+from vtk_mls.editor.commands import with_key
+
 FIELD = {"density": "compact", "variant": "outlined", "hide_details": True}
 
 
@@ -16,8 +18,11 @@ def small_button(text, icon, click, variant="tonal", **options):
     v.VBtn(text, prepend_icon=icon, size="small", variant=variant, click=click, **options)
 
 
-def toggle(name, choices, edit):
-    """A row of buttons that set a value; `choices` are pairs (value, text)."""
+def toggle(name, choices, edit, method):
+    """A row of buttons that set a value; `choices` are pairs (value, text).
+
+    The tool tips have the keys of a method of the editor.
+    """
     with v.VBtnToggle(
         model_value=(name,),
         update_modelValue=(edit, f"['{name}', $event]"),
@@ -29,7 +34,8 @@ def toggle(name, choices, edit):
         classes="d-flex",
     ):
         for value, text in choices:
-            v.VBtn(text, value=value, classes="flex-grow-1", size="small")
+            title = with_key(text, method, value)
+            v.VBtn(text, value=value, classes="flex-grow-1", size="small", title=title)
 
 
 def slider(name, label, steps, edit, **options):

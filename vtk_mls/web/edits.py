@@ -5,16 +5,17 @@ from __future__ import annotations
 import math
 from contextlib import suppress
 
-from vtk_mls.editor.commands import COMMANDS, WINDOW_METHODS
+from vtk_mls.editor.commands import COMMANDS
 from vtk_mls.editor.slices import PANES
 from vtk_mls.model.cuts import BY_NUMBERS
 from vtk_mls.model.options import OPTIONS
 from vtk_mls.web import panel_values
 
-# Methods of the editor without an argument; the page begins long tasks otherwise.
-_OTHERS = "", "save", "refine", *WINDOW_METHODS
-METHODS = [row.method for row in COMMANDS if row.value is None and row.method not in _OTHERS]
-METHODS += ["make_clicked_rigid", "cancel_landmark"]
+# Commands by method and argument; the page begins long tasks otherwise, and only windows quit.
+_OTHERS = "save", "refine", "quit"
+_COMMANDS = {(row.method, row.value) for row in COMMANDS if row.method not in _OTHERS}
+# Instead of commands for the place under the mouse, which is over a button.
+_CLICKED = {"add_under_mouse": "add_clicked", "make_rigid": "make_clicked_rigid"}
 _OPTIONS = {option.name: option for option in OPTIONS if option.section != "computing"}
 _MAX_MESSAGE, _MAX_NAME = 300, 100  # characters
 _PAIR_EDITS = "enable", "jump", "delete_pair"
@@ -24,12 +25,12 @@ _CUTS = "none", *BY_NUMBERS
 def apply(session, name, value=None):
     """Make an edit; in the editor's thread.
 
-    `name` is one of `METHODS`, of the options of the map, or as in `_apply`; `value` is one of
+    `name` is a method of `COMMANDS`, an option of the map, or as in `_apply`; `value` is one of
     JSON. The page shows a message about an invalid one.
     """
     editor = session.editor
-    if name in METHODS:
-        editor.do(name)
+    if not isinstance(value, list) and (name, value) in _COMMANDS:
+        editor.do(_CLICKED.get(name, name), value)
         return
     editor.finish()
     editor.say("")
@@ -48,7 +49,7 @@ def _apply(session, editor, name, value):
     elif name == "cut" and value in _CUTS:
         _set_cut(editor, value)
     elif name == "preset":
-        session.set_preset(int(value))
+        editor.set_look(int(value))
     elif name == "distortion":
         editor.set_distortion(int(value))
     elif name == "select":
@@ -62,6 +63,8 @@ def _apply(session, editor, name, value):
         _set_name(editor, *value)
     elif name == "pane" and value in PANES:
         editor.show_pane(value)
+    elif name == "target_grid":
+        editor.saver.uses_target_grid = bool(value)
     elif name == "comparison":
         editor.compare_by(value)
     elif name == "share":

@@ -1,7 +1,10 @@
-"""The layout of the page: a bar, the picture, a panel, a legend of keys."""
+"""The layout of the page: a bar with a menu, the picture, a panel."""
 
 from __future__ import annotations
 
+from contextlib import nullcontext
+
+import numpy as np
 from trame.ui.vuetify3 import VAppLayout
 from trame.widgets import html
 from trame.widgets import vuetify3 as v
@@ -9,6 +12,7 @@ from trame_client.widgets.core import HtmlElement
 
 from vtk_mls.editor import commands
 from vtk_mls.editor.slices import ONLY_3D, PANES, SLICES
+from vtk_mls.rendering.volume_colors import FOLDED, MAX_DOUBLINGS, colors_of
 from vtk_mls.web import pair_table, panel
 from vtk_mls.web.transfers import ALL
 
@@ -26,7 +30,8 @@ CONFIG = {
         },
     }
 }
-# Buttons of the bar: icon, title, edit, and the class of those that narrow pages hide.
+# Buttons of the bar: icon, title, edit, and the class of those that narrow pages hide, and have in
+# the menu only.
 _TOOLS = (
     ("mdi-undo", "Undo", "undo", ""),
     ("mdi-redo", "Redo", "redo", ""),
@@ -34,6 +39,8 @@ _TOOLS = (
     ("mdi-compare", "Before and after", "compare", "d-none d-md-inline-flex"),
     ("mdi-eye-outline", "Hide or show handles", "hide_handles", "d-none d-md-inline-flex"),
 )
+_LONG = "save", "refine"  # commands that the page begins as tasks
+_COLORS_AT = np.linspace(-MAX_DOUBLINGS, MAX_DOUBLINGS, 9)  # doublings of the volume
 _STATUS = ['role="status"']  # trame has no keyword for it
 _NARROW = 900  # pixels; on narrower pages the panel covers the picture
 _IS_NARROW = f"$vuetify.display.width < {_NARROW}"
@@ -67,17 +74,19 @@ def build(server, edit, begin):
             with html.Div(classes=("['mls-notes', { 'is-line': has_target }]",)):
                 _notes(edit, begin)
             pair_table.build(edit, begin)
-        _legend()
         _saved_files()
 
 
 def _bar(edit, begin):
-    html.Img(src="vtk_mls_page/icon.svg", width=28, height=28, classes="ml-4", alt="")
+    with v.VBtn(icon=True, density="comfortable", classes="ml-2", title="All commands (H)"):
+        v.VIcon("mdi-menu")
+        _menu(edit, begin)
+    html.Img(src="vtk_mls_page/icon.svg", width=28, height=28, classes="ml-2", alt="")
     html.Span("{{ title }}", classes="ml-3 text-body-1 font-weight-medium text-truncate")
     html.Span(
         "unsaved",
         v_if="!is_saved",
-        classes="ml-3 text-caption text-secondary d-none d-sm-inline",
+        classes="ml-3 text-caption text-secondary",
     )
     v.VSpacer()
     with html.Div(classes="d-none d-md-flex"):
@@ -92,7 +101,6 @@ def _bar(edit, begin):
         "theme = theme === 'dark' ? 'light' : 'dark'",
         "d-none d-sm-inline-flex",
     )
-    _icon_button("mdi-keyboard-outline", "Keys (H)", "has_legend = true", "d-none d-sm-inline-flex")
     v.VBtn(
         "Save",
         prepend_icon="mdi-content-save-outline",
@@ -148,23 +156,35 @@ def _stage(edit, begin):
         "mls-picture",
         trame_server=None,
         name=("title",),
-        __events=["save", "legend", ("preset_key", "preset")],
+        __events=["save", "menu"],
         several=("selects_several",),
         __properties=["name", "several"],
         save=(begin, "['save']"),
-        legend="has_legend = !has_legend",
-        preset_key=(edit, "['preset', (preset + 1) % presets.length]"),
+        menu="has_menu = !has_menu",
     )
     v.VProgressLinear(
-        v_if="is_saving",
+        v_if="is_saving || is_busy",
         model_value=("progress",),
-        indeterminate=("progress === 0",),
+        indeterminate=("!is_saving || progress === 0",),
         color="primary",
         height=4,
         absolute=True,
         style="z-index: 5;",
     )
     html.Div("{{ target_name }}", v_if="target_name", classes="mls-side")
+    _volume_colors()
+
+
+def _volume_colors():
+    """What the colors of the change of volume mean."""
+    colors = [f"rgb({', '.join(f'{255 * x:.0f}' for x in c)})" for c in colors_of(2.0**-_COLORS_AT)]
+    with html.Div(v_if="has_colors", classes="mls-colors"):
+        html.Span("volume \N{MULTIPLICATION SIGN}")
+        html.Span("1/4")
+        html.I(style=f"width: 120px; background: linear-gradient(90deg, {', '.join(colors)});")
+        html.Span("4")
+        html.I(style=f"width: 14px; background: rgb{tuple(255 * x for x in FOLDED)};")
+        html.Span("folds")
 
 
 def _notes(edit, begin):
@@ -181,6 +201,7 @@ def _notes(edit, begin):
     with html.Div(v_if="is_saving", classes="mls-task", raw_attrs=_STATUS):
         html.Span("{{ task }} {{ progress }} %")
         v.VBtn("Stop", size="x-small", variant="tonal", click=(begin, "['stop']"))
+    html.Div("Working ...", v_if="is_busy && !is_saving", classes="mls-task", raw_attrs=_STATUS)
 
 
 def _offer(edit):
@@ -193,24 +214,45 @@ def _offer(edit):
             variant="tonal",
             size="small",
             classes="ml-3",
+            title=commands.with_key("Bring them back", "accept"),
             click=(edit, "['accept']"),
         )
         v.VBtn("Later", variant="text", size="small", classes="ml-1", click="hidden_offer = offer")
-        v.VBtn("Drop them", variant="text", size="small", click=(edit, "['decline']"))
+        v.VBtn(
+            "Drop them",
+            variant="text",
+            size="small",
+            title=commands.with_key("Drop them", "decline"),
+            click=(edit, "['decline']"),
+        )
 
 
-def _legend():
-    dialog = v.VDialog(v_model=("has_legend", False), max_width=560, scrollable=True)
-    with dialog, v.VCard(title="Mouse and keys"):
-        with v.VCardText(), html.Div(classes="mls-keys"):
-            for key, text in commands.legend(without=commands.WINDOW_METHODS):
-                html.B(key)
+def _menu(edit, begin):
+    """All commands with their keys, and what the mouse does."""
+    menu = v.VMenu(v_model=("has_menu", False), activator="parent")
+    with menu, v.VList(density="compact", classes="mls-menu"):
+        for title, rows in commands.MENUS.items():
+            group = {"v_if": "has_target"} if title == "Landmarks" else {}
+            with v.Template(**group) if group else nullcontext():
+                v.VListSubheader(title)
+                for row in rows:
+                    if row.method != "quit":
+                        _entry(row, edit, begin)
+        v.VListSubheader("Mouse")
+        for button, text in commands.MOUSE:
+            with html.Div(classes="mls-entry px-4 py-1 text-body-2"):
                 html.Span(text)
-            html.B("wheel, pinch")
-            html.Span("zoom; drag next to handles to rotate")
-        with v.VCardActions():
-            v.VSpacer()
-            v.VBtn("Close", click="has_legend = false")
+                html.B(button)
+
+
+def _entry(row, edit, begin):
+    """An entry of the menu; its key is at the right, and in the tool tip."""
+    call, key = begin if row.method in _LONG else edit, commands.key_of(row)
+    arguments = [row.method] if row.value is None else [row.method, row.value]
+    item = v.VListItem(click=(call, str(arguments)))
+    with item, html.Div(classes="mls-entry text-body-2", title=f"{row.text} ({key})"):
+        html.Span(row.text)
+        html.B(key)
 
 
 def _saved_files():

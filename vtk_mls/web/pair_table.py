@@ -5,6 +5,7 @@ from __future__ import annotations
 from trame.widgets import html
 from trame.widgets import vuetify3 as v
 
+from vtk_mls.editor.commands import with_key
 from vtk_mls.editor.matching.target import MODES
 from vtk_mls.web.controls import slider, small_button, toggle
 
@@ -39,7 +40,7 @@ def build(edit, begin):
 
 
 def _comparison(edit):
-    toggle("comparison", [(mode, mode.capitalize()) for mode in MODES], edit)
+    toggle("comparison", [(mode, mode.capitalize()) for mode in MODES], edit, "compare_by")
     slider(
         "share",
         "Share of the target",
@@ -47,12 +48,24 @@ def _comparison(edit):
         edit,
         v_if="comparison === 'fade'",
         style="width: 140px; flex: none;",
+        title=with_key("Share of the target", "change_share"),
     )
+    for icon, text, step in (
+        ("mdi-chevron-up", "Previous pair", -1),
+        ("mdi-chevron-down", "Next pair", 1),
+    ):
+        v.VBtn(
+            icon=icon,
+            size="x-small",
+            variant="tonal",
+            title=with_key(text, "jump_by", step),
+            click=(edit, f"['jump_by', {step}]"),
+        )
 
 
 def _errors():
     html.Span(
-        "median error {{ median_error }} {{ choice }}",
+        "median error {{ median_error }}{{ unit }} {{ choice }}",
         v_if="median_error",
         classes="text-caption",
         title="Each pair predicted from the others",
@@ -69,7 +82,9 @@ def _refinement(begin):
             "mdi-crosshairs-gps",
             (begin, f"['{name}']"),
             disabled=(condition,),
-            title="Move landmarks on the target to the best match of the images around them",
+            title=with_key(
+                "Move landmarks on the target to the best match of the images around them", "refine"
+            ),
         )
 
 
@@ -80,12 +95,16 @@ def _table(edit):
             "key": key,
             "sortable": key not in ("rest", "at", "actions"),
             "align": "end" if key in _ALIGNED_RIGHT else "start",
+            "has_unit": key in ("distance", "error"),
         }
         for title, key, _ in _COLUMNS
     ]
     narrow = [header for header, (*_, is_shown) in zip(headers, _COLUMNS) if is_shown]
     table = v.VDataTableVirtual(
-        headers=(f"{_IS_NARROW} ? narrow_headers : pair_headers",),
+        headers=(
+            f"({_IS_NARROW} ? narrow_headers : pair_headers).map(header => "
+            "({ ...header, title: header.title + (header.has_unit ? unit : '') }))",
+        ),
         items=("pairs",),
         item_value="row",
         density="compact",
@@ -95,7 +114,9 @@ def _table(edit):
             "({ item }) => ({ class: { 'is-selected': selected.includes(item.row), "
             "'is-off': !item.enabled } })",
         ),
-        no_data_text="Click a place on one side, then the same place on the other.",
+        no_data_text="Click a place on either side, then drag its landmark where it is wrong.",
+        sort_by=("pair_order", [{"key": "error", "order": "desc"}]),
+        update_sortBy="pair_order = $event",
     )
     table.server.state.update({"pair_headers": headers, "narrow_headers": narrow})
     with table:
@@ -105,25 +126,32 @@ def _table(edit):
 def _cells(edit):
     with _cell("enabled"):
         html.Input(
-            v_if="item.row >= 0",
             type="checkbox",
             checked=("item.enabled",),
+            title=with_key("Leave the pair out, or include it", "toggle_enabled"),
             raw_attrs=[_label("Use")],
             change=(edit, "['enable', [item.row, $event.target.checked]]"),
         )
     with _cell("name"):
         html.Input(
-            v_if="item.row >= 0",
             classes="mls-name",
             value=("item.name",),
             raw_attrs=[_label("Name of")],
             focus=(edit, "['select', [item.row]]"),
             change=(edit, "['name', [item.row, $event.target.value]]"),
         )
-        html.Span("{{ item.name }} ...", v_else=True, classes="text-secondary")
     for key in _ALIGNED_RIGHT:
         with _cell(key):
             html.Span(f"{{{{ item.{key} === null ? '' : Number(item.{key}.toPrecision(3)) }}}}")
+            if key == "error":
+                v.VIcon(
+                    "mdi-alert-outline",
+                    v_if="item.outlier",
+                    size="x-small",
+                    color="error",
+                    classes="ml-1",
+                    title="outlier: far from what the other pairs predict",
+                )
             if key == "score":
                 v.VIcon(
                     "mdi-alert-outline",
@@ -134,13 +162,11 @@ def _cells(edit):
                     title=("'not moved: ' + item.refused",),
                 )
     with _cell("actions"):
-        for icon, text, click, condition in (
-            ("mdi-target", "Jump to", "['jump', [item.row]]", "item.row >= 0"),
-            ("mdi-delete-outline", "Delete", "['delete_pair', [item.row]]", "item.row >= 0"),
-            ("mdi-close", "Remove (Esc)", "['cancel_landmark']", "item.row < 0"),
+        for icon, text, click in (
+            ("mdi-target", "Jump to", "['jump', [item.row]]"),
+            ("mdi-delete-outline", "Delete", "['delete_pair', [item.row]]"),
         ):
             v.VBtn(
-                v_if=condition,
                 icon=icon,
                 size="x-small",
                 variant="text",

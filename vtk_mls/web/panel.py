@@ -15,6 +15,15 @@ from vtk_mls.web.transfers import MAX_DATA_BYTES, MAX_HANDLE_BYTES
 
 _CUTS = [(name, name.capitalize()) for name in ("none", *BY_NUMBERS)]
 _EDGED = [name for name, shape in BY_NUMBERS.items() if len(shape.fields) > 2]
+_IS_NOTHING_SELECTED = "selected.length === 0"
+# Methods of the editor whose keys change an option.
+_METHODS = {
+    "kind": "change_kind",
+    "alpha": "change_alpha",
+    "smoothing": "change_smoothing",
+    "steps": "prevent_folds",
+    "nu": "change_nu",
+}
 
 
 def build(edit, begin):
@@ -28,20 +37,22 @@ def build(edit, begin):
         _handles(edit)
         _shapes(edit)
         _section("Look")
-        v.VSelect(
-            items=("presets.map((title, value) => ({ title, value }))",),
-            model_value=("preset",),
-            update_modelValue=(edit, "['preset', $event]"),
-            label="Colors and opacities",
-            **FIELD,
-        )
-        v.VSelect(
-            items=("distortions", _items(text.capitalize() for text in MODES)),
-            model_value=("distortion",),
-            update_modelValue=(edit, "['distortion', $event]"),
-            label=with_key("Show of the deformation", "change_distortion"),
-            **FIELD,
-        )
+        with html.Div(title=with_key("Colors and opacities", "change_look")):
+            v.VSelect(
+                items=("presets.map((title, value) => ({ title, value }))",),
+                model_value=("preset",),
+                update_modelValue=(edit, "['preset', $event]"),
+                label="Colors and opacities",
+                **FIELD,
+            )
+        with html.Div(title=with_key("How the deformation changes space", "change_distortion")):
+            v.VSelect(
+                items=("distortions", _items(text.capitalize() for text in MODES)),
+                model_value=("distortion",),
+                update_modelValue=(edit, "['distortion', $event]"),
+                label="Show of the deformation",
+                **FIELD,
+            )
         _section("Files")
         _files(edit, begin)
 
@@ -57,12 +68,18 @@ def _section(title):
 def _options(edit, section):
     for option in options.OPTIONS:
         if option.section == section:
-            if option.slider:
-                _slider(edit, option)
-            elif option.choices:
-                _select(edit, option)
-            else:
-                _number(edit, option)
+            with html.Div(title=_tool_tip(option), **_condition(option)):
+                if option.slider:
+                    _slider(edit, option)
+                elif option.choices:
+                    _select(edit, option)
+                else:
+                    _number(edit, option)
+
+
+def _tool_tip(option):
+    text = " ".join(option.help.split())
+    return with_key(text, _METHODS[option.name]) if option.name in _METHODS else text
 
 
 def _select(edit, option):
@@ -73,7 +90,6 @@ def _select(edit, option):
         model_value=(option.name,),
         update_modelValue=(edit, f"['{option.name}', $event]"),
         label=option.label,
-        **_condition(option),
         **FIELD,
     )
 
@@ -87,29 +103,31 @@ def _condition(option):
 
 
 def _slider(edit, option):
-    with html.Div():
-        with html.Div(classes="d-flex text-body-2"):
-            html.Span(option.label)
-            v.VSpacer()
-            html.Span(f"{{{{ Number({option.name}).toFixed(2) }}}}", classes="text-primary")
-        slider(option.name, option.label, option.slider, edit)
+    with html.Div(classes="d-flex text-body-2"):
+        html.Span(option.label)
+        v.VSpacer()
+        html.Span(f"{{{{ Number({option.name}).toFixed(2) }}}}", classes="text-primary")
+    slider(option.name, option.label, option.slider, edit)
 
 
 def _number(edit, option):
     v.VTextField(
         model_value=(option.name,),
         label=option.label,
-        title=" ".join(option.help.split()),
         change=(edit, f"['{option.name}', $event.target.value]"),
-        **_condition(option),
         **FIELD,
     )
 
 
 def _cut(edit):
-    toggle("cut", _CUTS, edit)
+    toggle("cut", _CUTS, edit, "change_cut")
     with html.Div(v_if=f"{_EDGED}.includes(cut)"):
-        wide_button("Another part", "mdi-rotate-3d-variant", (edit, "['change_half']"))
+        wide_button(
+            "Another part",
+            "mdi-rotate-3d-variant",
+            (edit, "['change_half']"),
+            title=with_key("Turn the cut about its normal, or let it grow", "change_half"),
+        )
     wide_button(
         "Draw a line and cut along it",
         "mdi-content-cut",
@@ -128,25 +146,23 @@ def _handles(edit):
     _table(edit)
     _selected(edit)
     with html.Div(classes="d-flex flex-wrap", style="gap: 8px;"):
-        for text, icon, name in (
-            ("Fix", "mdi-pin-outline", "fix"),
-            ("Turn", "mdi-rotate-orbit", "turn_handle"),
-            ("Delete", "mdi-delete-outline", "delete"),
+        for text, icon, name, tip, condition in (
+            ("Add", "mdi-plus", "add_under_mouse", "Click on the surface or in a slice", ""),
+            ("Fix", "mdi-pin-outline", "fix", "Fix, or free", _IS_NOTHING_SELECTED),
+            ("Turn", "mdi-rotate-orbit", "turn_handle", "By a box", _IS_NOTHING_SELECTED),
+            ("Delete", "mdi-delete-outline", "delete", "Delete", _IS_NOTHING_SELECTED),
+            ("All", "mdi-select-all", "select_all", "Select all handles", ""),
+            ("Deselect", "mdi-select-off", "deselect", "Clear the selection", _IS_NOTHING_SELECTED),
+            ("Lattice", "mdi-grid", "lay_lattice", "Lay a lattice, again a finer one", ""),
         ):
             small_button(
                 text,
                 icon,
                 (edit, f"['{name}']"),
                 classes="flex-grow-1",
-                disabled=("selected.length === 0",),
+                disabled=(condition or "false",),
+                title=with_key(tip, name),
             )
-        small_button(
-            "Lattice",
-            "mdi-grid",
-            (edit, "['lay_lattice']"),
-            classes="flex-grow-1",
-            title=with_key("Lay a lattice of handles, again a finer one", "lay_lattice"),
-        )
 
 
 def _selected(edit):
@@ -187,7 +203,7 @@ def _shapes(edit):
     wide_button(
         "Make rigid: click on a mesh or label",
         "mdi-bone",
-        (edit, "['make_clicked_rigid']"),
+        (edit, "['make_rigid']"),
         title=with_key("Then move and turn it by its box", "make_rigid"),
     )
     wide_button(
@@ -230,6 +246,14 @@ def _table(edit):
 
 def _files(edit, begin):
     wide_button("Saved files ...", "mdi-download", "has_files = true", v_if="files.length")
+    v.VCheckbox(
+        v_if="has_target",
+        model_value=("target_grid",),
+        update_modelValue=(edit, "['target_grid', $event]"),
+        label="Save images on the target's grid",
+        density="compact",
+        hide_details=True,
+    )
     for kind, title, icon, limit in (
         ("handles", "Open handles ...", "mdi-vector-point", MAX_HANDLE_BYTES),
         ("data", "Open an image or a mesh ...", "mdi-folder-open-outline", MAX_DATA_BYTES),

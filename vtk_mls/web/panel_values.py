@@ -8,17 +8,19 @@ from vtk_mls import CurveHandle
 from vtk_mls.editor.grips import MASK, POINT, names_of
 from vtk_mls.editor.matching.pairs import PairTable
 from vtk_mls.editor.matching.refining import key_of
-from vtk_mls.editor.matching.target import BESIDE
+from vtk_mls.editor.matching.target import BESIDE, FADE
+from vtk_mls.files import metadata
+from vtk_mls.files.metadata import LENGTH_UNIT, METAIMAGE_HEADER, NIFTI_HEADER, NRRD_HEADER
 from vtk_mls.model.options import values_of as values_of_options
 
+_IN_MILLIMETERS = NIFTI_HEADER, NRRD_HEADER, METAIMAGE_HEADER
 _DIGITS = 5  # after the first digit of the distance between handles
 
 
-def values_of(editor, previous, preset):
+def values_of(editor, previous):
     """Values of an `Editor` by their names in the page's templates.
 
-    `previous` are the values before, as rows do not change while a handle is dragged, and `preset`
-    is the index of that of colors.
+    `previous` are the values before, as rows do not change while a handle is dragged.
     """
     state = editor.state
     values = values_of_options(state)
@@ -28,11 +30,13 @@ def values_of(editor, previous, preset):
         has_lines=any(not cut.labels() for cut in state.cuts),
         selected=editor.selected.tolist(),
         message=editor.message,
+        is_saved=editor.document.is_saved,
         offer=editor.offer,
         status=editor.status,
         presets=presets,
-        preset=preset % len(presets),
+        preset=editor.view.preset % len(presets),
         distortion=editor.view.distortion.mode,
+        has_colors=editor.view.distortion.has_colors,
         count=len(state),
         has_curve=any(isinstance(handle, CurveHandle) for handle in state.handles),
         has_mask=state.mask is not None,
@@ -46,6 +50,8 @@ def values_of(editor, previous, preset):
         target_name=_title_of(editor),
         pane=editor.slices.pane,
         has_panes=editor.slices.flat_axis is None,
+        unit=_unit_of(editor),
+        target_grid=editor.saver.uses_target_grid,
     )
     if editor.document.grabbed is None or "rows" not in previous:
         values["rows"] = _rows(state)
@@ -55,9 +61,21 @@ def values_of(editor, previous, preset):
 
 
 def _title_of(editor):
-    """The title above the target; "" where both sides are drawn over each other."""
-    is_beside = editor.target is not None and editor.comparison.mode == BESIDE
-    return f"target: {editor.target.name}" if is_beside else ""
+    """What is drawn at the right, or in slices: the target, or how it is compared; "" without."""
+    if editor.target is None:
+        return ""
+    mode, name = editor.comparison.mode, editor.target.name
+    if mode == FADE:
+        return f"fade: {100 * editor.comparison.share:.0f} % {name}"
+    return f"target: {name}" if mode == BESIDE else f"{mode}: {name}"
+
+
+def _unit_of(editor):
+    """The unit of coordinates in parentheses, after a space; "" if it is not known."""
+    data = editor.saver.datasets[0]
+    units = [*metadata.load(data, LENGTH_UNIT)]
+    units += ["mm" for header in _IN_MILLIMETERS if metadata.load(data, header)]
+    return f" ({units[0]})" if units else ""
 
 
 def shape_of(state):
@@ -87,17 +105,14 @@ def _rows(state):
 
 
 def _pairs(state, scores):
-    """Rows of the table of pairs, as texts; the pending landmark is the last."""
+    """Rows of the table of pairs, as texts."""
     decimals = min(max(_decimals(state.deformed), 0), 3) if len(state) else 1
     rows = []
     for pair in PairTable.of(state).rows:
-        is_pending = pair.row is None
-        score, refused = (
-            (None, "") if is_pending else scores.get(key_of(state, pair.row), (None, ""))
-        )
+        score, refused = scores.get(key_of(state, pair.row), (None, ""))
         rows.append(
             {
-                "row": -1 if is_pending else pair.row,
+                "row": pair.row,
                 "name": pair.name,
                 "rest": _place(pair.rest, decimals),
                 "at": _place(pair.deformed, decimals),
@@ -106,6 +121,7 @@ def _pairs(state, scores):
                 "score": None if score is None or np.isnan(score) else score,
                 "refused": refused,
                 "enabled": pair.is_enabled,
+                "outlier": pair.is_outlier,
             }
         )
     return rows
@@ -118,8 +134,6 @@ def _summary(table):
 
 
 def _place(point, decimals):
-    if point is None:
-        return ""
     return ", ".join(f"{x:.{decimals}f}" for x in np.round(point, decimals) + 0.0)
 
 

@@ -1,4 +1,4 @@
-"""`vtk-mls view --web`: a server of one session on a page."""
+"""`vtk-mls view`: a server of one session on a page."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import asyncio
 import os
 import socket
 import sys
+import time
 import traceback
 from contextlib import suppress
 from pathlib import Path
@@ -15,7 +16,8 @@ from trame.app import get_server
 
 from vtk_mls.editor import saving
 from vtk_mls.editor.autosave import Autosave
-from vtk_mls.web import access, edits, page_layout
+from vtk_mls.files import session_files
+from vtk_mls.web import access, browsers, edits, page_layout
 from vtk_mls.web.picture import Picture
 from vtk_mls.web.session import Session
 from vtk_mls.web.transfers import Transfers
@@ -23,6 +25,7 @@ from vtk_mls.web.transfers import Transfers
 LOOPBACK, PORT = "127.0.0.1", 8080
 _LOCAL_HOSTS = LOOPBACK, "localhost", "::1"
 _ALL_ADDRESSES = "0.0.0.0", "::"
+_WATCH_SECONDS = 0.5
 _PAGE = "vtk_mls_page"  # path of the page's own files
 # Titles of the long tasks, which the page can stop, by the methods of the editor.
 _SAVING = {"save": "Saving", "save_session": "Saving"}
@@ -39,7 +42,7 @@ class Page:
         os.environ.setdefault("TRAME_ARGS", "--server")  # hides our options from trame
         os.environ["WSLINK_READY_MSG"] = ""
         self._results, self._loop = results, None
-        self._task, self._is_stopping = None, False
+        self._task, self._watching, self._is_stopping = None, None, False
         self.session = Session(self._update)
         self._picture = Picture(self.session)
         self._transfers = Transfers(self.session, folder, self._note_upload)
@@ -59,6 +62,7 @@ class Page:
                 "is_saving": False,
                 "task": "",  # title of the running task, while `is_saving`
                 "progress": 0,
+                "is_busy": False,  # with something that takes longer than the page should
                 "has_panel": True,  # on wide pages; on narrow ones:
                 "has_sheet": False,
                 "selects_several": False,
@@ -73,7 +77,8 @@ class Page:
 
         def show():
             self.session.open(datasets, state, paths, Autosave(paths[0]), target)
-            self.session.editor.saver.folder = folder
+            if folder is not None:
+                self.session.editor.saver.set_output(folder)
             if session is not None:
                 self.session.editor.resume_session(*session)
 
@@ -81,21 +86,25 @@ class Page:
         name = Path(paths[0]).name
         self._server.state.update({"title": name, "trame__title": f"{name} - vtk-mls"})
 
-    def serve(self, host, port):
-        """Print the address of the page, and answer until the process is ended."""
+    def serve(self, host, port, opens_browser):
+        """Print the address of the page, maybe open it, and answer until the process is ended."""
         token = access.new_token()
 
         def bind(server):
             server.app.middlewares.append(access.middleware(token))
             server.app.add_routes([web.get("/picture", self._picture.connect)])
+            server.app.add_routes([web.post("/paraview/", _session_place)])
             server.app.add_routes(self._transfers.routes)
 
         def begin(**_):
             self._loop = asyncio.get_running_loop()
+            self._watching = self._loop.create_task(self._watch())
             address = f"http://{_address_name(host)}:{self._server.port}/?token={token}"
             print(
                 f"The page is at {address}\n(Ctrl-C ends it; unsaved handles are kept.)", flush=True
             )
+            if opens_browser:
+                self._loop.run_in_executor(None, browsers.open_page, address)
 
         self._server.controller.on_server_bind.add(bind)
         self._server.controller.on_server_ready.add(begin)
@@ -103,6 +112,15 @@ class Page:
         self._server.start(
             port=port, host=host, open_browser=False, show_connection_info=False, timeout=0
         )
+
+    async def _watch(self):
+        """Show when the editor takes long, as when it compiles kernels."""
+        while True:
+            await asyncio.sleep(_WATCH_SECONDS)
+            since = self.session.working_since
+            is_busy = since is not None and time.monotonic() - since > _WATCH_SECONDS
+            if is_busy != self._server.state.is_busy:
+                self._show(is_busy=is_busy)
 
     def _note_upload(self, name):
         """Called when uploaded data are shown."""
@@ -142,7 +160,7 @@ class Page:
                 return
             editor.saver.progress = self._progress
             folder = self.session.save(as_session=name == "save_session")
-            files = _files(editor.saver.files)
+            files = _files(editor.saver)
             self._update({"files": files, "saved_folder": str(folder.resolve()), "has_files": True})
 
     def _progress(self, done):
@@ -169,6 +187,7 @@ def serve(
     temporary,
     folder=None,
     address=(LOOPBACK, None),
+    opens_browser=False,
     target=None,
     session=None,
 ):
@@ -183,7 +202,13 @@ def serve(
     page = Page(Path(temporary), folder or Path())
     page.open(datasets, state, paths, folder, target, session)
     _warn_if_remote(host)
-    page.serve(host, port)
+    page.serve(host, port, opens_browser)
+
+
+async def _session_place(request):
+    """Tell trame's script in the page where its socket is; it asks before it tries this place."""
+    scheme = "wss" if request.headers.get("Origin", "").startswith("https:") else "ws"
+    return web.json_response({"sessionURL": f"{scheme}://USE_HOST/ws"})
 
 
 def _print_failure(future):
@@ -221,22 +246,27 @@ def _free_port(host, port):
     raise OSError(f"`{host}:{port or PORT}` cannot be listened on: {reason.strerror or reason}")
 
 
-def _files(paths):
+def _files(saver):
+    is_filled = any(saving.FIELD in text for text in saver.warnings)
     return [
-        {"name": path.name, "size": _size(path.stat().st_size), "what": _description(path.name)}
-        for path in paths
+        {
+            "name": path.name,
+            "size": _size(path.stat().st_size),
+            "what": _description(path.name, is_filled),
+        }
+        for path in saver.files
     ]
 
 
-def _description(name):
+def _description(name, is_filled):
     """The contents of a file that `Saver` has written."""
     contents = {
         saving.HANDLES: "the handles",
         saving.AT_REST: "handles at rest, for 3D Slicer",
         saving.MOVED: "handles as they are now, for 3D Slicer",
-        saving.FIELD: "displacement field",
+        saving.FIELD: "displacement field" + "; it fills the gap of a cut" * is_filled,
         saving.PICTURE: "picture",
-        saving.SESSION: "session, opens again with `vtk-mls view`",
+        session_files.NAME: "session, opens again with `vtk-mls view`",
         saving.SCRIPT: "the same deformation without the editor",
     }
     return contents.get(name, "cut" if name.startswith("cut-") else "deformed data")

@@ -28,8 +28,8 @@ _TICK = 0.015  # seconds between two timer events
 _IDLE = 1.0  # seconds without work before garbage is collected
 _NARROW = 600  # pixels of a picture below which one pane is shown
 _SIZE = 900, 700  # pixels, before the page says its size
-# Keys that the page handles itself, or has fields for.
-_PAGE_METHODS = "save", "change_look", *commands.WINDOW_METHODS
+# Keys that the page handles itself, and that of windows.
+_PAGE_METHODS = "save", "quit"
 _PAGE_KEYS = {key for key, (method, _) in commands.actions().items() if method in _PAGE_METHODS}
 
 
@@ -46,6 +46,8 @@ class Session:
     editor : Editor
         Only for functions that `call` calls.
     window : vtkRenderWindow
+    working_since : float or None
+        `time.monotonic()` at the start of the function that the thread calls now.
     on_draw, on_idle : callable
         Called in that thread after each picture, and when there is no other work.
 
@@ -59,8 +61,8 @@ class Session:
     def __init__(self, on_change):
         self.editor = self.window = self._interactor = None
         self.on_draw = self.on_idle = lambda: None
-        self._on_change, self._panel, self._saved, self.preset = on_change, {}, None, 0
-        self._calls = queue.SimpleQueue()
+        self._on_change, self._panel = on_change, {}
+        self._calls, self.working_since = queue.SimpleQueue(), None
         self._thread = threading.Thread(target=self._work, name="editor", daemon=True)
         self._thread.start()
 
@@ -91,11 +93,10 @@ class Session:
         if previous is not None:
             previous.detach()
             self.window.Finalize()
-        self.editor, self.window, self._interactor, self.preset = editor, window, interactor, 0
+        self.editor, self.window, self._interactor = editor, window, interactor
         del previous
         gc.collect()
         self._leave_texts_to_page()
-        self._saved = self.editor.state
         self._fit_narrow_pictures(size)
         self._warm_up()
 
@@ -137,13 +138,6 @@ class Session:
             self._fit_narrow_pictures(size)
             self.window.Render()
 
-    def set_preset(self, index):
-        """Draw the data with one of their presets; in the editor's thread."""
-        self.preset = index
-        self.editor.say(self.editor.scene.set_preset(index))
-        self.editor.slices.show(is_final=True)
-        self.editor.select(self.editor.selected)  # draws
-
     def save(self, as_session=False):
         """Save all files, or a session file, and return their folder; in the editor's thread.
 
@@ -152,10 +146,10 @@ class Session:
         editor, saver = self.editor, self.editor.saver
         if not (editor.save_session() if as_session else editor.save()):
             raise OSError(editor.message)
-        self._saved = editor.state
-        if as_session or saver.takes_session:
+        if as_session:
             return saver.files[0].parent
-        editor.say("Saved.")
+        grid = f"Saved; images have the grid of {saver.grid.name}." if saver.grid else "Saved."
+        editor.say(" ".join([grid, *saver.warnings]))
         return saver.folder
 
     # The thread
@@ -165,8 +159,10 @@ class Session:
         worked_at, ticked_at = time.monotonic(), 0.0
         while True:
             with suppress(queue.Empty):
-                self._answer(*self._calls.get(timeout=_TICK))
-                worked_at = time.monotonic()
+                call = self._calls.get(timeout=_TICK)
+                self.working_since = time.monotonic()
+                self._answer(*call)
+                self.working_since, worked_at = None, time.monotonic()
             if time.monotonic() - ticked_at >= _TICK or self._calls.empty():
                 ticked_at = time.monotonic()
                 self._tick()
@@ -204,8 +200,7 @@ class Session:
     def _update_panel(self):
         if self.editor is None:
             return
-        values = panel_values.values_of(self.editor, self._panel, self.preset)
-        values["is_saved"] = self.editor.state is self._saved
+        values = panel_values.values_of(self.editor, self._panel)
         changed = {
             name: value
             for name, value in values.items()
@@ -228,13 +223,11 @@ class Session:
         return window, interactor
 
     def _leave_texts_to_page(self):
-        """Remove texts and the table of pairs from the picture: the page has its own, sharper."""
+        """Remove texts from the picture: the page has its own, sharper."""
         renderer = self.editor.view.overlay.renderer
         for prop in [*renderer.GetViewProps()]:
             if isinstance(prop, vtkTextActor):
                 renderer.RemoveViewProp(prop)
-        if self.editor.target is not None:
-            self.editor.toggle_table()
 
     def _fit_narrow_pictures(self, size):
         """In upright pictures, make the view angle the horizontal one; in narrow ones, one pane."""

@@ -14,13 +14,6 @@ class MatchingMouse(Mouse):
         self._editor, self._corrects_rest = editor, False
         super().__init__(interactor, editor.document, editor.tools, editor.enlarge)
 
-    def _press(self, interactor, event):
-        self.finish()
-        if self._editor.click_table(self.pixel):
-            self._abort(event)
-        else:
-            super()._press(interactor, event)
-
     def _grab(self, row, keeps_selection):
         super()._grab(row, keeps_selection)
         view, document = self._view, self._document

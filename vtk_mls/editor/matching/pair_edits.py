@@ -8,13 +8,13 @@ import numpy as np
 
 from vtk_mls.base.progress import Aborted
 from vtk_mls.editor import grips
+from vtk_mls.editor.document import NO_SURFACE
 from vtk_mls.editor.matching import refining
-from vtk_mls.editor.matching.pairs import MOVING, TARGET, with_landmark
+from vtk_mls.editor.matching.pairs import MOVING, TARGET, with_pair
 from vtk_mls.editor.matching.target import Target
 from vtk_mls.landmarks.text import refinement_sentence
 
 _SHARE_STEP = 0.1  # of the target, at each key
-_OTHER = {MOVING: "target", TARGET: "moving data"}
 
 
 class PairEdits:
@@ -40,45 +40,43 @@ class PairEdits:
         is_value = target is None or isinstance(target, Target)
         self.target = target if is_value else Target(target)
         self.view.set_target(self.target)
+        self.saver.target = self.target
         self.document.show()
 
     def place_at(self, pixel):
-        """Place a landmark where the data are at a pixel, on its side."""
+        """Place a landmark where the data, or the target, are at a pixel."""
         point = self.view.point_at(pixel)
         if point is None:
-            self.say("There is no surface under the mouse.")
-            return
-        side, pending = self.view.side_at(pixel), self.state.pending
-        if self.view.shows_both_at(pixel) and pending is not None:
-            side = TARGET if pending.side == MOVING else MOVING
-        self.place(side, point)
+            self.say(NO_SURFACE)
+        else:
+            self.place(self.view.side_at(pixel), point)
 
     def place(self, side, point):
-        """Place a landmark on a side: the first of a pair, or the partner that completes it.
+        """Place a landmark on a side, and its partner where the present map says.
 
         `side` is MOVING or TARGET, and the point (3,) is on the deformed data as they are drawn, or
         on the target.
         """
-        if side == MOVING:
-            deformation = self.view.distortion.deformation
-            point = point if deformation is None else deformation.backward([point])[0]
-            if not np.isfinite(point).all():
-                self.say("There are no data at this place, which a cut has opened.")
-                return
-        if not self.change(with_landmark(self.state, side, point)):
-            return
-        if self.state.pending is None:
-            self.document.selected = np.array([len(self.state) - 1])
-            self.say(f"Landmark {self.state.labels[-1]} is placed on both sides.")
+        point = np.array(point, float)
+        rest = self._at_rest(point) if side == MOVING else None
+        self.document.show_deformed()
+        deformation = self.view.distortion.deformation
+        if side == TARGET:
+            rest, deformed = self._at_rest(point), point
         else:
-            name = self.state.pending.label
-            self.say(f"Landmark {name}: click its place on the {_OTHER[side]}, or Esc.")
+            deformed = rest if deformation is None else deformation.forward([rest])[0]
+        if not np.isfinite([rest, deformed]).all():
+            self.say("There are no data at this place, which a cut has opened.")
+        elif self.change(with_pair(self.state, rest, deformed)):
+            self.document.selected = np.array([len(self.state) - 1])
+            self.document.move_slices(deformed)
+            name = self.state.labels[-1]
+            self.say(f"Landmark {name} is on both sides. Drag it to its place where it is wrong.")
 
-    def cancel_landmark(self):
-        """Remove the pending landmark; whether there was one."""
-        if self.state.pending is None:
-            return False
-        return self.change(self.state.changed(pending=None))
+    def _at_rest(self, point):
+        """p of a point (3,) of the drawn data."""
+        deformation = self.view.distortion.deformation
+        return point if deformation is None else deformation.backward([point])[0]
 
     def set_enabled(self, rows, are_enabled):
         """Let point handles belong to the map, or leave them out of it."""
@@ -104,18 +102,6 @@ class PairEdits:
         self.document.select([row])
         self.view.center_on(point)
         self.document.move_slices(point)
-
-    def click_table(self, pixel):
-        """Jump to the pair of the table at a pixel, or switch its tick; whether there is one."""
-        cell = None if self.view.target is None else self.view.target.cell_at(pixel)
-        if cell is None:
-            return False
-        pair, is_tick = cell
-        if is_tick:
-            self.set_enabled([pair.row], not pair.is_enabled)
-        else:
-            self.jump_to(pair.row)
-        return True
 
     def jump_by(self, step):
         """Jump to the next pair (1) or the previous one (-1)."""
@@ -174,12 +160,6 @@ class PairEdits:
     def compare_by(self, mode):
         """Draw both sides by one of `target.MODES`."""
         self.set_comparison(mode=mode)
-
-    def toggle_table(self):
-        """Show or hide the table of pairs."""
-        if self.view.target is not None:
-            self.view.target.toggle_table()
-        self.document.draw()
 
     def change_share(self, count):
         """Show more of the target (1) or less of it (-1) where it fades."""

@@ -3,40 +3,20 @@
 from __future__ import annotations
 
 import functools
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 
 from vtk_mls.editor import grips
 from vtk_mls.landmarks.left_out import PointPairs, predictions
+from vtk_mls.landmarks.pair_report import outliers_among
 from vtk_mls.landmarks.settings import Settings
 
-MOVING, TARGET = SIDES = "moving", "target"
-# Pairs for which the errors are computed at each edit, and those without which there is no map.
-_MAX_PAIRS, _MIN_PAIRS = 200, 4
-
-
-@dataclass(frozen=True, eq=False)
-class Pending:
-    """A landmark on one side, until its partner is placed on the other.
-
-    Attributes
-    ----------
-    side : str
-        MOVING or TARGET.
-    position : (3,) float64, world coordinates
-        p on the moving data, as they are at rest; or q on the target.
-    label : str
-    """
-
-    side: str
-    position: np.ndarray
-    label: str = ""
-
-    def __post_init__(self):
-        if self.side not in SIDES:
-            raise ValueError(f"`side` must be {MOVING!r} or {TARGET!r}, got {self.side!r}")
-        object.__setattr__(self, "position", np.array(self.position, float).reshape(3))
+MOVING, TARGET = "moving", "target"  # sides
+# Pairs for which errors and outliers are computed at each edit, and those without which there is no
+# map.
+_MAX_PAIRS, _MAX_OUTLIER_PAIRS, _MIN_PAIRS = 200, 100, 4
 
 
 @dataclass(frozen=True)
@@ -45,33 +25,36 @@ class PairRow:
 
     Attributes
     ----------
-    row : int or None
-        Of the state; None for the pending landmark.
+    row : int
+        Of the state.
     name : str
         The label, or the number from 1 on.
-    rest, deformed : (x, y, z) or None, world coordinates
-        p and q; None for the place that the pending landmark lacks.
-    distance : float or None, world units
+    rest, deformed : (x, y, z), world coordinates
+        p and q.
+    distance : float, world units
         From p to q.
     error : float or None, world units
         When left out: distance from p to the place to which the map of all other enabled pairs
         takes q. None for pairs that are off, and if `PairTable.has_errors` is false.
     is_enabled : bool
         Whether the pair belongs to the map.
+    is_outlier : bool
+        As of `landmarks.report`; False with more pairs than 100.
     """
 
-    row: int | None
+    row: int
     name: str
-    rest: tuple | None
-    deformed: tuple | None
-    distance: float | None = None
-    error: float | None = None
-    is_enabled: bool = True
+    rest: tuple
+    deformed: tuple
+    distance: float
+    error: float | None
+    is_enabled: bool
+    is_outlier: bool
 
 
 @dataclass(frozen=True)
 class PairTable:
-    """The pairs of a `State`, and its pending landmark as the last row.
+    """The pairs of a `State`.
 
     Attributes
     ----------
@@ -93,6 +76,7 @@ class PairTable:
         state = state.with_chosen_settings()
         names, errors = grips.names_of(state), left_out_errors(state)
         distances = np.linalg.norm(state.deformed - state.rest, axis=1)
+        are_outliers = outliers(state, errors)
         rows = [
             PairRow(
                 row,
@@ -102,14 +86,10 @@ class PairTable:
                 float(distances[row]),
                 None if np.isnan(errors[row]) else float(errors[row]),
                 bool(state.enabled[row]),
+                bool(are_outliers[row]),
             )
             for row in range(len(state))
         ]
-        pending = state.pending
-        if pending is not None:
-            position = tuple(pending.position.tolist())
-            places = (position, None) if pending.side == MOVING else (None, position)
-            rows.append(PairRow(None, pending.label, *places))
         return PairTable(tuple(rows), _median(errors), _choice(state))
 
     @property
@@ -138,6 +118,15 @@ def left_out_errors(state):
     return errors
 
 
+def outliers(state, errors):
+    """Whether each pair is an outlier: (n,) bool; only pairs with errors (n,) can be."""
+    is_outlier, rows = np.zeros(len(state), bool), np.flatnonzero(np.isfinite(errors))
+    if 0 < len(rows) <= _MAX_OUTLIER_PAIRS:
+        with suppress(ValueError):  # two places coincide
+            is_outlier[rows] = outliers_among(*vars(_enabled_pairs(state)).values())
+    return is_outlier
+
+
 def _choice(state):
     if state.kind != "spline" or state.order == 0:
         return ""
@@ -156,18 +145,9 @@ def _median(errors):
     return float(np.median(finite)) if len(finite) else None
 
 
-def with_landmark(state, side, position):
-    """A copy of a `State` with a landmark at a position (3,) on a side.
-
-    The landmark is pending until its partner is placed; another one on the same side moves it.
-    """
-    pending = state.pending
-    if pending is None or pending.side == side:
-        label = _free_name(state) if pending is None else pending.label
-        return state.changed(pending=Pending(side, position, label))
-    places = {side: position, pending.side: pending.position}
-    pair = state.with_handle(places[MOVING], places[TARGET])
-    return pair.with_name(len(state), pending.label).changed(pending=None)
+def with_pair(state, rest, deformed):
+    """A copy of a `State` with a pair at p and q, (3,) each, the last; a number is its name."""
+    return state.with_handle(rest, deformed).with_name(len(state), _free_name(state))
 
 
 def _free_name(state):

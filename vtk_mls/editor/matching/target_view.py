@@ -9,12 +9,9 @@ from vtk_mls import Deformation
 from vtk_mls.editor.commands import HINT, TARGET_HINT
 from vtk_mls.editor.distortion import Distortion
 from vtk_mls.editor.grips import names_of
-from vtk_mls.editor.handle_glyphs import PENDING
 from vtk_mls.editor.matching.comparing import ComparedItem
 from vtk_mls.editor.matching.cross_fade import CrossFade
-from vtk_mls.editor.matching.pair_text import PairText
-from vtk_mls.editor.matching.pairs import MOVING, TARGET, PairTable
-from vtk_mls.editor.matching.refining import key_of
+from vtk_mls.editor.matching.pairs import MOVING, TARGET
 from vtk_mls.editor.matching.target import BESIDE, FADE
 from vtk_mls.editor.overlay import Names
 from vtk_mls.editor.polydata import configured
@@ -41,7 +38,7 @@ class TargetView:
         camera = view.scene.renderer.GetActiveCamera()
         self._own_camera = self.scene.renderer.GetActiveCamera()
         self.scene.renderer.SetActiveCamera(camera)
-        self._ghosts, self._has_table, self.dragged = [], True, None
+        self._ghosts, self.dragged = [], None
         self.far_centers = self._far_centers()
         bounds = self._bounds()
         for slices in (self._moving_slices, self.slices):
@@ -49,9 +46,8 @@ class TargetView:
         scenes = {MOVING: self._moving, TARGET: self.scene}
         self._names = {side: Names(scene.overlay) for side, scene in scenes.items()}
         self._texts = new_layer(window)
-        view.overlay.move_to(self._texts, _LIFT, hint_share=0.5)  # the title is at the right
+        view.overlay.move_to(self._texts, _LIFT)
         view.overlay.set_hint(TARGET_HINT)
-        self._text = PairText(self._texts, f"target: {target.name}")
         for item in self._meshes(self.scene.items):
             item.outline_color = _OUTLINE_COLOR
             self._ghosts.append(_ghost_of(item))
@@ -97,19 +93,11 @@ class TargetView:
         if not self._ghosts:
             self._cross_fade.set_share(share or 0.0)
 
-    def toggle_table(self):
-        """Show or hide the table of pairs."""
-        self._has_table = not self._has_table
-
     def is_at(self, pixel):
         """Whether the target is drawn at a pixel."""
         view = self.scene.renderer
         is_in_3d = view.GetDraw() and view.IsInViewport(*map(int, pixel))
         return bool(is_in_3d) or self.slices.pane_at(pixel) is not None
-
-    def cell_at(self, pixel):
-        """The cell of the table at a pixel, as of `PairText.cell_at`."""
-        return self._text.cell_at(pixel)
 
     def initial_map(self, device):
         """The translation that shows undeformed data near the target; None if they are near."""
@@ -125,46 +113,23 @@ class TargetView:
 
     def draw(self, state, selected, hovered, colors):
         """Place the landmarks of a `State`, with colors (g, 3), on both sides."""
-        deformation, are_visible = self._view.distortion.deformation, not self._view.hides_handles
-        positions, names = state.grips.deformed, names_of(state)
-        priorities = np.isin(np.arange(len(names) + 1), [*selected, len(names)]).astype(int)
+        positions, are_visible = state.grips.deformed, not self._view.hides_handles
+        names = names_of(state), np.isin(np.arange(len(positions)), selected).astype(int)
         on_data = positions.copy()
         if self.dragged is not None:
             rows, on_data[rows] = self.dragged
-        sides = {MOVING: (on_data, colors, names), TARGET: (positions, colors, names)}
-        pending = state.pending
-        if pending is not None:
-            place = pending.position[None]
-            if pending.side == MOVING and deformation is not None:
-                place = deformation.forward(place)
-            if np.isfinite(place).all():
-                sides[pending.side] = (
-                    np.vstack([sides[pending.side][0], place]),
-                    np.vstack([colors, PENDING]).astype(np.uint8),
-                    [*names, pending.label],
-                )
-        views = (MOVING, self._moving, self._moving_slices), (TARGET, self.scene, self.slices)
-        for side, scene, slices in views:
-            places, place_colors, place_names = sides[side]
-            scene.glyphs.show(places, places, place_colors, hovered)
-            place_names = place_names, priorities[: len(place_names)]
-            slices.show_handles(places, place_colors, are_visible, place_names)
-            self._names[side].show(places, *place_names, are_visible)
-        score = None
-        if len(selected) == 1 and selected[0] < len(state):
-            score = self._view.scores.get(key_of(state, selected[0]))
-        self._text.set_table(PairTable.of(state) if self._has_table else None, selected, score)
-        self._text.set_visible(are_visible)
-
-    def hide_texts(self):
-        """Hide title and table until the next `draw`."""
-        self._text.set_visible(False)
+        for side, scene, slices, places in (
+            (MOVING, self._moving, self._moving_slices, on_data),
+            (TARGET, self.scene, self.slices, positions),
+        ):
+            scene.glyphs.show(places, places, colors, hovered)
+            slices.show_handles(places, colors, are_visible, names)
+            self._names[side].show(places, *names, are_visible)
 
     def lay_out(self):
-        """Place sides and texts for the size of the window: above each other in upright ones."""
+        """Place both sides for the size of the window: above each other in upright ones."""
         if self._is_upright != self._window_is_upright():
             self.arrange()
-        self._text.lay_out(self.scene.renderer)
 
     def _window_is_upright(self):
         width, height = self.scene.window.GetSize()

@@ -111,11 +111,6 @@ class MatchingView(View):
         else:
             self.target.draw(state, selected, hovered, colors)
 
-    def _hide_texts(self):
-        super()._hide_texts()
-        if self.target is not None:
-            self.target.hide_texts()
-
     def _lay_out(self, window, event):
         super()._lay_out(window, event)
         if self.target is not None:

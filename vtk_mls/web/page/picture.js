@@ -12,12 +12,17 @@
 
   const distance = (a, b) => Math.hypot(a.clientX - b.clientX, a.clientY - b.clientY);
   const clamp = (value, limit) => Math.max(-limit, Math.min(value, limit));
+  const LOST = `<div class="mls-veil mls-whole" role="alertdialog">
+    <p>The connection to the server is lost. Unsaved edits are kept.</p>
+    <p>If the server has ended, run <code>vtk-mls view</code> again with the same file: it offers them.</p>
+    <button class="mls-button" onclick="location.reload()">Load the page again</button></div>`;
+
   const isTyping = (target) =>
     target.closest && target.closest("input, textarea, [contenteditable], .v-overlay");
 
   const Picture = {
     props: ["name", "several"],
-    emits: ["save", "legend", "preset"],
+    emits: ["save", "menu"],
     data: () => ({ state: "opening", wheel: 0 }),
     template: `
       <div class="mls-picture" ref="box">
@@ -46,8 +51,11 @@
     unmounted() {
       document.removeEventListener("keydown", this.onKey);
       this.watcher.disconnect();
+      clearTimeout(this.retry); // a dead tab must not take the session from a new one
       this.socket.onclose = null;
       this.socket.close();
+      // trame takes the page down when its own socket closes
+      document.body.insertAdjacentHTML("beforeend", LOST);
     },
     methods: {
       connect() {
@@ -61,7 +69,7 @@
         socket.onclose = (event) => {
           if (socket !== this.socket) return;
           this.state = event.code === TAKEN_OVER ? "taken_over" : "closed";
-          if (this.state === "closed") setTimeout(() => this.connect(), 1500);
+          if (this.state === "closed") this.retry = setTimeout(() => this.connect(), 1500);
         };
       },
       send(event) {
@@ -183,15 +191,14 @@
       key(event) {
         const control = event.ctrlKey || event.metaKey;
         const letter = event.key.toLowerCase();
-        if (isTyping(event.target) || event.altKey || this.state !== "open") return;
+        if (isTyping(event.target) || event.altKey || this.state === "taken_over") return;
         if (control ? !CONTROL_KEYS.includes(letter) : event.key.length > 1 && !NAMED_KEYS.includes(event.key))
           return;
         if ([" ", "Enter"].includes(event.key) && event.target.closest("button, a")) return;
         if (ARROWS.includes(event.key) && event.target.closest("[role=slider]")) return;
         event.preventDefault();
         if (letter === "s") this.$emit("save");
-        else if (letter === "h" || event.key === "?") this.$emit("legend");
-        else if (letter === "v") this.$emit("preset");
+        else if (letter === "h" || event.key === "?") this.$emit("menu");
         else this.send({ type: "key", key: event.key, ctrl: control, shift: event.shiftKey });
       },
     },
