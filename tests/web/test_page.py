@@ -132,6 +132,13 @@ class Page:
             frames = self.frames()
             time.sleep(2)
 
+    def until(self, is_true):
+        """Wait until a function returns something true."""
+        until = time.monotonic() + _TIMEOUT
+        while not is_true():
+            assert time.monotonic() < until
+            time.sleep(0.3)
+
     def pixels(self):
         """The picture on the page: (height, width, 3) float, 0 to 255."""
         size = "({ width: canvas.width, height: canvas.height })"
