@@ -46,7 +46,7 @@ def test_landmarks_are_placed_on_both_sides_and_refined(browser, folder):
     with server(folder, *arguments) as (_, address):
         page = _page(browser, address)
         _wait(page, f"{_ROWS} === 4")
-        page.tab.get_by_role("button", name="Slices").click()  # hidden: two 3-D views
+        page.tab.get_by_role("button", name="3-D").click()
         for side in (0.25, 0.75):
             page.tab.mouse.click(*page.pixel((side - 0.06, 0.36)))  # beside the handles
             time.sleep(0.3)
