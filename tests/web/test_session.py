@@ -190,6 +190,22 @@ def test_a_closed_page_releases_the_mouse():
     assert camera.GetPosition() == position
 
 
+@pytest.mark.parametrize("pane", ["3-D", "axial"])
+def test_two_fingers_zoom_and_show_the_same_place_again(pane):
+    session = opened(ball_mesh())
+    do(session, "pane", pane)
+    slices, camera = session.editor.slices, session.editor.scene.renderer.GetActiveCamera()
+
+    def zoom(x, step, factor):
+        event = {"type": "zoom", "x": x, "y": x, "dx": step, "dy": step, "factor": factor}
+        session.call(lambda: session.send(event)).result()
+        return [slices.zoom, *slices.center, *camera.GetPosition(), *camera.GetFocalPoint()]
+
+    before = zoom(0.5, 0, 1.0)
+    assert zoom(0.4, 0.1, 1.7) != pytest.approx(before, abs=0.02)
+    assert zoom(0.5, -0.1, 1 / 1.7) == pytest.approx(before, abs=0.02)
+
+
 def test_slices_have_the_preset_of_the_panel(monkeypatch):
     session, calls = opened(ball_mesh()), []
     session.call(session.editor.toggle_slices).result()

@@ -234,7 +234,7 @@ class Session:
         camera = self.editor.scene.renderer.GetActiveCamera()
         camera.SetUseHorizontalViewAngle(size[0] < size[1])
         self.editor.is_narrow = size[0] < _NARROW
-        if self.editor.slices.pane == ALL:
+        if self.editor.is_narrow and self.editor.slices.pane == ALL:
             self.editor.show_pane(ALL)
 
     def _warm_up(self):
