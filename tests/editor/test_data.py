@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from command_fixtures import run
-from hands import MIDDLE, SIZE, Hands, ball_image, ball_mesh
+from hands import MIDDLE, SIZE, Hands, ball_image, ball_mesh, pixels_in
 from vtk_fixtures import TURNED
 from vtkmodules.vtkCommonCore import (
     VTK_BIT,
@@ -20,8 +20,9 @@ from vtkmodules.vtkCommonCore import (
 from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPolyData
 
 from vtk_mls import io
-from vtk_mls.editor import transfer_functions
-from vtk_mls.editor.scene_volume import scalar_image
+from vtk_mls.editor import State, transfer_functions
+from vtk_mls.editor.label_picking import are_regions
+from vtk_mls.editor.scene_image import scalar_image
 from vtk_mls.files import metadata
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
@@ -51,13 +52,12 @@ UNUSUAL = {
     "eight voxels": lambda: image_with(np.arange(8.0), (2, 2, 2)),
     "all the same": lambda: image_with(np.zeros(27), (3, 3, 3)),
     "not finite": lambda: image_with(np.r_[np.nan, np.inf, np.arange(25.0)], (3, 3, 3)),
-    "only NaN": lambda: image_with(np.full(27, np.nan), (3, 3, 3)),
     "colors": lambda: image_with(np.arange(81).reshape(27, 3).astype(np.uint8), (3, 3, 3)),
     "points": points_alone,
 }
 
 
-_SLOW = "not finite", "only NaN", "colors"  # each builds a shader
+_SLOW = "not finite", "colors"  # each builds a shader
 
 
 @pytest.mark.parametrize(
@@ -76,6 +76,56 @@ def test_unusual_data_are_edited(name):
 def test_an_image_without_values_is_refused():
     with pytest.raises(ValueError, match="no values at its points"):
         Hands(image_with(None, (3, 3, 3)))
+    with pytest.raises(ValueError, match="no finite values to show"):
+        Hands(image_with(np.full(27, np.nan), (3, 3, 3)))
+
+
+_HALVES = np.repeat([0, 3], 100)  # of a flat image, 20 x 10: the upper half, and the lower
+
+
+@pytest.mark.parametrize(
+    ("values", "upper", "lower"),
+    [
+        pytest.param(np.repeat(np.linspace(0, 900, 10), 20), (25, 25, 25), (230, 230, 230)),
+        pytest.param(_HALVES, (0, 0, 0), 255 * transfer_functions._HUES[3]),
+        pytest.param(
+            np.uint8([(200, 10, 50)] * 100 + [(5, 90, 240)] * 100), (200, 10, 50), (5, 90, 240)
+        ),
+    ],
+    ids=["gray", "labels", "colors"],
+)
+def test_a_flat_image_is_seen_from_the_front(values, upper, lower):
+    """A handle that is dragged stays in the plane, and the image follows it."""
+    hands = Hands(image_with(values, (20, 10, 1)), State([(9.5, 4.5, 0)], [(9.5, 4.5, 0)]))
+    assert hands.editor.slices.pane == "axial"
+    pane = hands.editor.slices.pane_at((120, 120))
+    places = [(4, 0.5, 0), (4, 8.5, 0)]
+
+    def shown(offset=0):
+        (x, y), (u, v) = np.rint(pixels_in(pane, np.add(places, offset))).astype(int)
+        return hands.picture()[[y, v], [x, u]]
+
+    np.testing.assert_allclose(shown(), [upper, lower], atol=30)
+    start = pixels_in(pane, (9.5, 4.5, 0))[0]
+    hands.drag(start, (30, 12))
+    moved = hands.state.deformed[0] - (9.5, 4.5, 0)
+    assert moved[2] == 0
+    assert np.abs(moved[:2]).min() > 0.5
+    np.testing.assert_allclose(shown(moved), [upper, lower], atol=30)
+
+
+def test_an_image_with_one_value_is_visible():
+    hands = Hands(image_with(np.full(1000, -5.0), (10, 10, 10)))
+    assert np.abs(hands.picture()[120, 120] - hands.picture()[5, 5]).max() > 50
+
+
+def test_gray_values_are_no_labels(rng):
+    shell = np.clip(200 * (8.5 - np.linalg.norm(np.indices((24,) * 3) - 11.5, axis=0)), 0, 200)
+    noise, blocks = rng.integers(0, 9, (20, 20, 20)), np.repeat(np.arange(8), 64).reshape(8, 8, 8)
+    assert not are_regions(shell.astype(np.uint8))
+    assert not are_regions(noise)
+    assert not are_regions(np.zeros((9, 9, 9), int))
+    assert are_regions(blocks)
 
 
 def test_an_oblique_image_is_drawn_and_picked_in_place():

@@ -15,7 +15,7 @@ from vtkmodules.vtkRenderingCore import vtkRenderer
 from vtk_mls import Deformation, Grid, HalfPlane
 from vtk_mls.editor import State, transfer_functions
 from vtk_mls.editor.scene_volume import SceneVolume
-from vtk_mls.editor.slice_pane import colors_of
+from vtk_mls.editor.slice_pane import EYE, UP, colors_of, letter_of
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 
@@ -163,7 +163,8 @@ def assert_gray(hands, grid, pane, rng):
     preset = editor.scene.items[0].presets[0]
     left, low = pane.renderer.GetOrigin()
     width, height = pane.renderer.GetSize()
-    pixels = rng.integers((left + 4, low + 26), (left + width - 4, low + height - 4), (600, 2))
+    low_corner, high_corner = (left + 26, low + 26), (left + width - 26, low + height - 26)
+    pixels = rng.integers(low_corner, high_corner, (900, 2))  # between the letters at the edges
     points = np.array([pane.point_at(pixel) for pixel in pixels])
     deformation = editor.state.deformation()
     origins = points if deformation is None else deformation.backward(points)
@@ -230,3 +231,37 @@ def test_the_gap_of_a_cut_has_the_color_with_which_it_is_saved():
     np.testing.assert_array_equal(in_gap, expected)
     assert expected.any()
     assert not black.any()
+
+
+def test_slices_zoom_at_the_mouse_move_along_and_return(hands):
+    axial = panes(hands)[2]
+    pixel, middle = np.array((330.0, 320)), axial.point_at((300, 300))
+    point = axial.point_at(pixel)
+    for _ in range(3):
+        hands.send("MouseWheelForwardEvent", pixel, "Ctrl")
+    np.testing.assert_allclose(axial.point_at(pixel), point, atol=1e-6)
+    size = np.linalg.norm(axial.point_at((300, 300)) - point)
+    assert size == pytest.approx(np.linalg.norm(middle - point) / 1.21**3, rel=1e-6)
+    for keys, events in (("Shift", "LeftButton"), ("", "MiddleButton")):
+        before = axial.point_at(pixel)
+        hands.send(f"{events}PressEvent", pixel, keys)
+        hands.move(pixel - (6, 4), keys)
+        hands.send(f"{events}ReleaseEvent", pixel - (6, 4), keys)
+        np.testing.assert_allclose(axial.point_at(pixel - (6, 4)), before, atol=1e-6)
+    hands.press("r")
+    np.testing.assert_allclose(axial.point_at((300, 300)), middle, atol=1e-6)
+
+
+def test_a_double_click_enlarges_a_pane_and_returns(hands):
+    point = panes(hands)[0].point_at((330, 60))
+    for expected in ("sagittal", "all"):
+        hands.click((330, 60))
+        hands.send("LeftButtonDoubleClickEvent", (330, 60))
+        assert hands.editor.slices.pane == expected
+    assert panes(hands)[0].point_at((330, 60))[0] == point[0]
+
+
+def test_letters_name_the_directions_of_lps():
+    right, up = ([np.cross(UP[axis], EYE[axis]), UP[axis]] for axis in (2, 1))
+    assert [letter_of(direction) for direction in (*right, *up)] == [*"LALS"]
+    assert letter_of(-np.array(UP[0])) == "I"

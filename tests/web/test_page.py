@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import re
 import shlex
 import time
@@ -15,6 +16,7 @@ from page_mouse import drag
 from page_server import server
 from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkFiltersSources import vtkSphereSource
+from vtkmodules.vtkIOImage import vtkPNGReader
 
 from vtk_mls import io
 from vtk_mls.editor import commands
@@ -27,7 +29,7 @@ BROWSER_ARGUMENTS = ("--disable-3d-apis",)
 _TIMEOUT = 180  # seconds
 _SIZE = {"width": 1100, "height": 760}
 _PANEL_AT = "document.querySelector('.v-navigation-drawer').getBoundingClientRect().x"
-_PHONE = {
+PHONE = {
     "viewport": {"width": 390, "height": 780},
     "has_touch": True,
     "is_mobile": True,
@@ -106,13 +108,54 @@ class Page:
     def swipe(self, start, by):
         """Drag with a finger from a part of the picture."""
         x, y = self.pixel(start)
-        fingers = self.tab.context.new_cdp_session(self.tab)
-        for step in range(9):
-            at = {"x": x + by[0] * step / 8, "y": y + by[1] * step / 8}
-            kind = "touchMove" if step else "touchStart"
-            fingers.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": [at]})
+        self.touch([(x + by[0] * step / 8, y + by[1] * step / 8)] for step in range(9))
+
+    def pinch(self, middle, widths):
+        """Move two fingers about a part of the picture; the first touches it before the other."""
+        x, y = self.pixel(middle)
+        pairs = [[(x - width / 2, y), (x + width / 2, y)] for width in widths]
+        self.touch([pairs[0][:1], *pairs])
+
+    def touch(self, steps):
+        """Touch with fingers, at pixels of each step, and take them away."""
+        fingers, count = self.tab.context.new_cdp_session(self.tab), 0
+        for places in steps:
+            kind = "touchMove" if len(places) == count else "touchStart"
+            count = len(places)
+            points = [{"x": x, "y": y, "id": i} for i, (x, y) in enumerate(places)]
+            fingers.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
             time.sleep(0.04)
         fingers.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+
+    def rest(self):
+        """Wait until the picture is final."""
+        canvas = "document.querySelector('canvas')"
+        self.tab.wait_for_function(f"{canvas}.width === {canvas}.clientWidth")
+        frames = -1
+        while frames != self.frames():
+            frames = self.frames()
+            time.sleep(2)
+
+    def until(self, is_true):
+        """Wait until a function returns something true."""
+        until = time.monotonic() + _TIMEOUT
+        while not is_true():
+            assert time.monotonic() < until
+            time.sleep(0.3)
+
+    def pixels(self):
+        """The picture on the page: (height, width, 3) float, 0 to 255."""
+        url, reader = (
+            self.tab.evaluate("document.querySelector('canvas').toDataURL()"),
+            vtkPNGReader(),
+        )
+        png = base64.b64decode(url.partition(",")[2])
+        reader.SetMemoryBuffer(png)
+        reader.SetMemoryBufferLength(len(png))
+        reader.Update()
+        width, height, _ = reader.GetOutput().GetDimensions()
+        values = arrays.to_numpy(reader.GetOutput().GetPointData().GetScalars())
+        return values.reshape(height, width, -1)[::-1, :, :3].astype(float)
 
     def rows(self):
         """Positions in the handle table."""
@@ -388,7 +431,7 @@ def test_a_second_tab_takes_over(page, browser, address):
 
 
 def test_a_phone(browser, address):
-    page = Page(browser, address, **_PHONE)
+    page = Page(browser, address, **PHONE)
     canvas = page.tab.locator("canvas")
     assert canvas.bounding_box()["width"] == 390
     page.tab.keyboard.press("0")  # handles and camera as at first

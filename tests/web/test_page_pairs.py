@@ -45,7 +45,7 @@ def test_landmarks_are_placed_on_both_sides_and_refined(browser, folder):
     with server(folder, *arguments) as (_, address):
         page = _page(browser, address)
         _wait(page, f"{_ROWS} === 4")
-        page.tab.get_by_role("button", name="Slices").click()  # hidden: two 3-D views
+        page.tab.get_by_role("button", name="3-D").click()  # hidden: two 3-D views
         page.tab.mouse.click(*page.pixel((0.19, 0.36)))  # beside the handles
         _wait(page, f"{_ROWS} === 5")
         page.says("is on both sides")

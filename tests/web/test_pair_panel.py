@@ -59,7 +59,7 @@ def session(rng, tmp_path, monkeypatch):
 def test_pairs_are_edited_by_the_table(session):
     values = session._on_change.values
     assert values["has_target"]
-    assert values["has_slices"]
+    assert values["pane"] == "axial"  # a small picture has no room for all slices
     assert [pair["name"] for pair in values["pairs"]] == ["a", "b", "c"]
     do(session, "enable", [1, False])
     assert [pair["enabled"] for pair in values["pairs"]] == [True, False, True]

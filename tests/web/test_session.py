@@ -62,7 +62,7 @@ class _Editor:
 
     message = offer = status = ""
     is_drawing_curve, target, comparison = False, None, Comparison()
-    slices = SimpleNamespace(is_visible=False)
+    slices = SimpleNamespace(pane="3-D", flat_axis=None)
     selected = np.zeros(0, int)
     document = SimpleNamespace(grabbed=None, is_saved=True)
     saver = SimpleNamespace(uses_target_grid=True, datasets=[ball_mesh()])
@@ -188,6 +188,22 @@ def test_a_closed_page_releases_the_mouse():
     position = camera.GetPosition()
     session.call(lambda: session.send({"type": "move", "x": 0.4, "y": 0.2})).result()
     assert camera.GetPosition() == position
+
+
+@pytest.mark.parametrize("pane", ["3-D", "axial"])
+def test_two_fingers_zoom_and_show_the_same_place_again(pane):
+    session = opened(ball_mesh())
+    do(session, "pane", pane)
+    slices, camera = session.editor.slices, session.editor.scene.renderer.GetActiveCamera()
+
+    def zoom(x, step, factor):
+        event = {"type": "zoom", "x": x, "y": x, "dx": step, "dy": step, "factor": factor}
+        session.call(lambda: session.send(event)).result()
+        return [slices.zoom, *slices.center, *camera.GetPosition(), *camera.GetFocalPoint()]
+
+    before = zoom(0.5, 0, 1.0)
+    assert zoom(0.4, 0.1, 1.7) != pytest.approx(before, abs=0.02)
+    assert zoom(0.5, -0.1, 1 / 1.7) == pytest.approx(before, abs=0.02)
 
 
 def test_slices_have_the_preset_of_the_panel(monkeypatch):

@@ -95,6 +95,8 @@ class Document:
         if self._is_preview_due:
             self._show_preview()
         elif self.view.is_refinement_due:
+            if self.view.slices.is_coarse:
+                self.view.show_slices()
             self.draw()
 
     def select(self, rows):
@@ -179,6 +181,11 @@ class Document:
             self.view.slices.move_to(point)
             self.view.show_slices(not is_moving)
         self.draw_slices() if is_moving else self.draw()
+
+    def zoom(self, pixel, to, factor):
+        """Zoom as of `View.zoom`."""
+        with self.reporting_errors():
+            self.draw_slices() if self.view.zoom(pixel, to, factor) else self.draw(is_moving=True)
 
     def show(self, is_final=True, is_quiet=False):
         """Deform and draw the data; whether the state has a map."""

@@ -15,6 +15,7 @@ from vtk_mls.editor.mouse import PRIORITY
 from vtk_mls.editor.saving import Saver
 from vtk_mls.editor.sessions import Saving
 from vtk_mls.editor.shape_edits import ShapeEdits
+from vtk_mls.editor.slices import ALL, ONLY_3D, SLICES
 from vtk_mls.editor.state import State
 
 _TIMER_MILLISECONDS = 15
@@ -49,6 +50,8 @@ class Editor(ShapeEdits, PairEdits, Saving):
     scene : Scene
     slices : Slices
     saver : Saver
+    is_narrow : bool
+        Whether the window has no room for several slices.
 
     Raises
     ------
@@ -63,7 +66,7 @@ class Editor(ShapeEdits, PairEdits, Saving):
     """
 
     def __init__(self, interactor, datasets, state=None, paths=(), autosave=None, target=None):
-        self._interactor, self._lattice_number = interactor, 0
+        self._interactor, self._lattice_number, self.is_narrow = interactor, 0, False
         datasets = datasets if isinstance(datasets, (list, tuple)) else [datasets]
         self.view = MatchingView(interactor, datasets)
         self.scene, self.slices = self.view.scene, self.view.slices
@@ -285,8 +288,22 @@ class Editor(ShapeEdits, PairEdits, Saving):
 
     def toggle_slices(self):
         """Show or hide three slices beside the 3-D view."""
-        self.view.toggle_slices()
+        self.show_pane(ONLY_3D if self.slices.is_visible else ALL)
+
+    def show_pane(self, pane):
+        """Show one of `slices.PANES`; one slice for all of them if there `is_narrow`."""
+        if self.slices.flat_axis is None:
+            self.view.set_pane(SLICES[0] if pane == ALL and self.is_narrow else pane)
         self.document.draw()
+
+    def enlarge(self, pixel):
+        """Show the slice or the 3-D view at a pixel alone, or all of them again."""
+        name = self.view.name_of_pane(pixel)
+        self.show_pane(ALL if self.slices.pane == name else name)
+
+    def zoom(self, pixel, to, factor):
+        """Zoom by a factor about a pixel, which moves to the pixel `to`."""
+        self.document.zoom(pixel, to, factor)
 
     def move_slices(self, point):
         """Move the slices to a point (3,)."""

@@ -12,12 +12,28 @@ from vtk_mls.vtk import arrays
 
 _STEP = 0.5  # between samples along a ray, in voxels
 _MAX_SAMPLES = 4096
+_MAX_SEEN = 1 << 20  # samples of an image that may have labels
+_MIN_REGION, _MIN_SAME = 32, 0.6  # voxels; share of neighbors along x with the same label
 _MAX_VALUES = 64  # of an image of integers that are labels though its file does not declare it
 
 
 def are_labels(values):
     """Whether the values of an image may be labels: few different integers."""
     return values.dtype.kind in "biu" and len(np.unique(values)) <= _MAX_VALUES
+
+
+def are_regions(values):
+    """Whether an image (nz, ny, nx) has few integers, most of them in regions, as labels are."""
+    rows = values.reshape(-1, values.shape[-1])
+    rows = rows[:: max(1, values.size // _MAX_SEEN)]
+    if values.size < 2 * _MIN_REGION or rows.shape[1] < 2 or not are_labels(rows):
+        return False
+    _, label = np.unique(rows, return_inverse=True)
+    label = label.reshape(rows.shape)
+    is_same = label[:, 1:] == label[:, :-1]
+    counts = np.bincount(label[:, :-1].ravel())
+    same = np.bincount(label[:, :-1][is_same], minlength=len(counts))
+    return len(counts) > 1 and np.median(same / np.maximum(counts, 1)) > _MIN_SAME
 
 
 def label_on_ray(grid, values, deformation, near, far):

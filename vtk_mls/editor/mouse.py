@@ -9,6 +9,7 @@ from vtk_mls.editor.projection import Drag
 PRIORITY = 10.0  # above interactor styles and widgets
 _PICK_DISTANCE = 9  # pixels from the center of a handle
 _ADJUSTING_PIXELS = 200  # for the whole range of brightness, and for twice the contrast
+_ZOOM = 1.21  # of a step of the wheel with Ctrl
 _CLICK_DISTANCE = 3  # pixels that the mouse may move during a click
 
 
@@ -44,10 +45,11 @@ class Observer:
 class Mouse(Observer):
     """Selects and drags handles, and moves slices; beside them the mouse moves the camera."""
 
-    def __init__(self, interactor, document, tools):
-        self._document, self._tools = document, tools
+    def __init__(self, interactor, document, tools, on_double_click):
+        self._document, self._tools, self._on_double_click = document, tools, on_double_click
         self._view, self._slices = document.view, document.view.slices
-        self._is_camera_click, self._adjusted_pixel = False, None
+        self._is_camera_click, self._adjusted_pixel, self._panned_pixel = False, None, None
+        self._before_click = document.committed
         self._drag = self._picker = self._normal = None
         self._pane = self._band_corner = self._pressed_pixel = None
         handlers = {
@@ -60,6 +62,8 @@ class Mouse(Observer):
             "RightButtonPressEvent": self._press_other_button,
             "RightButtonReleaseEvent": self._release_other_button,
             "MiddleButtonPressEvent": self._press_other_button,
+            "MiddleButtonReleaseEvent": self._release_other_button,
+            "LeftButtonDoubleClickEvent": self._double_click,
         }
         super().__init__(interactor, handlers)
         self._style = interactor.GetInteractorStyle()
@@ -75,7 +79,7 @@ class Mouse(Observer):
         """Release handles, slices or the rubber band."""
         is_dragging, has_band = self._drag is not None, self._band_corner is not None
         self._drag = self._picker = self._normal = self._pane = self._band_corner = None
-        self._is_camera_click, self._adjusted_pixel = False, None
+        self._is_camera_click, self._adjusted_pixel, self._panned_pixel = False, None, None
         if is_dragging:
             self._end_drag()
         if has_band:
@@ -83,16 +87,18 @@ class Mouse(Observer):
 
     @property
     def _is_busy(self):
-        held = self._drag, self._pane, self._band_corner, self._adjusted_pixel
+        held = self._drag, self._pane, self._band_corner, self._adjusted_pixel, self._panned_pixel
         return any(value is not None for value in held)
 
     def _press(self, interactor, event):
         self.finish()
-        self._pressed_pixel = self.pixel
+        self._pressed_pixel, self._before_click = self.pixel, self._document.committed
         pane = self._view.pane_at(self.pixel)
         row, has_data = self._handle_at(pane), self._view.has_data_at(self.pixel)
         if has_data and any(tool.click(self.pixel, pane) for tool in self._tools):
             pass
+        elif pane is not None and interactor.GetShiftKey():
+            self._panned_pixel = self.pixel
         elif pane is not None:
             self._press_in_slice(pane, row)
         elif row is not None:
@@ -111,8 +117,10 @@ class Mouse(Observer):
         if row is None:
             self._document.move_slices(pane.point_at(self.pixel), is_moving=True)
         else:
-            self._grab(row, False)
-            self._pressed_pixel = np.full(2, np.inf)  # a click has no effect in slices
+            keeps_selection = bool(self._interactor.GetControlKey())
+            self._grab(row, keeps_selection)
+            if not keeps_selection:
+                self._pressed_pixel = np.full(2, np.inf)  # a click has no effect in slices
 
     def _grab(self, row, keeps_selection):
         document, positions = self._document, self._document.state.grips.deformed
@@ -138,6 +146,11 @@ class Mouse(Observer):
             self._show_band((self._band_corner, self.pixel))
         elif self._adjusted_pixel is not None:
             self._adjust()
+        elif self._panned_pixel is not None:
+            start = self._panned_pixel
+            if self._view.pane_at(self.pixel) is self._view.pane_at(start):
+                self._panned_pixel = self.pixel
+                document.zoom(start, self.pixel, 1.0)
         else:
             is_camera_moving = interactor.GetInteractorStyle().GetState() != 0
             pane = None if is_camera_moving else self._view.pane_at(self.pixel)
@@ -173,7 +186,7 @@ class Mouse(Observer):
         elif corner is not None:
             positions = document.state.grips.deformed
             document.select(self._view.scene.projection.between(positions, corner, self.pixel))
-        elif is_click and interactor.GetControlKey():
+        elif is_click and grabbed is not None and interactor.GetControlKey():
             document.select(np.setxor1d(document.selected, [grabbed]))
         self._abort(event)
 
@@ -189,16 +202,22 @@ class Mouse(Observer):
 
     def _turn_wheel(self, interactor, event):
         pane = self._view.pane_at(self.pixel)
-        if pane is not None:
-            step = 1 if "Forward" in event else -1
+        step = 1 if "Forward" in event else -1
+        if interactor.GetControlKey():
+            self._document.zoom(self.pixel, self.pixel, _ZOOM**step)
+        elif pane is not None:
             self._document.move_slices(self._slices.point_after(pane, step))
-            self._abort(event)
+        else:
+            return
+        self._abort(event)
 
     def _press_other_button(self, interactor, event):
         if self._view.pane_at(self.pixel) is not None:
             if "Right" in event:
                 self.finish()
                 self._pressed_pixel = self._adjusted_pixel = self.pixel
+            else:
+                self._panned_pixel = self.pixel
             self._abort(event)
 
     def _release_other_button(self, interactor, event):
@@ -206,6 +225,18 @@ class Mouse(Observer):
             self._adjusted_pixel = None
             self._document.move_slices(self._slices.point)
             self._abort(event)
+        elif self._panned_pixel is not None:
+            self._panned_pixel = None
+            self._abort(event)
+
+    def _double_click(self, interactor, event):
+        """Enlarge a pane, without the effect of the first click."""
+        self.finish()
+        if self._document.committed is not self._before_click:
+            self._document.step(-1, "")
+        self._document.say("")
+        self._on_double_click(self.pixel)
+        self._abort(event)
 
     def _adjust(self):
         """Brightness by movements up and down, contrast by those to the right and left."""

@@ -6,15 +6,18 @@ import numpy as np
 import vtkmodules.vtkRenderingOpenGL2  # noqa: F401  renders
 from vtkmodules.vtkCommonCore import vtkCommand
 from vtkmodules.vtkCommonDataModel import vtkImageData
+from vtkmodules.vtkRenderingAnnotation import vtkAnnotatedCubeActor
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from vtk_mls.base.linear_algebra import unit
 from vtk_mls.editor.handle_glyphs import HandleGlyphs
 from vtk_mls.editor.polydata import configured
 from vtk_mls.editor.projection import Projection
+from vtk_mls.editor.scene_image import SceneImage
 from vtk_mls.editor.scene_mesh import SceneMesh
 from vtk_mls.editor.scene_volume import SceneVolume
 
+_CUBE = 34  # pixels of the cube with letters
 TOP, BOTTOM = (0.16, 0.19, 0.25), (0.05, 0.06, 0.09)  # colors of the background
 _INITIAL_DIRECTION = np.array((0.55, -1.0, 0.45))  # to the camera: left, anterior, superior
 
@@ -27,7 +30,7 @@ class Scene:
     Attributes
     ----------
     renderer, overlay : vtkRenderer
-    items : list of SceneVolume and SceneMesh
+    items : list of SceneVolume, SceneImage and SceneMesh
     glyphs : HandleGlyphs
     """
 
@@ -36,7 +39,8 @@ class Scene:
         self.renderer = renderer or window.GetRenderers().GetFirstRenderer() or new_renderer(window)
         self.overlay = new_layer(window)
         self.items = [_item(dataset, self.renderer) for dataset in datasets]
-        self.glyphs = HandleGlyphs(self.renderer, self.overlay)
+        self.glyphs, self._cube = HandleGlyphs(self.renderer, self.overlay), _letter_cube()
+        self.overlay.AddActor(self._cube)
         self._tag = self.renderer.AddObserver(vtkCommand.StartEvent, self._before_render)
         self.reset_camera(_INITIAL_DIRECTION)
 
@@ -45,6 +49,27 @@ class Scene:
         """Corners (2, 3) of a box around the visible data at rest."""
         corners = np.array([item.bounds for item in self.items])
         return np.array([corners[:, 0].min(axis=0), corners[:, 1].max(axis=0)])
+
+    @property
+    def flat_axis(self):
+        """The axis of the world that flat images are across, if there is nothing else; or None."""
+        axes = {getattr(item, "flat_axis", None) for item in self.items}
+        return axes.pop() if len(axes) == 1 else None
+
+    @property
+    def layers(self):
+        """The renderers of the 3-D view: data, and what is drawn above them."""
+        return self.renderer, self.overlay
+
+    def zoom_at(self, pixel, to, factor):
+        """Zoom by a factor about a pixel, which moves to the pixel `to`."""
+        camera, projection = self.renderer.GetActiveCamera(), self.projection
+        focal, position = np.array(camera.GetFocalPoint()), np.array(camera.GetPosition())
+        depth = projection.pixels(focal[None])[0, 2]
+        start, end = projection.world(np.array([pixel, to]), depth)
+        middle = start + (focal - end) / factor
+        configured(camera, FocalPoint=middle, Position=middle + (position - focal) / factor)
+        self.renderer.ResetCameraClippingRange()
 
     @property
     def projection(self):
@@ -101,6 +126,26 @@ class Scene:
         camera.DeepCopy(self.renderer.GetActiveCamera())
         camera.Modified()  # vtkRenderer places names by a matrix that it keeps until then
         self.glyphs.fit(self.projection)
+        self._place_cube()
+
+    def _place_cube(self):
+        """Place the cube with letters at the top right of the 3-D view."""
+        corner = np.add(self.renderer.GetOrigin(), self.renderer.GetSize()) - _CUBE
+        focal = np.array(self.renderer.GetActiveCamera().GetFocalPoint())
+        place = self.projection.world(corner, self.projection.pixels(focal[None])[0, 2])
+        size = _CUBE * self.projection.pixel_size(place[None])[0]
+        configured(self._cube.GetAssembly(), Position=place, Scale=size)
+
+
+def _letter_cube():
+    """A cube with the letters of LPS coordinates on its faces."""
+    cube = configured(vtkAnnotatedCubeActor(), Pickable=False, FaceTextScale=0.6)
+    for axis, letters in zip("XYZ", ("LR", "PA", "SI")):
+        for sign, letter in zip(("Plus", "Minus"), letters):
+            getattr(cube, f"Set{axis}{sign}FaceText")(letter)
+    cube.GetTextEdgesProperty().SetOpacity(0)
+    configured(cube.GetCubeProperty(), Color=(0.30, 0.36, 0.46), Lighting=False)
+    return cube
 
 
 def new_layer(window):
@@ -142,5 +187,9 @@ class Picker:
 
 
 def _item(dataset, renderer):
-    is_volume = isinstance(dataset, vtkImageData) and min(dataset.GetDimensions()) > 1
-    return (SceneVolume if is_volume else SceneMesh)(dataset, renderer)
+    if not isinstance(dataset, vtkImageData):
+        return SceneMesh(dataset, renderer)
+    if min(dataset.GetDimensions()) > 1:
+        return SceneVolume(dataset, renderer)
+    image = SceneImage(dataset)
+    return SceneMesh(dataset, renderer) if image.flat_axis is None else image

@@ -21,20 +21,22 @@ from vtk_mls.vtk.shape_surfaces import triangles_of
 
 _COLOR = (0.86, 0.80, 0.70)
 OUTLINE_COLOR = (0.95, 0.80, 0.55)
+_SEE_THROUGH = 0.4  # opacity
 _TOLERANCE = 1e-6  # of ray intersections, relative to the length of the ray
 
 
 class SceneMesh:
     """A deformed mesh in the `Scene`, with its actor.
 
-    `preset_names` are one color, and colors by the active point scalars if there are any;
-    `outline_color` (0 to 1) is that in slices.
+    `preset_names` are one color, colors by the active point scalars if there are any, and one color
+    that other objects are seen through; `outline_color` (0 to 1) is that in slices.
     """
 
     def __init__(self, mesh, renderer):
         self._mesh, self.outline_color = mesh, OUTLINE_COLOR
         scalars = mesh.GetPointData().GetScalars()
-        self.preset_names = ["plain", *([f"by {scalars.GetName()}"] if scalars else [])]
+        colored = [f"by {scalars.GetName()}"] if scalars else []
+        self.preset_names = ["plain", *colored, "see-through"]
         self._range = scalars.GetRange() if scalars else (0, 1)
         self._actor, self._mapper = vtkActor(), _mapper_of(mesh)
         self._actor.SetMapper(self._mapper)
@@ -55,7 +57,9 @@ class SceneMesh:
         """Color the mesh; the name of the preset."""
         self._preset = index % len(self.preset_names)
         self._color()
-        return self.preset_names[self._preset]
+        name = self.preset_names[self._preset]
+        self._actor.GetProperty().SetOpacity(_SEE_THROUGH if name == "see-through" else 1)
+        return name
 
     def adjust(self, brightness, contrast):
         """Nothing changes: slices show outlines."""
@@ -105,7 +109,8 @@ class SceneMesh:
 
     def _color(self):
         mapper = self._mapper
-        mapper.SetScalarVisibility(self._preset > 0 or self._has_volume_colors)
+        is_colored = self.preset_names[self._preset].startswith("by ")
+        mapper.SetScalarVisibility(is_colored or self._has_volume_colors)
         mapper.SetInterpolateScalarsBeforeMapping(self._has_volume_colors)
         if self._has_volume_colors:
             table = volume_colors.lookup_table()

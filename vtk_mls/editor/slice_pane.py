@@ -6,12 +6,13 @@ import numpy as np
 import vtkmodules.vtkRenderingImage  # noqa: F401  renders slices
 from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPlane, vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkAppendPolyData, vtkCutter
+from vtkmodules.vtkRenderingAnnotation import vtkCornerAnnotation
 from vtkmodules.vtkRenderingCore import vtkImageSlice, vtkImageSliceMapper, vtkRenderer
 
 from vtk_mls import Grid
 from vtk_mls.editor import polydata
 from vtk_mls.editor.handle_glyphs import DRAWN
-from vtk_mls.editor.overlay import Names, text_actor
+from vtk_mls.editor.overlay import Names
 from vtk_mls.editor.polydata import configured
 from vtk_mls.editor.projection import Projection
 from vtk_mls.editor.scene_mesh import OUTLINE_COLOR
@@ -20,8 +21,8 @@ from vtk_mls.vtk.arrays import ImageGeometry
 
 _MARGIN = 0.2  # around the data at rest, relative to their size
 # Direction to the eye, and up, for slices across x, y, z: as radiologists view LPS.
-_EYE = np.array([(1.0, 0, 0), (0, -1, 0), (0, 0, -1)])
-_UP = np.array([(0.0, 0, 1), (0, 0, 1), (0, -1, 0)])
+EYE = np.array([(1.0, 0, 0), (0, -1, 0), (0, 0, -1)])
+UP = np.array([(0.0, 0, 1), (0, 0, 1), (0, -1, 0)])
 _AXIS_COLORS = (0.95, 0.40, 0.40), (0.95, 0.85, 0.35), (0.45, 0.70, 1.0)
 _GRID_COLOR, _GRID_OPACITY = (0.45, 0.95, 0.85), 0.75
 
@@ -35,23 +36,28 @@ class SlicePane:
         self._corners = bounds + _MARGIN * self._size * np.array([[-1], [1]])
         self.renderer.SetBackground(0.02, 0.025, 0.035)
         self._mapper = configured(vtkImageSliceMapper(), Orientation=axis)
-        image = configured(vtkImageSlice(), Mapper=self._mapper)
+        self._image = image = configured(vtkImageSlice(), Mapper=self._mapper, Visibility=False)
         self._outlines, self._cross, self._balls = vtkPolyData(), vtkPolyData(), vtkPolyData()
         outlines = polydata.unlit_actor(self._outlines, width=2)
-        outlines.SetPosition(*(self._size * 1e-3 * _EYE[axis]))  # in front of the image
+        outlines.SetPosition(*(self._size * 1e-3 * EYE[axis]))  # in front of the image
         cross = polydata.unlit_actor(self._cross)
+        cross.SetVisibility(bool(np.ptp(bounds, axis=0)[axis]))  # flat images have no other slices
         self._lines = vtkPolyData()
         lines = polydata.unlit_actor(self._lines, _GRID_COLOR, 1.2, _GRID_OPACITY)
-        self._handles, self._label = _ball_actor(self._balls), text_actor(_AXIS_COLORS[axis], 13)
-        self._label.SetPosition(8, 8)
+        self._handles, self._label = _ball_actor(self._balls), _label(axis)
         for prop in (image, lines, outlines, cross, self._handles, self._label):
             self.renderer.AddViewProp(prop)
         self._names = Names(self.renderer)
-        middle, camera = bounds.mean(axis=0), self.renderer.GetActiveCamera()
-        position = middle + 3 * self._size * _EYE[axis]
-        configured(camera, FocalPoint=middle, Position=position, ViewUp=_UP[axis])
-        camera.ParallelProjectionOn()
+        configured(self.renderer.GetActiveCamera(), ViewUp=UP[axis], ParallelProjection=True)
+        self.look_at(bounds.mean(axis=0), 1.0)
         self.renderer.AddObserver("StartEvent", self._fit)
+
+    def look_at(self, center, zoom):
+        """Set the middle (3,) of the picture, and the magnification."""
+        self._center, self._zoom = np.array(center, float), zoom
+        position = self._center + 3 * self._size * EYE[self.axis]
+        configured(self.renderer.GetActiveCamera(), FocalPoint=self._center, Position=position)
+        self._fit()
 
     @property
     def projection(self):
@@ -70,7 +76,6 @@ class SlicePane:
         The outlines of `surfaces`, vtkPolyData, are drawn as for meshes. `distortion` is a
         `Distortion`.
         """
-        self._fit()
         self._position = point[self.axis]
         grid = self._grid(count)
         points = grid.points()
@@ -81,11 +86,12 @@ class SlicePane:
         arrays.add(image.GetPointData(), "colors", colors)
         image.GetPointData().SetActiveScalars("colors")
         self._mapper.SetInputData(image)
+        self._image.VisibilityOn()
         self._draw_lines(distortion.lines_in(self.axis, grid))
         meshes = [(item.mesh(), getattr(item, "outline_color", None)) for item in items]
         self._draw_outlines([*meshes, *((surface, OUTLINE_COLOR) for surface in surfaces)])
         self._draw_cross(point)
-        self._label.SetInput(f"{'xyz'[self.axis]} = {self._position:.4g}")
+        self._label.SetText(vtkCornerAnnotation.UpperRight, self._title())
         self.renderer.ResetCameraClippingRange()
 
     def show_handles(self, positions, colors, are_visible, names=None, nodes=()):
@@ -102,6 +108,9 @@ class SlicePane:
         self._balls.GetPointData().SetScalars(polydata.colors(colors))
         self._handles.SetVisibility(are_visible)
         self.renderer.ResetCameraClippingRange()
+
+    def _title(self):
+        return f"{'xyz'[self.axis]} = {self._position:.4g} (LPS)"
 
     def _grid(self, count):
         """A grid over the whole pane, as material may move far."""
@@ -147,19 +156,19 @@ class SlicePane:
     def _in_front(self, points, layer):
         """Points (n, 3) moved into a layer just in front of the slice."""
         points = np.array(points, float).reshape(-1, 3)
-        step = 2e-3 * self._size * _EYE[self.axis, self.axis]
+        step = 2e-3 * self._size * EYE[self.axis, self.axis]
         points[:, self.axis] = self._position + layer * step
         return points
 
     def _fit(self, *_):
         """Fit the camera to the data for the shape of the renderer."""
-        extent, up = np.ptp(self._corners, axis=0), np.abs(_UP[self.axis]) > 0
+        extent, up = np.ptp(self._corners, axis=0), np.abs(UP[self.axis]) > 0
         high, wide = extent[up][0], np.delete(extent, [self.axis, int(up.argmax())])[0]
         width, height = self.renderer.GetSize()
-        scale = max(high, wide * height / max(width, 1)) / 2
+        scale = max(high, wide * height / max(width, 1)) / 2 / self._zoom
         self.renderer.GetActiveCamera().SetParallelScale(scale)
         half = np.where(up, scale, scale * width / max(height, 1))
-        self._visible_box = self._corners.mean(axis=0) + half * np.array([[-1], [1]])
+        self._visible_box = self._center + half * np.array([[-1], [1]])
 
 
 def colors_of(items, points):
@@ -174,6 +183,24 @@ def colors_of(items, points):
         colors[is_shown] = item_colors[is_shown]
         has_any |= has_material
     return has_any, colors
+
+
+def letter_of(direction):
+    """The letter of a direction (3,) along an axis of LPS coordinates."""
+    axis = int(np.abs(direction).argmax())
+    return "RAI"[axis] if direction[axis] < 0 else "LPS"[axis]
+
+
+def _label(axis):
+    """The position of the slice, and letters of directions at the edges."""
+    label = configured(vtkCornerAnnotation(), LinearFontScaleFactor=5, MaximumFontSize=13)
+    label.GetTextProperty().SetColor(_AXIS_COLORS[axis])
+    right = np.cross(UP[axis], EYE[axis])
+    for edge, direction in (("Right", right), ("Upper", UP[axis])):
+        opposite = {"Right": "Left", "Upper": "Lower"}[edge]
+        label.SetText(getattr(vtkCornerAnnotation, f"{edge}Edge"), letter_of(direction))
+        label.SetText(getattr(vtkCornerAnnotation, f"{opposite}Edge"), letter_of(-direction))
+    return label
 
 
 def _ball_actor(balls):

@@ -11,6 +11,9 @@ _VIEW_WIDTH = 0.66  # of the 3-D view beside slices, relative to the window
 _MOVING_SAMPLES, _RESTING_SAMPLES = 112, 360  # along the longer side
 _HANDLE_DISTANCE = 0.04  # from a slice, up to which it shows handles, relative to the data
 _WHEEL_STEPS = 100  # through the data
+_MAX_ZOOM = 200.0
+# The panes that are shown: the 3-D view, it and all slices, or the slice across z, y, or x.
+PANES = ONLY_3D, ALL, *SLICES = "3-D", "all", "axial", "coronal", "sagittal"
 NO_NODES = np.zeros((0, 3))
 
 
@@ -19,7 +22,10 @@ class Slices:
 
     Attributes
     ----------
-    is_visible : bool
+    pane : str
+        One of `PANES`.
+    zoom, center : float, and (3,) float64, world coordinates
+        Magnification, and the middle of all slices.
     point : (3,) float64, world coordinates
         Of all three slices.
     regions : list of RegionHandle
@@ -31,65 +37,85 @@ class Slices:
     """
 
     def __init__(self, scene, distortion):
-        self._scene, self._panes, self.is_visible, self.regions = scene, [], False, []
+        self._scene, self._panes, self.pane, self.regions = scene, [], ONLY_3D, []
         self._distortion, self.compared, self.drawn_nodes = distortion, [], NO_NODES
         self._home = self._viewport, self._layout = scene.renderer.GetViewport(), _column
-        self._bounds = scene.bounds
-        self.point = self._bounds.mean(axis=0)
+        self.is_coarse = False
+        self._set_box(scene.bounds)
+        self.set_pane(self.first_pane)
 
-    def toggle(self):
-        """Show or hide the slices."""
-        self.set_visible(not self.is_visible)
-        self.show(is_final=True)
+    @property
+    def first_pane(self):
+        """The pane that is shown first: of flat images the only slice."""
+        return ONLY_3D if self.flat_axis is None else SLICES[2 - self.flat_axis]
 
-    def set_visible(self, is_visible):
-        """Show or hide the slices, from the next `show` on."""
-        self.is_visible = is_visible
-        if not self._panes:
+    @property
+    def flat_axis(self):
+        """As of `Scene`."""
+        return self._scene.flat_axis
+
+    @property
+    def is_visible(self):
+        """Whether any slice is shown."""
+        return self.pane != ONLY_3D
+
+    def set_pane(self, pane):
+        """Show one of `PANES`, from the next `show` on."""
+        self.pane, window = pane, self._scene.window
+        for shown in self._panes:
+            window.RemoveRenderer(shown.renderer)
+        if self.is_visible and not self._panes:
             self._panes = [SlicePane(axis, self._bounds) for axis in (2, 1, 0)]
-        view, *viewports = self._layout(self._viewport) if is_visible else [self._viewport]
-        for renderer in (self._scene.renderer, self._scene.overlay):
-            renderer.SetViewport(view)
-        window = self._scene.window
-        for pane in self._panes:
-            window.RemoveRenderer(pane.renderer)
-        for pane, viewport in zip(self._panes, viewports):
-            pane.renderer.SetViewport(viewport)
-            window.AddRenderer(pane.renderer)
+        view, *viewports = self._layout(self._viewport) if pane == ALL else [self._viewport] * 4
+        for layer in self._scene.layers:
+            layer.SetViewport(view)
+            layer.SetDraw(pane not in SLICES)
+        for shown, viewport in zip(self._visible_panes, viewports):
+            window.AddRenderer(shown.renderer)
+            shown.renderer.SetViewport(viewport)
 
-    def arrange(self, viewport, layout, is_visible):
+    def arrange(self, viewport, layout, pane):
         """Put the 3-D view and the slices into another part of the window.
 
         `viewport` is (left, low, right, high), 0 to 1; `layout` takes it, and returns the viewports
         of the 3-D view and of three slices.
         """
         self._viewport, self._layout = viewport, layout
-        self.set_visible(is_visible)
+        self.set_pane(pane)
 
     def set_bounds(self, bounds):
         """Show another box (2, 3) in the slices, from its middle."""
-        self.set_visible(False)
-        self._bounds, self._panes = bounds, []
-        self.point = bounds.mean(axis=0)
+        self.set_pane(ONLY_3D)
+        self._set_box(bounds)
+
+    def reset_zoom(self):
+        """Fit the slices to the data, from the next `show` on."""
+        self.zoom, self.center = 1.0, self._bounds.mean(axis=0)
+
+    def zoom_at(self, pane, pixel, to, factor):
+        """Zoom by a factor about a pixel of a pane, which moves to the pixel `to`."""
+        zoom = float(np.clip(self.zoom * factor, 1 / _MAX_ZOOM, _MAX_ZOOM))
+        center = pane.point_at(pixel) + (self.center - pane.point_at(to)) * self.zoom / zoom
+        self.zoom, self.center = zoom, np.clip(center, *self._bounds)
+
+    def copy_place(self, other):
+        """Show the place that other `Slices` show, from the next `show` on."""
+        self.point, self.zoom, self.center = other.point, other.zoom, other.center
 
     def restore(self, bounds):
         """Return to the initial part of the window, for a box (2, 3); slices are hidden."""
         self.set_bounds(bounds)
         self.compared = []
-        self.arrange(*self._home, False)
-
-    def detach(self):
-        """Hide the slices."""
-        if self.is_visible:
-            self.toggle()
+        self.arrange(*self._home, self.first_pane)
 
     def show(self, is_final):
         """Draw the deformed data; coarsely unless `is_final`."""
         samples = _RESTING_SAMPLES if is_final else _MOVING_SAMPLES
-        panes = self._visible_panes
+        panes, self.is_coarse = self._visible_panes, not is_final and self.is_visible
         surfaces = [moved_surface(region) for region in self.regions] if panes else []
         for pane in panes:
             items = self.compared or self._scene.items
+            pane.look_at(self.center, self.zoom)
             pane.show(items, surfaces, self.point, samples, self._distortion)
 
     def show_handles(self, positions, colors, are_visible, names=None):
@@ -124,9 +150,16 @@ class Slices:
         size = np.ptp(self._bounds, axis=0)[pane.axis]
         return self.point + count * size / _WHEEL_STEPS * np.eye(3)[pane.axis]
 
+    def _set_box(self, bounds):
+        self._bounds, self._panes = bounds, []
+        self.point = bounds.mean(axis=0)
+        self.reset_zoom()
+
     @property
     def _visible_panes(self):
-        return self._panes if self.is_visible else []
+        """The `SlicePane`s that are shown."""
+        names = zip(self._panes, SLICES)
+        return [pane for pane, name in names if self.pane in (ALL, name)]
 
 
 def _column(viewport):

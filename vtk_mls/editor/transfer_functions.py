@@ -71,12 +71,11 @@ def presets_of(values, are_labels):
 
     `are_labels`: the file declares the values to be labels of segments.
     """
-    samples = values[:: max(1, len(values) // _MAX_SAMPLES)].astype(float)
-    samples = samples[np.isfinite(samples)]
+    samples = _finite(values)
     low, high = (samples.min(), samples.max()) if len(samples) else (0.0, 1.0)
     if are_labels and high - low < _MAX_LABELS:
         return [_label_preset(np.unique(samples))]
-    level = _threshold(samples, low, high)
+    level = _threshold(samples, low, high) if low < high else low - max(1, abs(low) / 100)
     top = np.quantile(samples[samples >= level], 0.995) if len(samples) else high
     top = top if top > level else max(high, level + 1e-6 * max(1.0, abs(level)))
     tissue = (
@@ -86,6 +85,12 @@ def presets_of(values, are_labels):
     )
     is_ct = low < _AIR and high > _BONE
     return [*_CT, *tissue] if is_ct else [*tissue]
+
+
+def _finite(values):
+    """Finite values of a sample of values (n,), as float64."""
+    samples = values[:: max(1, len(values) // _MAX_SAMPLES)].astype(float)
+    return samples[np.isfinite(samples)]
 
 
 def opacity(preset, values):
@@ -116,9 +121,23 @@ def slice_colors(preset, values, limits=None):
             colors = hues[np.clip(np.searchsorted(nodes, values), 0, len(nodes) - 1)]
             colors = colors * (opacity(preset, values) > 0)[:, None]
         else:
-            low, high = limits or gray_range(preset)
-            colors = np.clip((values - low) / max(high - low, 1e-30), 0, 1)[:, None] * np.ones(3)
+            return shades(values[:, None] * np.ones(3), limits or gray_range(preset))
+    return np.rint(255 * colors).astype(np.uint8)
+
+
+def shades(values, limits):
+    """Values (n, 3) as colors, 0 to 255, with `limits` that are black and white."""
+    low, high = limits
+    with np.errstate(invalid="ignore"):
+        colors = np.clip((values - low) / max(high - low, 1e-30), 0, 1)
     return np.rint(255 * np.nan_to_num(colors)).astype(np.uint8)
+
+
+def value_range(values):
+    """The lowest and the highest of values (...), without a few outliers."""
+    samples = _finite(values.ravel())
+    low, high = np.quantile(samples, (0.001, 0.999))
+    return (low, high) if low < high else (low - 1, high)
 
 
 def _scaled(name, colors, opacities, low, high):

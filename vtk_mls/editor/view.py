@@ -13,7 +13,7 @@ from vtk_mls.editor.motion_widget import MotionWidget
 from vtk_mls.editor.overlay import Overlay
 from vtk_mls.editor.scene import Scene
 from vtk_mls.editor.shape_actors import ShapeActors
-from vtk_mls.editor.slices import Slices
+from vtk_mls.editor.slices import ONLY_3D, SLICES, Slices
 from vtk_mls.model.kinds import KINDS
 from vtk_mls.model.options import DEGREE
 from vtk_mls.rendering.pace import MapPace
@@ -22,7 +22,7 @@ _REFINEMENT_DELAY = 0.25  # seconds without movement before a fine picture
 _MAX_NODES = 96  # along the longest side
 # Limits of a picture: its seconds, and the pixels between rays along both axes. At rest, fewer rays
 # are for slow graphics only.
-_MOVING, _RESTING, _FILE = (0.06, 8.0), (2.0, 3.0), (20.0, 3.0)
+_MOVING, _RESTING, _FILE = (0.04, 8.0), (2.0, 3.0), (20.0, 3.0)
 
 
 class View:
@@ -96,13 +96,31 @@ class View:
         """Draw the slices."""
         self.slices.show(is_final)
 
-    def toggle_slices(self):
-        """Show or hide the slices."""
-        self.slices.toggle()
+    def set_pane(self, pane):
+        """Show one of `slices.PANES`."""
+        self.slices.set_pane(pane)
+        self.show_slices()
+
+    def name_of_pane(self, pixel):
+        """The name of the slice at a pixel, or of the 3-D view: one of `slices.PANES`."""
+        pane = self.pane_at(pixel)
+        return ONLY_3D if pane is None else SLICES[2 - pane.axis]
+
+    def zoom(self, pixel, to, factor):
+        """Zoom by a factor about a pixel, which moves to the pixel `to`; whether in a slice."""
+        pane = self.pane_at(pixel)
+        if pane is None:
+            self.scenes_at(pixel)[0].zoom_at(pixel, to, factor)
+        else:
+            self.slices.zoom_at(pane, pixel, to, factor)
+            self.show_slices(is_final=not self.has_timer)
+        return pane is not None
 
     def reset_camera(self):
-        """Fit the camera to the data."""
+        """Fit the camera and the slices to the data."""
         self.scene.reset_camera()
+        self.slices.reset_zoom()
+        self.show_slices()
 
     def scenes_at(self, pixel):
         """The `Scene`s that are drawn at a pixel; the mouse picks points of the first."""
@@ -157,7 +175,8 @@ class View:
         self.scene.renderer.ResetCameraClippingRange()
         self.scene.window.Render()
         pace.note_picture(pixels, time.perf_counter() - started)
-        self._moved_at = time.monotonic() if is_moving and pixels > 1 else None
+        is_coarse = is_moving and (pixels > 1 or self.slices.is_coarse)
+        self._moved_at = time.monotonic() if is_coarse else None
 
     def draw_for_file(self, state):
         """Render as finely as possible, without texts and cut widget."""
@@ -195,7 +214,7 @@ class View:
             observed.RemoveObserver(tag)
         for widget in self._widgets:
             widget.detach()
-        self.slices.detach()
+        self.slices.set_pane(ONLY_3D)
         self.scene.detach()
 
     @property

@@ -14,8 +14,8 @@ import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkDataSet, vtkImageData
 
 from vtk_mls.editor.first_handles import handles_on
+from vtk_mls.editor.scene_image import VolumeSurface, scalar_image
 from vtk_mls.editor.scene_mesh import SurfaceLocator
-from vtk_mls.editor.scene_volume import VolumeSurface, scalar_image
 from vtk_mls.editor.transfer_functions import presets_of
 from vtk_mls.filters.control_point_source import lattice
 from vtk_mls.paraview import undo

@@ -4,7 +4,7 @@ import time
 
 import numpy as np
 
-_MOVING_MAP_SECONDS, _RESTING_MAP_SECONDS = 0.06, 0.7
+_MOVING_MAP_SECONDS, _RESTING_MAP_SECONDS = 0.04, 0.7
 _MIN_NODES, _USUAL_NODES = 24, 64  # along the longest side
 _REDO_RATIO = 1.25  # of possible to used nodes, from which on a map at rest is computed again
 _PICTURE_SECONDS = 0.04  # for a picture while the scene moves

@@ -6,6 +6,7 @@ import math
 from contextlib import suppress
 
 from vtk_mls.editor.commands import COMMANDS
+from vtk_mls.editor.slices import PANES
 from vtk_mls.model.cuts import BY_NUMBERS
 from vtk_mls.model.options import OPTIONS
 from vtk_mls.web import panel_values
@@ -60,6 +61,8 @@ def _apply(session, editor, name, value):
         _set_position(editor, name, value)
     elif name == "name":
         _set_name(editor, *value)
+    elif name == "pane" and value in PANES:
+        editor.show_pane(value)
     elif name == "target_grid":
         editor.saver.uses_target_grid = bool(value)
     elif name == "comparison":

@@ -11,6 +11,7 @@ from trame.widgets import vuetify3 as v
 from trame_client.widgets.core import HtmlElement
 
 from vtk_mls.editor import commands
+from vtk_mls.editor.slices import ONLY_3D, PANES, SLICES
 from vtk_mls.rendering.volume_colors import FOLDED, MAX_DOUBLINGS, colors_of
 from vtk_mls.web import pair_table, panel
 from vtk_mls.web.transfers import ALL
@@ -35,10 +36,8 @@ _TOOLS = (
     ("mdi-undo", "Undo", "undo", ""),
     ("mdi-redo", "Redo", "redo", ""),
     ("mdi-restore", "Put all handles back", "reset", "d-none d-md-inline-flex"),
-    ("mdi-fit-to-page-outline", "Show everything", "reset_camera", "d-none d-md-inline-flex"),
     ("mdi-compare", "Before and after", "compare", "d-none d-md-inline-flex"),
     ("mdi-eye-outline", "Hide or show handles", "hide_handles", "d-none d-md-inline-flex"),
-    ("mdi-view-grid-outline", "Slices", "toggle_slices", "d-none d-md-inline-flex"),
 )
 _LONG = "save", "refine"  # commands that the page begins as tasks
 _COLORS_AT = np.linspace(-MAX_DOUBLINGS, MAX_DOUBLINGS, 9)  # doublings of the volume
@@ -65,8 +64,12 @@ def build(server, edit, begin):
         ):
             panel.build(edit, begin)
         with v.VMain(style="height: 100dvh;"), html.Div(classes="mls-work"):
+            with html.Div(classes="d-flex d-md-none justify-center"):
+                _panes(edit, (ONLY_3D, *SLICES))
+                _views(edit)
             with html.Div(classes="mls-stage"):
                 _stage(edit, begin)
+                _offer(edit)
             # above the picture; with slices, below it
             with html.Div(classes=("['mls-notes', { 'is-line': has_target }]",)):
                 _notes(edit, begin)
@@ -86,6 +89,9 @@ def _bar(edit, begin):
         classes="ml-3 text-caption text-secondary",
     )
     v.VSpacer()
+    with html.Div(classes="d-none d-md-flex"):
+        _panes(edit, PANES)
+        _views(edit)
     for icon, title, name, classes in _TOOLS:
         _icon_button(icon, commands.with_key(title, name), (edit, f"['{name}']"), classes)
     v.VDivider(vertical=True, inset=True, classes="mx-2 d-none d-md-block")
@@ -114,6 +120,33 @@ def _bar(edit, begin):
     )
 
 
+def _views(edit):
+    _icon_button(
+        "mdi-fit-to-page-outline",
+        commands.with_key("Show everything", "reset_camera"),
+        (edit, "['reset_camera']"),
+    )
+    _icon_button(
+        ("selects_several ? 'mdi-checkbox-multiple-marked' : 'mdi-checkbox-multiple-outline'",),
+        "Select several handles (Ctrl)",
+        "selects_several = !selects_several",
+    )
+
+
+def _panes(edit, names):
+    """Buttons that show one slice, the 3-D view, or all of them."""
+    with html.Div(classes="mls-panes", v_if="has_panes"):
+        for name in names:
+            v.VBtn(
+                name[0].upper() + name[1:],
+                size="small",
+                variant=(f"pane === '{name}' ? 'flat' : 'text'",),
+                color=(f"pane === '{name}' ? 'primary' : undefined",),
+                title="Or double click in the picture",
+                click=(edit, f"['pane', '{name}']"),
+            )
+
+
 def _icon_button(icon, title, click, classes=""):
     v.VBtn(icon=icon, density="comfortable", classes=classes, title=title, click=click)
 
@@ -124,7 +157,8 @@ def _stage(edit, begin):
         trame_server=None,
         name=("title",),
         __events=["save", "menu"],
-        __properties=["name"],
+        several=("selects_several",),
+        __properties=["name", "several"],
         save=(begin, "['save']"),
         menu="has_menu = !has_menu",
     )
@@ -168,7 +202,6 @@ def _notes(edit, begin):
             raw_attrs=_STATUS,
             click=(edit, "['say', '']"),
         )
-        _offer(edit)
     with html.Div(v_if="is_saving", classes="mls-task", raw_attrs=_STATUS):
         html.Span("{{ task }} {{ progress }} %")
         v.VBtn("Stop", size="x-small", variant="tonal", click=(begin, "['stop']"))
@@ -177,7 +210,8 @@ def _notes(edit, begin):
 
 def _offer(edit):
     """The offer of unsaved handles of another session; other messages do not hide it."""
-    with html.Div(v_if="offer && offer !== hidden_offer", classes="mls-message", raw_attrs=_STATUS):
+    is_shown = "offer && offer !== hidden_offer"
+    with html.Div(v_if=is_shown, classes="mls-message mls-offer", raw_attrs=_STATUS):
         html.Span("{{ offer }}")
         v.VBtn(
             "Bring them back",

@@ -234,7 +234,7 @@ def _table(edit):
     """Rows of handles; a click selects, Ctrl+click adds to the selection."""
     rows = v.VVirtualScroll(items=("rows",), height=216, item_height=30, classes="mls-rows")
     row = "{ 'mls-row': true, 'is-selected': selected.includes(item.row) }"
-    has_modifier = "$event.ctrlKey || $event.metaKey"
+    has_modifier = "(selects_several || $event.ctrlKey || $event.metaKey)"
     other_rows = "selected.filter(i => i !== item.row)"
     toggled = f"selected.includes(item.row) ? {other_rows} : [...selected, item.row]"
     click = edit, f"['select', {has_modifier} ? ({toggled}) : [item.row]]"

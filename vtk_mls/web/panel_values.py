@@ -48,7 +48,8 @@ def values_of(editor, previous):
         comparison=editor.comparison.mode,
         share=editor.comparison.share,
         target_name=_title_of(editor),
-        has_slices=editor.slices.is_visible,
+        pane=editor.slices.pane,
+        has_panes=editor.slices.flat_axis is None,
         unit=_unit_of(editor),
         target_grid=editor.saver.uses_target_grid,
     )

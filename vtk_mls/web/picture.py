@@ -12,9 +12,11 @@ from __future__ import annotations
 import asyncio
 import json
 import threading
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 
 from aiohttp import WSMsgType, web
+from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkIOImage import vtkJPEGWriter
 from vtkmodules.vtkRenderingCore import vtkWindowToImageFilter
 
@@ -27,6 +29,7 @@ _BUTTONS = "Left", "Middle", "Right"
 _POINTER_EVENTS = {
     "move": "MouseMoveEvent",
     "leave": "LeaveEvent",
+    "double": "LeftButtonDoubleClickEvent",
     **{f"down{i}": f"{button}ButtonPressEvent" for i, button in enumerate(_BUTTONS)},
     **{f"up{i}": f"{button}ButtonReleaseEvent" for i, button in enumerate(_BUTTONS)},
 }
@@ -45,6 +48,7 @@ class Picture:
         self._session, self._socket, self._loop = session, None, None
         self._has_frame, self._page_is_ready = False, False
         self._events, self._lock = [], threading.Lock()
+        self._encoder = ThreadPoolExecutor(1, "encoder")
         session.on_draw = self._note_frame
         session.on_idle = self.send_frame
 
@@ -73,8 +77,11 @@ class Picture:
         socket = self._socket
         if self._has_frame and self._page_is_ready and socket is not None:
             self._has_frame = self._page_is_ready = False
-            frame = _jpeg(self._session.window)
-            asyncio.run_coroutine_threadsafe(_send(socket, frame), self._loop)
+            self._encoder.submit(self._send_encoded, socket, _pixels_of(self._session.window))
+
+    def _send_encoded(self, socket, pixels):
+        """Encode and send a frame, while the session's thread draws the next."""
+        asyncio.run_coroutine_threadsafe(_send(socket, _jpeg(pixels)), self._loop)
 
     def _receive(self, event):
         if event["type"] == "shown":
@@ -112,8 +119,9 @@ class Picture:
 def send_event(interactor, event):
     """Send an event of the page, a dict, to a vtkRenderWindowInteractor.
 
-    Its `type` is "move", "leave", "down" or "up" with `button`, "wheel" with `steps`, or "key" with
-    `key`; `x` and `y` are fractions of the picture, from its upper left corner; `ctrl`, `shift`.
+    Its `type` is "move", "leave", "double" (click), "down" or "up" with `button`, "wheel" with
+    `steps`, or "key" with `key`; `x` and `y` are fractions of the picture, from its upper left
+    corner; `ctrl`, `shift`.
     """
     kind = event["type"]
     if kind == "wheel":
@@ -130,12 +138,16 @@ def send_event(interactor, event):
         _invoke(interactor, event, _POINTER_EVENTS[f"{kind}{button}"])
 
 
+def pixel_of(window, x, y):
+    """The pixel (x, y) of fractions of the picture."""
+    width, height = window.GetSize()
+    return round(float(x) * (width - 1)), round((1 - float(y)) * (height - 1))
+
+
 def _invoke(interactor, event, name, symbol=None):
     x, y = interactor.GetEventPosition()
     if "x" in event:
-        width, height = interactor.GetRenderWindow().GetSize()
-        x = round(float(event["x"]) * (width - 1))
-        y = round((1 - float(event["y"])) * (height - 1))
+        x, y = pixel_of(interactor.GetRenderWindow(), event["x"], event["y"])
     code = symbol if symbol and len(symbol) == 1 and symbol.isascii() else chr(0)
     modifiers = int(bool(event.get("ctrl"))), int(bool(event.get("shift")))
     interactor.SetEventInformation(x, y, *modifiers, code, 0, symbol)
@@ -147,12 +159,20 @@ async def _send(socket, frame):
         await socket.send_bytes(frame)
 
 
-def _jpeg(window):
-    grab, writer = vtkWindowToImageFilter(), vtkJPEGWriter()
+def _pixels_of(window):
+    """The picture in a window as vtkImageData."""
+    grab, pixels = vtkWindowToImageFilter(), vtkImageData()
     grab.SetInput(window)
     grab.ReadFrontBufferOff()
     grab.ShouldRerenderOff()
-    writer.SetInputConnection(grab.GetOutputPort())
+    grab.Update()
+    pixels.ShallowCopy(grab.GetOutput())
+    return pixels
+
+
+def _jpeg(pixels):
+    writer = vtkJPEGWriter()
+    writer.SetInputData(pixels)
     writer.SetQuality(_JPEG_QUALITY)
     writer.WriteToMemoryOn()
     writer.Write()

@@ -65,6 +65,7 @@ class Page:
                 "is_busy": False,  # with something that takes longer than the page should
                 "has_panel": True,  # on wide pages; on narrow ones:
                 "has_sheet": False,
+                "selects_several": False,
                 "hidden_offer": "",  # hidden until there is another one
                 "files": [],
                 "saved_folder": "",

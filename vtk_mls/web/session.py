@@ -19,12 +19,14 @@ from vtkmodules.vtkRenderingCore import vtkRenderWindow, vtkTextActor
 from vtkmodules.vtkRenderingUI import vtkGenericRenderWindowInteractor
 
 from vtk_mls.editor import Editor, commands
+from vtk_mls.editor.slices import ALL
 from vtk_mls.model.options import KIND
 from vtk_mls.web import panel_values
-from vtk_mls.web.picture import send_event
+from vtk_mls.web.picture import pixel_of, send_event
 
 _TICK = 0.015  # seconds between two timer events
 _IDLE = 1.0  # seconds without work before garbage is collected
+_NARROW = 600  # pixels of a picture below which one pane is shown
 _SIZE = 900, 700  # pixels, before the page says its size
 # Keys that the page handles itself, and that of windows.
 _PAGE_METHODS = "save", "quit"
@@ -105,21 +107,35 @@ class Session:
         editor.set_target(target)
         self._leave_texts_to_page()
         if editor.state.is_resting.all() and not any(editor.state.labels):
+            self._fit_narrow_pictures(self.window.GetSize())
             editor.select([])
             kind = "auto" if editor.state.kind == KIND.default else editor.state.kind
             editor.change(editor.state.with_handles_at([]).changed(kind=kind))
 
     def send(self, event):
-        """Send an event of the page to the editor, as of `send_event`; in its thread."""
-        if not (event["type"] == "key" and _key_name(event) in _PAGE_KEYS):
+        """Send an event of the page to the editor; in its thread.
+
+        It is as of `send_event`, or of the type "zoom" with `factor` and the movement `dx`, `dy` of
+        the fingers, or "cancel", which releases a button without a click.
+        """
+        kind = event["type"]
+        if kind == "zoom":
+            x, y = float(event["x"]), float(event["y"])
+            ends = (x, y), (x + float(event["dx"]), y + float(event["dy"]))
+            pixels = [pixel_of(self.window, *end) for end in ends]
+            self.editor.zoom(*pixels, float(event["factor"]))
+        elif kind == "cancel":
+            self.editor.finish()
+            send_event(self._interactor, {**event, "type": "up"})
+        elif not (kind == "key" and _key_name(event) in _PAGE_KEYS):
             send_event(self._interactor, event)
 
     def resize(self, size):
         """Draw at the page's size (width, height) in pixels; in the editor's thread."""
         if tuple(size) != tuple(self.window.GetSize()):
-            self._fit_narrow_pictures(size)
             self.window.SetSize(*size)
             self._interactor.UpdateSize(*size)
+            self._fit_narrow_pictures(size)
             self.window.Render()
 
     def save(self, as_session=False):
@@ -214,9 +230,12 @@ class Session:
                 renderer.RemoveViewProp(prop)
 
     def _fit_narrow_pictures(self, size):
-        """In upright pictures, make the view angle the horizontal one."""
+        """In upright pictures, make the view angle the horizontal one; in narrow ones, one pane."""
         camera = self.editor.scene.renderer.GetActiveCamera()
         camera.SetUseHorizontalViewAngle(size[0] < size[1])
+        self.editor.is_narrow = size[0] < _NARROW
+        if self.editor.is_narrow and self.editor.slices.pane == ALL:
+            self.editor.show_pane(ALL)
 
     def _warm_up(self):
         """Build kernels and shaders of the first map before the first drag."""

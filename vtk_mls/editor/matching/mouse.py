@@ -12,7 +12,7 @@ class MatchingMouse(Mouse):
 
     def __init__(self, interactor, editor):
         self._editor, self._corrects_rest = editor, False
-        super().__init__(interactor, editor.document, editor.tools)
+        super().__init__(interactor, editor.document, editor.tools, editor.enlarge)
 
     def _grab(self, row, keeps_selection):
         super()._grab(row, keeps_selection)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
 from vtk_mls import landmarks
-from vtk_mls.editor.scene_volume import scalar_image
+from vtk_mls.editor.scene_image import scalar_image
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 

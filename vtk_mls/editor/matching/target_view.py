@@ -17,7 +17,7 @@ from vtk_mls.editor.overlay import Names
 from vtk_mls.editor.polydata import configured
 from vtk_mls.editor.scene import Scene, new_layer, new_renderer
 from vtk_mls.editor.scene_mesh import SceneMesh
-from vtk_mls.editor.slices import Slices
+from vtk_mls.editor.slices import ALL, ONLY_3D, Slices
 
 _OUTLINE_COLOR = (0.45, 0.75, 1.0)  # of a mesh as target
 _LIFT = 18  # pixels of the status line above the names of slices
@@ -57,27 +57,35 @@ class TargetView:
             (scene.renderer, scene.renderer.AddObserver("StartEvent", _fit_clipping, 1.0))
             for scene in scenes.values()
         ]
-        self._shows_slices = not isinstance(self.scene.items[0], SceneMesh)
-        self.arrange()
+        is_plain = isinstance(self.scene.items[0], SceneMesh) or self.scene.flat_axis is not None
+        self.arrange(view.slices.first_pane if is_plain else ALL)
         self.reset_camera()
 
-    def arrange(self):
-        """Divide the window for the comparison, and draw both sides as it says."""
+    def arrange(self, pane=None):
+        """Divide the window for the comparison, and draw both sides as it says.
+
+        `pane` is one of `slices.PANES`, by default the last one. Without the 3-D views, both sides
+        show that slice.
+        """
         comparison = self._view.comparison
+        self._pane = pane = pane or self._pane
         self._is_upright = self._window_is_upright()
         left, right = (0, 0, 0.5, 1), (0.5, 0, 1, 1)
         if self._is_upright:
             left, right = (0, 0.5, 1, 1), (0, 0, 1, 0.5)
         if comparison.mode == BESIDE:
             self._moving_slices.compared = []
-            self._moving_slices.arrange(left, _grid, self._shows_slices)
-            self.slices.arrange(right, _grid, self._shows_slices)
+            self._moving_slices.arrange(left, _grid, pane)
+            self.slices.arrange(right, _grid, pane)
         else:
             items = self._moving.items, self.scene.items
             image = ComparedItem(*items, comparison, self._bounds())
             self._moving_slices.compared = [image, *self._meshes([*items[0], *items[1]])]
-            self._moving_slices.arrange((0, 0, 1, 1), _row, True)
-            self.slices.arrange((0.5, 0.5, 1, 1), _grid, False)
+            pane = ALL if pane == ONLY_3D else pane  # slices show the comparison
+            self._moving_slices.arrange((0, 0, 1, 1), _row, pane)
+            self.slices.arrange((0.5, 0.5, 1, 1), _grid, ONLY_3D)
+            for layer in self.scene.layers:
+                layer.SetDraw(pane == ALL)
         share = comparison.share if comparison.mode == FADE else None
         for ghost in self._ghosts:
             ghost.SetVisibility(comparison.mode != BESIDE)
@@ -85,15 +93,10 @@ class TargetView:
         if not self._ghosts:
             self._cross_fade.set_share(share or 0.0)
 
-    def toggle_slices(self):
-        """Show or hide the slices of both sides."""
-        if self._view.comparison.mode == BESIDE:
-            self._shows_slices = not self._shows_slices
-            self.arrange()
-
     def is_at(self, pixel):
         """Whether the target is drawn at a pixel."""
-        is_in_3d = self.scene.renderer.IsInViewport(*map(int, pixel))
+        view = self.scene.renderer
+        is_in_3d = view.GetDraw() and view.IsInViewport(*map(int, pixel))
         return bool(is_in_3d) or self.slices.pane_at(pixel) is not None
 
     def initial_map(self, device):
@@ -105,7 +108,7 @@ class TargetView:
 
     def show_slices(self, is_final=True):
         """Draw the slices through the same point as those of the moving data."""
-        self.slices.point = self._moving_slices.point
+        self.slices.copy_place(self._moving_slices)
         self.slices.show(is_final)
 
     def draw(self, state, selected, hovered, colors):
@@ -140,7 +143,7 @@ class TargetView:
         """Remove the target from the window."""
         for renderer, tag in self._tags:
             renderer.RemoveObserver(tag)
-        self.slices.set_visible(False)
+        self.slices.set_pane(ONLY_3D)
         self._moving_slices.restore(self._moving.bounds)
         for actor in self._ghosts:
             self._moving.renderer.RemoveActor(actor)

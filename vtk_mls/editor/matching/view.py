@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+
 import numpy as np
 
 from vtk_mls.editor.matching.pairs import MOVING, TARGET
@@ -51,15 +53,17 @@ class MatchingView(View):
         if self.target is not None:
             self.target.show_slices(is_final)
 
-    def toggle_slices(self):
+    def set_pane(self, pane):
         if self.target is None:
-            super().toggle_slices()
+            super().set_pane(pane)
         else:
-            self.target.toggle_slices()
+            self.target.arrange(pane)
             self.show_slices()
 
     def reset_camera(self):
-        (self.scene if self.target is None else self.target).reset_camera()
+        super().reset_camera()
+        if self.target is not None:
+            self.target.reset_camera()
 
     def scenes_at(self, pixel):
         if self.shows_both_at(pixel):
@@ -79,12 +83,13 @@ class MatchingView(View):
             super().draw_slices(state, selected, hovered, dragged)
             return
         self._draw_handles(state, selected, hovered, dragged)
-        layers = [layer for scene in self._scenes for layer in (scene.renderer, scene.overlay)]
+        layers = [layer for scene in self._scenes for layer in scene.layers if layer.GetDraw()]
         for layer in layers:
             layer.DrawOff()
         self.scene.window.Render()
         for layer in layers:
             layer.DrawOn()
+        self._moved_at = time.monotonic() if self.slices.is_coarse else None
 
     def detach(self):
         self.set_target(None)

@@ -6,7 +6,12 @@
   const CONTROL_KEYS = "aszy";
   const WHEEL_STEP = 40; // pixels
   const ZOOM_PER_STEP = 1.21;
+  const STILL = 6; // pixels that a finger may move during a tap
+  const DOUBLE_TIME = 400; // milliseconds from the first press to the second
+  const DOUBLE_CLICK = 6, DOUBLE_TOUCH = 24; // pixels between both
 
+  const distance = (a, b) => Math.hypot(a.clientX - b.clientX, a.clientY - b.clientY);
+  const clamp = (value, limit) => Math.max(-limit, Math.min(value, limit));
   const LOST = `<div class="mls-veil mls-whole" role="alertdialog">
     <p>The connection to the server is lost. Unsaved edits are kept.</p>
     <p>If the server has ended, run <code>vtk-mls view</code> again with the same file: it offers them.</p>
@@ -16,9 +21,9 @@
     target.closest && target.closest("input, textarea, [contenteditable], .v-overlay");
 
   const Picture = {
-    props: ["name"],
+    props: ["name", "several"],
     emits: ["save", "menu"],
-    data: () => ({ state: "opening", wheel: 0, touches: {}, pinch: 0 }),
+    data: () => ({ state: "opening", wheel: 0 }),
     template: `
       <div class="mls-picture" ref="box">
         <canvas ref="canvas" tabindex="0" :aria-label="name" @contextmenu.prevent
@@ -31,6 +36,9 @@
           <p>This session goes on in another tab.</p>
           <button class="mls-button" @click="connect">Continue here</button></div>
       </div>`,
+    created() {
+      this.touches = {};
+    },
     mounted() {
       this.context = this.$refs.canvas.getContext("2d");
       this.watcher = new ResizeObserver(() => this.resize());
@@ -90,7 +98,7 @@
           type,
           x: (pointer.clientX - box.left) / box.width,
           y: (pointer.clientY - box.top) / box.height,
-          ctrl: pointer.ctrlKey || pointer.metaKey,
+          ctrl: pointer.ctrlKey || pointer.metaKey || this.several,
           shift: pointer.shiftKey,
           ...more,
         });
@@ -99,56 +107,86 @@
         this.$refs.canvas.focus({ preventScroll: true });
         this.$refs.canvas.setPointerCapture(event.pointerId);
         this.touches[event.pointerId] = event;
-        const pointers = Object.values(this.touches);
-        if (pointers.length === 2) {
-          this.event("up", pointers[0], { button: 0 });
-          this.pinch = this.spread();
-        } else if (pointers.length === 1) {
-          this.event("move", event);
-          this.event("down", event, { button: event.button });
+        const count = Object.keys(this.touches).length;
+        if (count === 1) {
+          const { pressed } = this;
+          this.isSecond = pressed && event.button === 0 && event.timeStamp - pressed.timeStamp < DOUBLE_TIME &&
+            distance(event, pressed) < (event.pointerType === "touch" ? DOUBLE_TOUCH : DOUBLE_CLICK);
+          // it may become a double click, or the first finger of two
+          if (this.isSecond || event.pointerType === "touch") this.waiting = event;
+          else this.press(event);
+        } else if (count === 2) {
+          this.flush();
+          if (!this.waiting) this.event("cancel", event, { button: 0 });
+          this.waiting = undefined;
+          this.pinch = this.fingers();
         }
         event.preventDefault();
       },
+      press(event) {
+        this.waiting = undefined;
+        this.pressed = event;
+        this.event("move", event);
+        this.event("down", event, { button: event.button });
+      },
       move(event) {
         if (this.touches[event.pointerId]) this.touches[event.pointerId] = event;
-        if (Object.keys(this.touches).length < 2) {
-          this.lastMove = event;
-          this.moveRequest ??= requestAnimationFrame(() => this.flush());
-        } else {
-          const spread = this.spread();
-          this.wheel += (WHEEL_STEP * Math.log(spread / this.pinch)) / Math.log(ZOOM_PER_STEP);
-          this.pinch = spread;
-          this.zoom(event);
+        if (this.waiting) {
+          if (distance(event, this.waiting) <= STILL) return;
+          this.press(this.waiting);
         }
+        if (this.pinch && Object.keys(this.touches).length !== 2) return;
+        this.lastMove = event;
+        this.moveRequest ??= requestAnimationFrame(() => this.flush());
       },
       flush() {
         if (!this.moveRequest) return;
         cancelAnimationFrame(this.moveRequest);
         this.moveRequest = undefined;
-        this.event("move", this.lastMove);
+        if (!this.pinch) return this.event("move", this.lastMove);
+        const before = this.pinch;
+        this.pinch = this.fingers();
+        this.zoom(this.pinch, this.pinch.spread / before.spread, before);
       },
       up(event) {
         const count = Object.keys(this.touches).length;
+        if (this.pinch && count === 2) this.flush();
         delete this.touches[event.pointerId];
         if (count !== 1) return;
+        if (this.pinch) return (this.pinch = undefined);
+        if (this.waiting && this.isSecond) {
+          this.waiting = this.pressed = undefined;
+          return this.event("double", event);
+        }
+        if (this.waiting) this.press(this.waiting);
         this.flush();
         this.event("up", event, { button: Math.max(event.button, 0) });
       },
       leave(event) {
         if (!Object.keys(this.touches).length) this.send({ type: "leave" });
       },
-      spread() {
+      fingers() {
         const [a, b] = Object.values(this.touches);
-        return Math.hypot(a.clientX - b.clientX, a.clientY - b.clientY);
+        const clientX = (a.clientX + b.clientX) / 2, clientY = (a.clientY + b.clientY) / 2;
+        return { clientX, clientY, spread: Math.max(distance(a, b), 1) };
       },
       turn(event) {
-        this.wheel -= event.deltaMode ? event.deltaY * WHEEL_STEP : event.deltaY;
-        this.zoom(event);
-      },
-      zoom(event) {
+        const pixels = event.deltaMode ? event.deltaY * WHEEL_STEP : event.deltaY;
+        // browsers say that Ctrl is down for a pinch on a touch pad
+        if (event.ctrlKey || event.metaKey)
+          return this.zoom(event, ZOOM_PER_STEP ** (-clamp(pixels, 2 * WHEEL_STEP) / WHEEL_STEP));
+        this.wheel -= pixels;
         const steps = Math.trunc(this.wheel / WHEEL_STEP);
         this.wheel -= steps * WHEEL_STEP;
         if (steps) this.event("wheel", event, { steps });
+      },
+      zoom(at, factor, from = at) {
+        const box = this.$refs.canvas.getBoundingClientRect();
+        this.event("zoom", from, {
+          factor,
+          dx: (at.clientX - from.clientX) / box.width,
+          dy: (at.clientY - from.clientY) / box.height,
+        });
       },
       key(event) {
         const control = event.ctrlKey || event.metaKey;
