@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import re
 import shlex
 import time
@@ -15,6 +16,7 @@ from page_mouse import drag
 from page_server import server
 from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkFiltersSources import vtkSphereSource
+from vtkmodules.vtkIOImage import vtkPNGReader
 
 from vtk_mls import io
 from vtk_mls.files import control_point_files
@@ -141,12 +143,17 @@ class Page:
 
     def pixels(self):
         """The picture on the page: (height, width, 3) float, 0 to 255."""
-        size = "({ width: canvas.width, height: canvas.height })"
-        data = "canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data"
-        find = "const canvas = document.querySelector('canvas')"
-        size = self.tab.evaluate(f"() => {{ {find}; return {size} }}")
-        values = self.tab.evaluate(f"() => {{ {find}; return Array.from({data}) }}")
-        return np.reshape(values, (size["height"], size["width"], 4))[..., :3].astype(float)
+        url, reader = (
+            self.tab.evaluate("document.querySelector('canvas').toDataURL()"),
+            vtkPNGReader(),
+        )
+        png = base64.b64decode(url.partition(",")[2])
+        reader.SetMemoryBuffer(png)
+        reader.SetMemoryBufferLength(len(png))
+        reader.Update()
+        width, height, _ = reader.GetOutput().GetDimensions()
+        values = arrays.to_numpy(reader.GetOutput().GetPointData().GetScalars())
+        return values.reshape(height, width, -1)[::-1, :, :3].astype(float)
 
     def rows(self):
         """Positions in the handle table."""

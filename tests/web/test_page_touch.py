@@ -13,8 +13,9 @@ from vtk_mls.vtk import arrays
 
 BROWSER_ARGUMENTS = ("--disable-3d-apis",)
 _SIZES = {"1600x1000": (1600, 1000), "1000x700": (1000, 700), "390x780": None}
-_SPOTS = np.array([(8 + 7 * (3 * i % 10 % 5), 6 + 4 * i) for i in range(10)])  # i, j of voxels
-_SHIFT = np.array((2, 1))
+# i, j of voxels, beside the lines in the middle
+_SPOTS = np.array([(8 + 6 * (3 * i % 10 % 5), 3.5 + 4 * i) for i in range(10)])
+_SHIFT = np.array((2, 0))
 # Texts wider than their element, and texts and controls outside of the screen, or of the part of it
 # that scrolls them up and down.
 _MISFITS = """() => [...document.querySelectorAll('body *')].filter((element) => {
