@@ -145,10 +145,8 @@ class Page:
 
     def pixels(self):
         """The picture on the page: (height, width, 3) float, 0 to 255."""
-        url, reader = (
-            self.tab.evaluate("document.querySelector('canvas').toDataURL()"),
-            vtkPNGReader(),
-        )
+        url = self.tab.evaluate("document.querySelector('canvas').toDataURL()")
+        reader = vtkPNGReader()
         png = base64.b64decode(url.partition(",")[2])
         reader.SetMemoryBuffer(png)
         reader.SetMemoryBufferLength(len(png))
