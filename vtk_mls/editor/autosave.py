@@ -1,7 +1,5 @@
 """Unsaved edits, in one file per data file; the next session offers them."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os

@@ -1,7 +1,5 @@
 """The tool that waits for a click, for commands of the page that need a place."""
 
-from __future__ import annotations
-
 
 class ClickTool:
     """Calls a function with the pixel of the next click."""

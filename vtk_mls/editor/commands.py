@@ -1,7 +1,5 @@
 """The commands of the editor: keys of the window, and the menu of the page."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 

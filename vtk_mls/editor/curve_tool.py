@@ -1,7 +1,5 @@
 """The tool that draws curve handles."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from vtk_mls import CurveHandle

@@ -1,7 +1,5 @@
 """The tool for cuts: a flat cut by a widget, others along a line on the surface."""
 
-from __future__ import annotations
-
 import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
 

@@ -1,7 +1,5 @@
 """The widget for a flat cut: a plane, or a part of it with its edge."""
 
-from __future__ import annotations
-
 import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPlane, vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkClipPolyData, vtkContourFilter, vtkCutter

@@ -1,7 +1,5 @@
 """How the deformation distorts space: colors of the change of volume, and a deformed grid."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from vtk_mls.rendering.material import material_at

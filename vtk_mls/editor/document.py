@@ -1,7 +1,5 @@
 """The edited state, its history and its selection, drawn in a view."""
 
-from __future__ import annotations
-
 from contextlib import contextmanager
 
 import numpy as np

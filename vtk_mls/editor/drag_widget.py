@@ -1,7 +1,5 @@
 """Base of the editor's widgets: callbacks and visibility of a VTK widget."""
 
-from __future__ import annotations
-
 
 class DragWidget:
     """A VTK widget that reports its value while the mouse drags it.

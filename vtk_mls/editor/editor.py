@@ -1,7 +1,5 @@
 """The editor: handles that the mouse drags, in any VTK window."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from vtk_mls.editor.distortion import TEXTS

@@ -1,7 +1,5 @@
 """Initial handles: a lattice that is moved onto the visible data."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from vtk_mls.filters.control_point_source import lattice

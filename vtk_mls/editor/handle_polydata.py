@@ -1,7 +1,5 @@
 """The handles of a state as control-point polydata, as filters read it, and back."""
 
-from __future__ import annotations
-
 import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 

@@ -1,7 +1,5 @@
 """The keys of a window call commands of the editor."""
 
-from __future__ import annotations
-
 from vtk_mls.editor.commands import actions
 from vtk_mls.editor.mouse import Observer
 

@@ -1,7 +1,5 @@
 """Segments of a label image: the label on a ray, and the connected voxels that have it."""
 
-from __future__ import annotations
-
 import numpy as np
 from vtkmodules.vtkCommonCore import vtkPoints
 

@@ -1,7 +1,5 @@
 """The widget that turns and moves a region: a box around it."""
 
-from __future__ import annotations
-
 import numpy as np
 from vtkmodules.vtkCommonTransforms import vtkTransform
 from vtkmodules.vtkInteractionWidgets import vtkBoxRepresentation, vtkBoxWidget2

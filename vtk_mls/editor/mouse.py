@@ -1,7 +1,5 @@
 """The mouse over the 3-D view and over slices."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from vtk_mls.editor.projection import Drag

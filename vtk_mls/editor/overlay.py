@@ -1,7 +1,5 @@
 """Texts and a rubber band above the data, and names beside handles."""
 
-from __future__ import annotations
-
 import textwrap
 
 import numpy as np

@@ -1,7 +1,5 @@
 """VTK objects from values: points, cells and colors of numpy, settings, unlit actors."""
 
-from __future__ import annotations
-
 import numpy as np
 from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_UNSIGNED_CHAR, vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkPolyData

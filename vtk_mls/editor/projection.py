@@ -1,7 +1,5 @@
 """The projection of a renderer, and drags in it, in numpy."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from vtk_mls.vtk.transforms import matrix_of

@@ -1,7 +1,5 @@
 """The tool for rigid regions: from meshes, labels and handles, turned by a box."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from vtk_mls import Ball, RegionHandle

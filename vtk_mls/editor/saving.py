@@ -1,7 +1,5 @@
 """Saves an edit: handles, cuts, deformed data, displacement field, picture and script."""
 
-from __future__ import annotations
-
 import filecmp
 import itertools
 import os

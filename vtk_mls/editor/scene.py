@@ -1,7 +1,5 @@
 """The renderers of the editor with data and handles."""
 
-from __future__ import annotations
-
 import numpy as np
 import vtkmodules.vtkRenderingOpenGL2  # noqa: F401  renders
 from vtkmodules.vtkCommonCore import vtkCommand

@@ -1,7 +1,5 @@
 """An image in slices, and the surface that rays hit."""
 
-from __future__ import annotations
-
 from functools import cached_property
 
 import numpy as np

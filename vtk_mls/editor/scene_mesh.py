@@ -1,7 +1,5 @@
 """A mesh in the scene, and the surface that rays hit."""
 
-from __future__ import annotations
-
 from functools import cached_property
 
 import numpy as np

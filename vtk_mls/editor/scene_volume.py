@@ -1,7 +1,5 @@
 """An image in the scene as a volume."""
 
-from __future__ import annotations
-
 import numpy as np
 import vtkmodules.vtkRenderingVolumeOpenGL2  # noqa: F401  renders volumes
 from vtkmodules.vtkCommonDataModel import vtkPiecewiseFunction

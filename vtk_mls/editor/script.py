@@ -1,7 +1,5 @@
 """The Python script, and the commands, that repeat an edit without the editor."""
 
-from __future__ import annotations
-
 import shlex
 
 from vtk_mls.files.ome_zarr import is_ome_zarr

@@ -1,7 +1,5 @@
 """Saving of edits, and sessions: everything that an editor shows, in one file."""
 
-from __future__ import annotations
-
 from contextlib import suppress
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Draws regions, curves and the mask of a state."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

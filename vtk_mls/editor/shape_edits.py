@@ -1,7 +1,5 @@
 """The edits of an editor that concern cuts, regions, curves and the mask."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from vtk_mls import BallMask, CurveHandle

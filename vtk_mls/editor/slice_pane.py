@@ -1,7 +1,5 @@
 """One slice of the deformed data in its own renderer, with the handles near it."""
 
-from __future__ import annotations
-
 import numpy as np
 import vtkmodules.vtkRenderingImage  # noqa: F401  renders slices
 from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPlane, vtkPolyData

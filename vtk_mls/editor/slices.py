@@ -1,7 +1,5 @@
 """Three axis-aligned slices beside the 3-D view, through one point."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from vtk_mls.editor.shape_actors import moved_surface

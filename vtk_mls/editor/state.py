@@ -1,7 +1,5 @@
 """The edited value: handles, options of the map, cuts and mask."""
 
-from __future__ import annotations
-
 import functools
 from dataclasses import dataclass, field, make_dataclass, replace
 

@@ -1,7 +1,5 @@
 """A `State` as values of JSON, for autosave and session files."""
 
-from __future__ import annotations
-
 import base64
 import functools
 import zlib

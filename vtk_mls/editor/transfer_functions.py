@@ -1,7 +1,5 @@
 """Presets of colors and opacities for images, chosen from their values."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

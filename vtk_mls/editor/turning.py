@@ -1,7 +1,5 @@
 """Point handles that a box turns together, and the path that they take."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from vtk_mls import Ball, RegionHandle

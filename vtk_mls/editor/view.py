@@ -1,7 +1,5 @@
 """Draws a state in the window: data, cut, handles and texts, as finely as time allows."""
 
-from __future__ import annotations
-
 import time
 
 from vtk_mls.editor.commands import HINT

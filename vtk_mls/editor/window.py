@@ -1,7 +1,5 @@
 """The editor in its own window."""
 
-from __future__ import annotations
-
 from contextlib import suppress
 
 import vtkmodules.vtkInteractionStyle  # registers interactors

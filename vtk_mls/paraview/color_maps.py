@@ -1,7 +1,5 @@
 """The default color map of the array JacobianDeterminant: that of the editor, red in folds."""
 
-from __future__ import annotations
-
 import json
 
 from paraview.modules.vtkRemotingServerManager import vtkSMSettings

@@ -5,8 +5,6 @@ sizes of all after each: seconds with 500 handles. ParaView therefore gets only 
 and computes the sizes once.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkObject

@@ -1,7 +1,5 @@
 """The displays of ParaView: copies of their settings, and colors for our own mappers."""
 
-from __future__ import annotations
-
 import numpy as np
 from vtkmodules.vtkCommonDataModel import (
     vtkCompositeDataSet,

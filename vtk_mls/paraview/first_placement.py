@@ -6,8 +6,6 @@ to the bounds of the selection. Scripts outside the GUI get ParaView's lattice a
 default cube.
 """
 
-from __future__ import annotations
-
 from contextlib import suppress
 
 import numpy as np

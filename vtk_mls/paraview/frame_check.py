@@ -4,8 +4,6 @@ Control points of files are in LPS, and so are the images of MLS Image Reader. P
 readers of medical images do not convert: NIfTI stays in RAS, and NRRD loses directions and space.
 """
 
-from __future__ import annotations
-
 import os
 from functools import lru_cache
 

@@ -6,8 +6,6 @@ is an event of the property. Here these events cause pending edits of the other 
 Apply, Reset, Undo, trace and states treat all lists as one.
 """
 
-from __future__ import annotations
-
 import time
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The lists of control points of a proxy, pending edits included, as arrays of rows."""
 
-from __future__ import annotations
-
 from contextlib import suppress
 
 import numpy as np

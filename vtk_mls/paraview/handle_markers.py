@@ -5,8 +5,6 @@ them that drags all at once. Here the widget's handles are picked but not drawn;
 markers.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_UNSIGNED_CHAR, vtkPoints

@@ -1,7 +1,5 @@
 """A reader of medical images for ParaView."""
 
-from __future__ import annotations
-
 from contextlib import suppress
 
 from vtkmodules.vtkCommonDataModel import vtkImageData

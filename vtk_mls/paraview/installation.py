@@ -1,7 +1,5 @@
 """A ParaView of this machine: its folder, its Python, and the variables to start it with."""
 
-from __future__ import annotations
-
 import glob
 import json
 import os

@@ -6,8 +6,6 @@ updated once a frame for any number of edits, to keep up with the mouse. Other v
 when a drag ends.
 """
 
-from __future__ import annotations
-
 from contextlib import suppress
 
 from vtkmodules.vtkCommonCore import vtkOutputWindow

@@ -1,7 +1,5 @@
 """An image drawn deformed in place of ParaView's own prop."""
 
-from __future__ import annotations
-
 from paraview.modules.vtkPVVTKExtensionsFiltersRendering import vtkPVGeometryFilter
 from paraview.modules.vtkRemotingViews import vtkPVImageSliceMapper
 from vtkmodules.vtkCommonDataModel import vtkImageData

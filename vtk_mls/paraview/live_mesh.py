@@ -1,7 +1,5 @@
 """A mesh drawn deformed in place of ParaView's own prop."""
 
-from __future__ import annotations
-
 from paraview.modules.vtkPVVTKExtensionsFiltersRendering import vtkPVGeometryFilter
 from vtkmodules.vtkCommonDataModel import vtkPolyData, vtkStructuredGrid
 from vtkmodules.vtkFiltersCore import vtkStructuredGridOutlineFilter

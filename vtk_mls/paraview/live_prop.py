@@ -1,7 +1,5 @@
 """A prop that replaces ParaView's own in a view."""
 
-from __future__ import annotations
-
 from vtkmodules.vtkCommonDataModel import vtkDataSet, vtkImageData
 from vtkmodules.vtkRenderingCore import vtkActor
 

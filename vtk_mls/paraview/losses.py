@@ -1,7 +1,5 @@
 """Lines about results that look right at first: folds, and material outside of the output."""
 
-from __future__ import annotations
-
 import numpy as np
 from paraview.modules.vtkRemotingSettings import vtkPVGeneralSettings
 from vtkmodules.vtkCommonCore import vtkOutputWindow

@@ -5,8 +5,6 @@ VTK's references. If only a VTK object holds the function, the collector may cle
 still calls it, and ParaView crashes. Therefore each observer has a Python object as its owner.
 """
 
-from __future__ import annotations
-
 from vtkmodules.vtkCommonCore import vtkWeakReference
 
 

@@ -1,7 +1,5 @@
 """Changes of optional inputs that ParaView does not survive."""
 
-from __future__ import annotations
-
 from vtkmodules.vtkCommonCore import vtkOutputWindow
 
 from vtk_mls.paraview.server_manager import EDITED, proxies_in

@@ -5,8 +5,6 @@ visibility that it saved the second time, so the widgets would stay hidden. Here
 restored at once, unless the user hid the widget. This draws nothing: the widget is disabled then.
 """
 
-from __future__ import annotations
-
 from vtkmodules.vtkRenderingCore import vtkPropCollection
 
 from vtk_mls.paraview.server_manager import selected_source

@@ -4,8 +4,6 @@ They are declared as XML on the class: ParaView's method decorators do not see i
 and before ParaView 5.12 the panel would list their properties in alphabetical order.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import product
 

@@ -1,7 +1,5 @@
 """An MLSDeform with the pending values of another one: it computes the result of Apply."""
 
-from __future__ import annotations
-
 import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkImageData
 

@@ -1,7 +1,5 @@
 """XML of the properties of ParaView's proxies, from the property tables of the filters."""
 
-from __future__ import annotations
-
 from functools import singledispatch
 from xml.sax.saxutils import escape, quoteattr
 

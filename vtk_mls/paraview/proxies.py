@@ -3,8 +3,6 @@
 ParaView imports this module by its name when a proxy is made, on the server.
 """
 
-from __future__ import annotations
-
 from paraview.util.vtkAlgorithm import smhint, smproperty, smproxy
 
 from vtk_mls import filters

@@ -1,7 +1,5 @@
 """Access to ParaView's server manager: proxies, and properties with edits that wait for Apply."""
 
-from __future__ import annotations
-
 # The first Python wrapper of a VTK object has the most derived class that is imported by then:
 # import those of views, representations and widgets first.
 import paraview.modules.vtkRemotingViews  # noqa: F401

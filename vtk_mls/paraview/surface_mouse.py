@@ -1,7 +1,5 @@
 """Ctrl with the mouse: a drag moves a handle along a surface, a click adds a handle on it."""
 
-from __future__ import annotations
-
 import numpy as np
 from vtkmodules.vtkInteractionWidgets import vtkPolyLineRepresentation
 

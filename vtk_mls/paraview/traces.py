@@ -4,8 +4,6 @@
 first handles, and the settings that a display has from that of the input.
 """
 
-from __future__ import annotations
-
 import sys
 
 from vtk_mls.paraview.displays import copied_settings

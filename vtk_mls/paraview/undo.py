@@ -5,8 +5,6 @@ keep the drag. Therefore each edit is an empty step on the stack, and is undone 
 reaches the step.
 """
 
-from __future__ import annotations
-
 from paraview.modules.vtkPVVTKExtensionsCore import vtkUndoSet
 from paraview.modules.vtkRemotingServerManager import vtkSMProxyManager
 from paraview.modules.vtkRemotingSettings import vtkPVGeneralSettings

@@ -1,7 +1,5 @@
 """ParaView's views, rendered a moment later: once for any number of requests."""
 
-from __future__ import annotations
-
 from vtkmodules.util.misc import calldata_type
 from vtkmodules.vtkCommonCore import VTK_INT
 

@@ -3,8 +3,6 @@
 A plugin in Python learns of these only through the events of the server manager.
 """
 
-from __future__ import annotations
-
 import logging
 import sys
 

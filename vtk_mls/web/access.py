@@ -1,7 +1,5 @@
 """Access to the page: requests need the token, and come from the page itself."""
 
-from __future__ import annotations
-
 import secrets
 from urllib.parse import urlsplit
 

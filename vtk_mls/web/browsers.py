@@ -1,7 +1,5 @@
 """Opens the page in a browser of this machine."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

@@ -1,7 +1,5 @@
 """Controls that several parts of the page have."""
 
-from __future__ import annotations
-
 from trame.widgets import vuetify3 as v
 
 from vtk_mls.editor.commands import with_key

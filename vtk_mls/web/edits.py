@@ -1,7 +1,5 @@
 """Edits of the panel: a name and a value from the page."""
 
-from __future__ import annotations
-
 import math
 from contextlib import suppress
 

@@ -1,7 +1,5 @@
 """The layout of the page: a bar with a menu, the picture, a panel."""
 
-from __future__ import annotations
-
 from contextlib import nullcontext
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The pairs of landmarks below the two pictures: comparison, table, refinement."""
 
-from __future__ import annotations
-
 from trame.widgets import html
 from trame.widgets import vuetify3 as v
 

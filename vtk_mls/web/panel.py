@@ -1,7 +1,5 @@
 """The panel beside the picture: map, cut, handles, colors, files."""
 
-from __future__ import annotations
-
 from trame.widgets import html
 from trame.widgets import vuetify3 as v
 from trame_client.widgets.core import HtmlElement

@@ -1,7 +1,5 @@
 """Values of an editor for the panel, as JSON has them."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from vtk_mls import CurveHandle

@@ -7,8 +7,6 @@ before it sends the next. Back-pressure of frames, keys without the focus on the
 a time and connecting again would still be ours: it would replace only the mouse in `picture.js`.
 """
 
-from __future__ import annotations
-
 import asyncio
 import json
 import threading

@@ -1,7 +1,5 @@
 """`vtk-mls view`: a server of one session on a page."""
 
-from __future__ import annotations
-
 import asyncio
 import os
 import socket

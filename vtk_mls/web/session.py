@@ -1,7 +1,5 @@
 """An editor that draws off the screen, in a thread of its own, for a page."""
 
-from __future__ import annotations
-
 import gc
 import queue
 import threading

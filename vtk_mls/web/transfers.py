@@ -1,7 +1,5 @@
 """Downloads of saved files, and uploads of data and handles."""
 
-from __future__ import annotations
-
 import asyncio
 import hashlib
 import shutil

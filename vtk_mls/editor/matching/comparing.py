@@ -1,7 +1,5 @@
 """The moving data and the target in the same slices."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from vtk_mls.editor.matching.target import CHECKERBOARD, DIFFERENCE

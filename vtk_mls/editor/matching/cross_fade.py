@@ -1,7 +1,5 @@
 """The picture of one 3-D view over that of another of the same size."""
 
-from __future__ import annotations
-
 import numpy as np
 import vtkmodules.vtkRenderingOpenGL2  # noqa: F401  renders
 from vtkmodules.vtkCommonCore import VTK_UNSIGNED_CHAR, vtkUnsignedCharArray

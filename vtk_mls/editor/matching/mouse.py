@@ -1,7 +1,5 @@
 """The mouse over two sides: it places landmarks, and corrects them on the moving data."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from vtk_mls.editor.mouse import Mouse

@@ -1,7 +1,5 @@
 """The edits of an editor that concern pairs of landmarks and the target."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Landmarks of a `State`, refined by the images around them."""
 
-from __future__ import annotations
-
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
 from vtk_mls import landmarks

@@ -1,7 +1,5 @@
 """The target that the moving data are to match, and how both are compared."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """The target beside the moving data: its renderer, its slices, and landmarks on both."""
 
-from __future__ import annotations
-
 import numpy as np
 from vtkmodules.vtkRenderingCore import vtkActor
 

@@ -1,7 +1,5 @@
 """A view of the data with a target beside them."""
 
-from __future__ import annotations
-
 import time
 
 import numpy as np
