@@ -54,6 +54,7 @@ VALUES = {
     "--order": ("1", ["--kind", "spline"], "many.csv"),
     "--alpha": ("1",),
     "--smoothing": ("3",),
+    "--softening": ("3", ["--kind", "spline", "--order", "1"], "many.csv"),
     "--steps": ("4",),
     "--blend": ("0.5",),
     "--cut-plane": ("4,4,3,1,0,0",),
@@ -75,6 +76,7 @@ VALUES = {
     "--jacobian": (None,),
     "--field-convention": ("ants",),
     "--dimensions": ("3,4,5",),
+    "--spacing-factor": ("0.5",),
 }
 ALIKE = {"--device", "--map-tolerance"}  # the output may be the same
 

@@ -14,6 +14,7 @@ _ONLY = {  # option and kinds of data, by attribute of the options
     "inverse": ("--inverse", (IMAGES, MESHES)),
     "jacobian": ("--jacobian", (IMAGES, MESHES)),
     "dimensions": ("--dimensions", (MESHES,)),
+    "spacing_factor": ("--spacing-factor", (IMAGES, MESHES)),
 }
 
 

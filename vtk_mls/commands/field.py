@@ -1,5 +1,8 @@
 """`vtk-mls field`: the displacement field of a deformation, for other programs."""
 
+import math
+from contextlib import suppress
+
 from vtk_mls.commands import data_options, map_options, ome_zarr, property_options, remarks
 from vtk_mls.commands.running import kind_used, read, set_up, update
 from vtk_mls.commands.supervision import step
@@ -52,6 +55,12 @@ def add(commands):
         help="numbers of points over the bounds of a mesh; default: "
         + property_options.default("SampleDimensions"),
     )
+    add(
+        "--spacing-factor",
+        metavar="FACTOR",
+        help="multiply the spacing of the field: 0.5 has half of it; auto has the largest, down to "
+        "an eighth, with which the field does not fold where it is interpolated linearly",
+    )
     map_options.add(field)
     ome_zarr.add(field)
     field.set_defaults(run=run, parser=field)
@@ -81,6 +90,8 @@ def run(options):
     set_up(field, options)
     field.SetGenerateJacobianDeterminant(options.jacobian)
     update(field, options)
+    if options.spacing_factor is not None:
+        _space(field, options)
     output = field.GetOutput()
     if options.jacobian:
         output.GetPointData().SetActiveScalars("JacobianDeterminant")
@@ -104,6 +115,41 @@ def _check_convention(options):
             f"`--field-convention {options.field_convention}` is for displacements in .nii and "
             f".nii.gz, got `{options.output}`{' --jacobian' * options.jacobian}; leave it out"
         )
+
+
+def _space(field, options):
+    """Multiply the spacing of the output by `--spacing-factor`."""
+    import numpy as np
+    from vtkmodules.vtkCommonDataModel import vtkImageData
+
+    from vtk_mls import Grid
+    from vtk_mls.vtk.arrays import ImageGeometry
+
+    grid = ImageGeometry.of_image(field.GetOutput()).grid
+    factor = _spacing_factor(field, grid, options)
+    if factor == 1:
+        return
+    size = (np.array(grid.dimensions) - 1) / factor
+    finer = Grid(np.floor(size + 1e-6) + 1, grid.origin, factor * grid.spacing, grid.direction)
+    image = vtkImageData()
+    ImageGeometry.of_grid(finer).apply_to(image)
+    field.SetInputData(0, image)
+    update(field, options)
+
+
+def _spacing_factor(field, grid, options):
+    """The number that `--spacing-factor` gives or finds."""
+    given = options.spacing_factor
+    if given == "auto" and not (options.inverse or options.jacobian or min(grid.dimensions) == 1):
+        spacing = remarks.certificate(field, grid).spacing
+        return 1 if spacing is None else float(spacing[0] / grid.spacing[0])
+    with suppress(ValueError):
+        if 0 < float(given) < math.inf:
+            return float(given)
+    raise ValueError(
+        "`--spacing-factor` must be a positive number, or auto for backward displacements in "
+        f"space, got `{given:.60}`"
+    )
 
 
 def _dimensions(options):

@@ -20,23 +20,30 @@ def notes(algorithm):
 
 def field_notes(algorithm, is_whole=True):
     """The same of an MLSDisplacementField: of a whole field its certificate."""
-    from vtk_mls.queries.fields import DisplacementField
     from vtk_mls.vtk import arrays
 
     note = _far(algorithm, is_field=True)
     if algorithm.GetGenerateJacobianDeterminant() or algorithm.GetInverse():
         return note  # these count folds themselves
-    deformation, output = algorithm.updated_deformation(), algorithm.GetOutput()
-    grid = arrays.ImageGeometry.of_image(output).grid
+    grid = arrays.ImageGeometry.of_image(algorithm.GetOutput()).grid
     if not is_whole or min(grid.dimensions) == 1:
-        return folds(deformation, grid) + note
+        return folds(algorithm.updated_deformation(), grid) + note
+    return f"; interpolated linearly, {certificate(algorithm, grid)}{note}"
+
+
+def certificate(algorithm, grid):
+    """The certificate of the output of an MLSDisplacementField, which is on `grid`."""
+    from vtk_mls.queries.fields import DisplacementField
+    from vtk_mls.vtk import arrays
+
+    output = algorithm.GetOutput()
     displacement, distance = (
         None if array is None else arrays.to_numpy(array)
         for array in map(output.GetPointData().GetArray, ("BackwardDisplacement", "VoidDistance"))
     )
     distance = None if distance is None else distance.reshape(grid.shape)
     field = DisplacementField(displacement.reshape(*grid.shape, 3), grid, distance)
-    return f"; interpolated linearly, {deformation.certificate(field)}{note}"
+    return algorithm.updated_deformation().certificate(field)
 
 
 def warn(path, sentence):
