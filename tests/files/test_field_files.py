@@ -211,14 +211,7 @@ def test_the_certificate_agrees_with_itk(scene, suffix, is_folded, capsys):
     else:
         sentence = f"interpolated linearly, proven to keep orientation in all {count} voxels"
         assert sentence in printed
-        print(
-            "NEG",
-            (determinants <= 0).sum(),
-            determinants.min(),
-            np.argwhere(determinants <= 0)[:9],
-            determinants.shape,
-        )
-    assert (determinants[2:-2, 2:-2, 2:-2] > 0).all()
+        assert (determinants[2:-2, 2:-2, 2:-2] > 0).all()
 
 
 def test_a_finer_field_does_not_fold(tmp_path, monkeypatch, capsys):
