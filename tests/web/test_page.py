@@ -16,7 +16,6 @@ from page_mouse import drag
 from page_server import server
 from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkFiltersSources import vtkSphereSource
-from vtkmodules.vtkIOImage import vtkPNGReader
 
 from vtk_mls import io
 from vtk_mls.files import control_point_files
@@ -28,6 +27,13 @@ BROWSER_ARGUMENTS = ("--disable-3d-apis",)
 _TIMEOUT = 180  # seconds
 _SIZE = {"width": 1100, "height": 760}
 _PANEL_AT = "document.querySelector('.v-navigation-drawer').getBoundingClientRect().x"
+_PIXELS = """() => {
+  const canvas = document.querySelector('canvas'), { width, height } = canvas;
+  const bytes = canvas.getContext('2d').getImageData(0, 0, width, height).data, parts = [];
+  for (let i = 0; i < bytes.length; i += 8192)
+    parts.push(String.fromCharCode(...bytes.subarray(i, i + 8192)));
+  return [height, width, btoa(parts.join(''))];
+}"""
 PHONE = {
     "viewport": {"width": 390, "height": 780},
     "has_touch": True,
@@ -84,7 +90,8 @@ class Page:
         self.tab.on("pageerror", lambda error: self.errors.append(str(error)))
         self.tab.goto(address)
         self.tab.wait_for_selector("canvas[data-frames]")
-        self.status("handles")
+        # a narrow page shows its message instead
+        self.tab.locator(".mls-status", has_text="handle").wait_for(state="attached")
 
     def status(self, *texts):
         """Wait until the status has all of the texts."""
@@ -143,31 +150,9 @@ class Page:
 
     def pixels(self):
         """The picture on the page: (height, width, 3) float, 0 to 255."""
-        url = self.tab.evaluate("document.querySelector('canvas').toDataURL()")
-        reader = vtkPNGReader()
-        png = base64.b64decode(url.partition(",")[2])
-        reader.SetMemoryBuffer(png)
-        reader.SetMemoryBufferLength(len(png))
-        reader.Update()
-        width, height, _ = reader.GetOutput().GetDimensions()
-        values = arrays.to_numpy(reader.GetOutput().GetPointData().GetScalars())
-        return values.reshape(height, width, -1)[::-1, :, :3].astype(float)
-
-    def rows(self):
-        """Positions in the handle table."""
-        texts = self.tab.locator(".mls-row .at").all_inner_texts()
-        return np.array([[float(number) for number in text.split(",")] for text in texts])
-
-    def moved_row(self, number, before):
-        """The row once it is another one."""
-        until = time.monotonic() + _TIMEOUT
-        while np.allclose(self.rows()[number], before):
-            assert time.monotonic() < until, "the handle has not moved"
-            time.sleep(0.05)
-        return self.rows()[number]
-
-    def frames(self):
-        return int(self.tab.get_attribute("canvas", "data-frames"))
+        height, width, text = self.tab.evaluate(_PIXELS)
+        values = np.frombuffer(base64.b64decode(text), np.uint8).reshape(height, width, 4)
+        return values[..., :3].astype(float)
 
     def close(self):
         assert not self.errors
