@@ -154,6 +154,9 @@ class Page:
         values = np.frombuffer(base64.b64decode(text), np.uint8).reshape(height, width, 4)
         return values[..., :3].astype(float)
 
+    def frames(self):
+        return int(self.tab.get_attribute("canvas", "data-frames"))
+
     def close(self):
         assert not self.errors
         self.tab.close()
