@@ -154,6 +154,19 @@ class Page:
         values = np.frombuffer(base64.b64decode(text), np.uint8).reshape(height, width, 4)
         return values[..., :3].astype(float)
 
+    def rows(self):
+        """Positions in the handle table."""
+        texts = self.tab.locator(".mls-row .at").all_inner_texts()
+        return np.array([[float(number) for number in text.split(",")] for text in texts])
+
+    def moved_row(self, number, before):
+        """The row once it is another one."""
+        until = time.monotonic() + _TIMEOUT
+        while np.allclose(self.rows()[number], before):
+            assert time.monotonic() < until, "the handle has not moved"
+            time.sleep(0.05)
+        return self.rows()[number]
+
     def frames(self):
         return int(self.tab.get_attribute("canvas", "data-frames"))
 
