@@ -30,14 +30,13 @@ class CurveTool:
         if not self.is_drawing:
             return False
         document.show_deformed()
-        point = None
         with document.reporting_errors():
             point = document.view.point_at(pixel)
-        if point is None:
-            document.say(NO_SURFACE)
-        elif not np.array_equal(self._line.points[-1:], [point]):
-            self._line.add(point)
-            document.view.slices.drawn_nodes = np.array(self._line.points)
+            if point is None:
+                document.say(NO_SURFACE)
+            elif not np.array_equal(self._line.points[-1:], [point]):
+                self._line.add(point)
+                document.view.slices.drawn_nodes = np.array(self._line.points)
         document.draw(is_moving=True)
         return True
 

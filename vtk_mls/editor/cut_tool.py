@@ -86,7 +86,7 @@ class CutTool:
         document.show_deformed()
         if line is None:
             return False
-        projection, point = self._scene.projection, None
+        projection = self._scene.projection
         if not line.is_closed and len(line.points) > 2:
             first = line.points[:1]
             if projection.nearest(first, pixel, _CLOSING_DISTANCE) is not None:
@@ -94,10 +94,10 @@ class CutTool:
                 document.say("The line is closed: P cuts along it, straight into the depth.")
         with document.reporting_errors():
             point = None if line.is_closed else self._scene.picker().hit(pixel)
-        if point is not None:
-            line.add(point)
-        elif not line.is_closed:
-            document.say(NO_SURFACE)
+            if point is not None:
+                line.add(point)
+            elif not line.is_closed:
+                document.say(NO_SURFACE)
         document.draw(is_moving=True)
         return True
 

@@ -204,7 +204,7 @@ class Document:
 
     def draw(self, is_moving=False):
         """Render; coarsely while something moves."""
-        self.view.is_saved = self.is_saved
+        self.view.is_saved = self.state is self._saved
         self.view.motion_widget.show(*self._boxed())
         self.view.draw(self.state, self.selected, self.hovered, self.dragged, is_moving)
 
