@@ -218,6 +218,9 @@ def test_presets_follow_the_values(rng):
         0,
         pytest.approx(0.7, abs=0.1),
     ]
+    few_below_air = np.r_[np.full(5, -700), np.linspace(0, 30000, 2000)]
+    preset, *_ = transfer_functions.presets_of(few_below_air, False)
+    assert preset.name == "MR, solid"
     (preset,) = transfer_functions.presets_of(np.repeat([0, 1, 7], 50), True)
     assert preset.is_nearest
     assert transfer_functions.opacity(preset, np.array([0, 1, 7])).tolist() == [0, 0.85, 0.85]

@@ -127,8 +127,9 @@ class Scene:
         self._place_cube()
 
     def _place_cube(self):
-        """Place the cube with letters at the top right of the 3-D view."""
-        corner = np.add(self.renderer.GetOrigin(), self.renderer.GetSize()) - _CUBE
+        """Place the cube with letters at the lower right of the 3-D view."""
+        right = np.multiply(self.renderer.GetSize(), (1, 0)) + np.multiply(_CUBE, (-1, 1))
+        corner = np.add(self.renderer.GetOrigin(), right)
         focal = np.array(self.renderer.GetActiveCamera().GetFocalPoint())
         place = self.projection.world(corner, self.projection.pixels(focal[None])[0, 2])
         size = _CUBE * self.projection.pixel_size(place[None])[0]

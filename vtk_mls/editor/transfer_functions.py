@@ -81,7 +81,7 @@ def presets_of(values, are_labels):
         _scaled("MR, see-through", _TISSUE, ((0, 0), (0.5, 0.08), (1, 0.6)), level, top),
         _scaled("gray", _GRAY, ((0, 0), (0.3, 0.3), (1, 0.9)), level, top),
     )
-    is_ct = low < _AIR and high > _BONE
+    is_ct = low < _AIR and np.quantile(samples, 0.01) < _AIR and high > _BONE
     return [*_CT, *tissue] if is_ct else [*tissue]
 
 
