@@ -63,7 +63,10 @@ def test_pairs_are_edited_by_the_table(session):
     assert [pair["name"] for pair in values["pairs"]] == ["a", "b", "c"]
     do(session, "enable", [1, False])
     assert [pair["enabled"] for pair in values["pairs"]] == [True, False, True]
-    assert session.editor.state.enabled.tolist() == [True, False, True]
+    state = session.editor.state
+    assert state.enabled.tolist() == [True, False, True]
+    distances = np.linalg.norm(state.deformed - state.rest, axis=1)
+    np.testing.assert_array_equal([pair["distance"] for pair in values["pairs"]], distances)
     do(session, "name", [2, "nose"])
     do(session, "jump", [2])
     assert values["selected"] == [2]
