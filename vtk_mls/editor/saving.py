@@ -35,12 +35,13 @@ _FALLBACK_ENDINGS = ".vti", ".vtp", ".vtu", ".vts"  # for data that the format c
 
 def picture_of(window):
     """The last picture of a vtkRenderWindow: a vtkImageData."""
-    grab = vtkWindowToImageFilter()
+    grab, pixels = vtkWindowToImageFilter(), vtkImageData()
     grab.SetInput(window)
     grab.ReadFrontBufferOff()
     grab.ShouldRerenderOff()
     grab.Update()
-    return grab.GetOutput()
+    pixels.ShallowCopy(grab.GetOutput())
+    return pixels
 
 
 class Saver:

@@ -2,10 +2,10 @@
 
 import numpy as np
 import vtkmodules.vtkRenderingOpenGL2  # noqa: F401  renders
-from vtkmodules.vtkCommonCore import vtkCommand
+from vtkmodules.vtkCommonCore import vtkCommand, vtkLogger
 from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkRenderingAnnotation import vtkAnnotatedCubeActor
-from vtkmodules.vtkRenderingCore import vtkRenderer
+from vtkmodules.vtkRenderingCore import vtkRenderer, vtkRenderWindow
 
 from vtk_mls.base.linear_algebra import unit
 from vtk_mls.editor.handle_glyphs import HandleGlyphs
@@ -144,6 +144,16 @@ def _letter_cube():
     cube.GetTextEdgesProperty().SetOpacity(0)
     configured(cube.GetCubeProperty(), Color=(0.30, 0.36, 0.46), Lighting=False)
     return cube
+
+
+def new_window():
+    """A vtkRenderWindow; VTK's message that there is no display is hidden."""
+    verbosity = vtkLogger.GetCurrentVerbosityCutoff()
+    vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
+    try:
+        return vtkRenderWindow()
+    finally:
+        vtkLogger.SetStderrVerbosity(verbosity)
 
 
 def new_layer(window):

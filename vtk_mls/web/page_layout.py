@@ -40,6 +40,10 @@ _TOOLS = (
 _LONG = "save", "refine"  # commands that the page begins as tasks
 _COLORS_AT = np.linspace(-MAX_DOUBLINGS, MAX_DOUBLINGS, 9)  # doublings of the volume
 _STATUS = ['role="status"']  # trame has no keyword for it
+_SIZE = (  # of a file, with its unit
+    "Intl.NumberFormat('en', { notation: 'compact', style: 'unit', unit: 'byte', "
+    "unitDisplay: 'narrow' }).format(file.size)"
+)
 _NARROW = 900  # pixels; on narrower pages the panel covers the picture
 _IS_NARROW = f"$vuetify.display.width < {_NARROW}"
 
@@ -266,7 +270,7 @@ def _saved_files():
                 v_for="file in files",
                 key=("file.name",),
                 title=("file.name",),
-                subtitle=("file.what + ', ' + file.size",),
+                subtitle=(f"file.what + ', ' + {_SIZE}",),
                 href=("'saved/' + encodeURIComponent(file.name)",),
                 raw_attrs=["download"],
                 append_icon="mdi-download",

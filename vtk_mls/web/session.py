@@ -11,12 +11,12 @@ import numpy as np
 import vtkmodules.vtkInteractionStyle
 import vtkmodules.vtkRenderingFreeType
 import vtkmodules.vtkRenderingOpenGL2  # noqa: F401  draws
-from vtkmodules.vtkCommonCore import vtkLogger
 from vtkmodules.vtkInteractionStyle import vtkInteractorStyleTrackballCamera
-from vtkmodules.vtkRenderingCore import vtkRenderWindow, vtkTextActor
+from vtkmodules.vtkRenderingCore import vtkTextActor
 from vtkmodules.vtkRenderingUI import vtkGenericRenderWindowInteractor
 
 from vtk_mls.editor import Editor, commands
+from vtk_mls.editor.scene import new_window
 from vtk_mls.editor.slices import ALL
 from vtk_mls.model.options import KIND
 from vtk_mls.web import panel_values
@@ -136,20 +136,6 @@ class Session:
             self._fit_narrow_pictures(size)
             self.window.Render()
 
-    def save(self, as_session=False):
-        """Save all files, or a session file, and return their folder; in the editor's thread.
-
-        An OSError has the editor's sentence.
-        """
-        editor, saver = self.editor, self.editor.saver
-        if not (editor.save_session() if as_session else editor.save()):
-            raise OSError(editor.message)
-        if as_session:
-            return saver.files[0].parent
-        grid = f"Saved; images have the grid of {saver.grid.name}." if saver.grid else "Saved."
-        editor.say(" ".join([grid, *saver.warnings]))
-        return saver.folder
-
     # The thread
 
     def _work(self):
@@ -211,7 +197,7 @@ class Session:
     # The window
 
     def _new_window(self, size):
-        window, interactor = _window(), vtkGenericRenderWindowInteractor()
+        window, interactor = new_window(), vtkGenericRenderWindowInteractor()
         window.SetOffScreenRendering(True)
         window.SetMultiSamples(0)
         window.SetSize(*size)
@@ -249,16 +235,6 @@ class Session:
             self.editor.document.preview(state.changed(anchored=None))
             self._interactor.InvokeEvent("TimerEvent")
         self.editor.document.preview(self.editor.document.committed)
-
-
-def _window():
-    """A window; messages that no display is found are hidden."""
-    verbosity = vtkLogger.GetCurrentVerbosityCutoff()
-    vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
-    try:
-        return vtkRenderWindow()
-    finally:
-        vtkLogger.SetStderrVerbosity(verbosity)
 
 
 def _key_name(event):
