@@ -12,6 +12,7 @@ from vtk_mls.editor import commands
 from vtk_mls.editor.slices import ONLY_3D, PANES, SLICES
 from vtk_mls.rendering.volume_colors import FOLDED, MAX_DOUBLINGS, colors_of
 from vtk_mls.web import pair_table, panel
+from vtk_mls.web.controls import icon_button
 from vtk_mls.web.transfers import ALL
 
 _THEMES = {
@@ -85,23 +86,19 @@ def _bar(edit, begin):
         _menu(edit, begin)
     html.Img(src="vtk_mls_page/icon.svg", width=28, height=28, classes="ml-2", alt="")
     html.Span("{{ title }}", classes="ml-3 text-body-1 font-weight-medium text-truncate")
-    html.Span(
-        "unsaved",
-        v_if="!is_saved",
-        classes="ml-3 text-caption text-secondary",
-    )
+    html.Span("unsaved", v_if="!is_saved", classes="ml-3 text-caption text-secondary")
     v.VSpacer()
     with html.Div(classes="d-none d-md-flex"):
         _panes(edit, PANES)
         _views(edit)
     for icon, title, name, classes in _TOOLS:
-        _icon_button(icon, commands.with_key(title, name), (edit, f"['{name}']"), classes)
+        icon_button(icon, commands.with_key(title, name), (edit, f"['{name}']"), classes=classes)
     v.VDivider(vertical=True, inset=True, classes="mx-2 d-none d-md-block")
-    _icon_button(
+    icon_button(
         ("theme === 'dark' ? 'mdi-weather-sunny' : 'mdi-weather-night'",),
         "Light or dark",
         "theme = theme === 'dark' ? 'light' : 'dark'",
-        "d-none d-sm-inline-flex",
+        classes="d-none d-sm-inline-flex",
     )
     v.VBtn(
         "Save",
@@ -115,7 +112,7 @@ def _bar(edit, begin):
         ),
         click=(begin, "['save']"),
     )
-    _icon_button(
+    icon_button(
         "mdi-tune-variant",
         "Panel",
         f"{_IS_NARROW} ? (has_sheet = !has_sheet) : (has_panel = !has_panel)",
@@ -123,12 +120,12 @@ def _bar(edit, begin):
 
 
 def _views(edit):
-    _icon_button(
+    icon_button(
         "mdi-fit-to-page-outline",
         commands.with_key("Show everything", "reset_camera"),
         (edit, "['reset_camera']"),
     )
-    _icon_button(
+    icon_button(
         ("selects_several ? 'mdi-checkbox-multiple-marked' : 'mdi-checkbox-multiple-outline'",),
         "Select several handles (Ctrl)",
         "selects_several = !selects_several",
@@ -147,10 +144,6 @@ def _panes(edit, names):
                 title="Or double click in the picture",
                 click=(edit, f"['pane', '{name}']"),
             )
-
-
-def _icon_button(icon, title, click, classes=""):
-    v.VBtn(icon=icon, density="comfortable", classes=classes, title=title, click=click)
 
 
 def _stage(edit, begin):

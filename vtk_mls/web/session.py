@@ -15,7 +15,7 @@ from vtkmodules.vtkInteractionStyle import vtkInteractorStyleTrackballCamera
 from vtkmodules.vtkRenderingCore import vtkTextActor
 from vtkmodules.vtkRenderingUI import vtkGenericRenderWindowInteractor
 
-from vtk_mls.editor import Editor, commands
+from vtk_mls.editor import Editor
 from vtk_mls.editor.scene import new_window
 from vtk_mls.editor.slices import ALL
 from vtk_mls.model.options import KIND
@@ -26,9 +26,6 @@ _TICK = 0.015  # seconds between two timer events
 _IDLE = 1.0  # seconds without work before garbage is collected
 _NARROW = 600  # pixels of a picture below which one pane is shown
 _SIZE = 900, 700  # pixels, before the page says its size
-# Keys that the page handles itself, and that of windows.
-_PAGE_METHODS = "save", "quit"
-_PAGE_KEYS = {key for key, (method, _) in commands.actions().items() if method in _PAGE_METHODS}
 
 
 class Session:
@@ -125,7 +122,7 @@ class Session:
         elif kind == "cancel":
             self.editor.finish()
             send_event(self._interactor, {**event, "type": "up"})
-        elif not (kind == "key" and _key_name(event) in _PAGE_KEYS):
+        else:
             send_event(self._interactor, event)
 
     def resize(self, size):
@@ -235,9 +232,3 @@ class Session:
             self.editor.document.preview(state.changed(anchored=None))
             self._interactor.InvokeEvent("TimerEvent")
         self.editor.document.preview(self.editor.document.committed)
-
-
-def _key_name(event):
-    """The editor's name of a key event."""
-    key = event["key"].lower() if len(event["key"]) == 1 else event["key"]
-    return f"Ctrl+{key}" if event.get("ctrl") else key
