@@ -45,8 +45,7 @@ class Scene:
     @property
     def bounds(self):
         """Corners (2, 3) of a box around the visible data at rest."""
-        corners = np.array([item.bounds for item in self.items])
-        return np.array([corners[:, 0].min(axis=0), corners[:, 1].max(axis=0)])
+        return box_around([item.bounds for item in self.items])
 
     @property
     def flat_axis(self):
@@ -133,6 +132,11 @@ class Scene:
         place = self.projection.world(corner, self.projection.pixels(focal[None])[0, 2])
         size = _CUBE * self.projection.pixel_size(place[None])[0]
         configured(self._cube.GetAssembly(), Position=place, Scale=size)
+
+
+def box_around(boxes):
+    """Corners (2, 3) of the box around boxes (n, 2, 3)."""
+    return np.array([np.min(boxes, axis=(0, 1)), np.max(boxes, axis=(0, 1))])
 
 
 def _letter_cube():

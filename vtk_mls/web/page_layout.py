@@ -9,10 +9,11 @@ from trame.widgets import vuetify3 as v
 from trame_client.widgets.core import HtmlElement
 
 from vtk_mls.editor import commands
+from vtk_mls.editor.commands import with_key
 from vtk_mls.editor.slices import ONLY_3D, PANES, SLICES
 from vtk_mls.rendering.volume_colors import FOLDED, MAX_DOUBLINGS, colors_of
 from vtk_mls.web import pair_table, panel
-from vtk_mls.web.controls import icon_button
+from vtk_mls.web.controls import icon_button, small_button
 from vtk_mls.web.transfers import ALL
 
 _THEMES = {
@@ -92,7 +93,7 @@ def _bar(edit, begin):
         _panes(edit, PANES)
         _views(edit)
     for icon, title, name, classes in _TOOLS:
-        icon_button(icon, commands.with_key(title, name), (edit, f"['{name}']"), classes=classes)
+        icon_button(icon, with_key(title, name), (edit, f"['{name}']"), classes=classes)
     v.VDivider(vertical=True, inset=True, classes="mx-2 d-none d-md-block")
     icon_button(
         ("theme === 'dark' ? 'mdi-weather-sunny' : 'mdi-weather-night'",),
@@ -107,9 +108,7 @@ def _bar(edit, begin):
         color="primary",
         classes="mx-2",
         loading=("is_saving",),
-        title=commands.with_key(
-            "Handles, deformed data, displacement field, picture, script", "save"
-        ),
+        title=with_key("Handles, deformed data, displacement field, picture, script", "save"),
         click=(begin, "['save']"),
     )
     icon_button(
@@ -122,7 +121,7 @@ def _bar(edit, begin):
 def _views(edit):
     icon_button(
         "mdi-fit-to-page-outline",
-        commands.with_key("Show everything", "reset_camera"),
+        with_key("Show everything", "reset_camera"),
         (edit, "['reset_camera']"),
     )
     icon_button(
@@ -136,14 +135,10 @@ def _panes(edit, names):
     """Buttons that show one slice, the 3-D view, or all of them."""
     with html.Div(classes="mls-panes", v_if="has_panes"):
         for name in names:
-            v.VBtn(
-                name[0].upper() + name[1:],
-                size="small",
-                variant=(f"pane === '{name}' ? 'flat' : 'text'",),
-                color=(f"pane === '{name}' ? 'primary' : undefined",),
-                title="Or double click in the picture",
-                click=(edit, f"['pane', '{name}']"),
-            )
+            text, variant = name[0].upper() + name[1:], (f"pane === '{name}' ? 'flat' : 'text'",)
+            color = (f"pane === '{name}' ? 'primary' : undefined",)
+            options = {"color": color, "title": "Or double click in the picture"}
+            small_button(text, None, (edit, f"['pane', '{name}']"), variant, **options)
 
 
 def _stage(edit, begin):
@@ -208,22 +203,13 @@ def _offer(edit):
     is_shown = "offer && offer !== hidden_offer"
     with html.Div(v_if=is_shown, classes="mls-message mls-offer", raw_attrs=_STATUS):
         html.Span("{{ offer }}")
-        v.VBtn(
-            "Bring them back",
-            variant="tonal",
-            size="small",
-            classes="ml-3",
-            title=commands.with_key("Bring them back", "accept"),
-            click=(edit, "['accept']"),
-        )
-        v.VBtn("Later", variant="text", size="small", classes="ml-1", click="hidden_offer = offer")
-        v.VBtn(
-            "Drop them",
-            variant="text",
-            size="small",
-            title=commands.with_key("Drop them", "decline"),
-            click=(edit, "['decline']"),
-        )
+        for text, click, method, variant in (
+            ("Bring them back", (edit, "['accept']"), "accept", "tonal"),
+            ("Later", "hidden_offer = offer", None, "text"),
+            ("Drop them", (edit, "['decline']"), "decline", "text"),
+        ):
+            title = with_key(text, method) if method else None
+            small_button(text, None, click, variant, classes="ml-2", title=title)
 
 
 def _menu(edit, begin):

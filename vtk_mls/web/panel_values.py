@@ -35,7 +35,6 @@ def values_of(editor, previous):
         preset=editor.view.preset % len(presets),
         distortion=editor.view.distortion.mode,
         has_colors=editor.view.distortion.has_colors,
-        count=len(state),
         has_curve=any(isinstance(handle, CurveHandle) for handle in state.handles),
         has_mask=state.mask is not None,
         is_drawing=editor.is_drawing_curve,

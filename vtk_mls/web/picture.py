@@ -13,6 +13,7 @@ from contextlib import suppress
 from aiohttp import WSMsgType, web
 from vtkmodules.vtkIOImage import vtkJPEGWriter
 
+from vtk_mls.editor.polydata import configured
 from vtk_mls.editor.saving import picture_of
 
 _JPEG_QUALITY = 88
@@ -30,7 +31,7 @@ _POINTER_EVENTS = {
 }
 # X's names of keys that browsers name otherwise
 _KEY_SYMBOLS = {
-    **{"Backspace": "BackSpace", "Enter": "Return", " ": "space", "Spacebar": "space"},
+    **{"Backspace": "BackSpace", "Enter": "Return", " ": "space"},
     **{f"Arrow{name}": name for name in ("Up", "Down", "Left", "Right")},
 }
 _INVALID = ValueError, KeyError, TypeError, OverflowError, RecursionError  # from a foreign message
@@ -155,9 +156,7 @@ async def _send(socket, frame):
 
 
 def _jpeg(pixels):
-    writer = vtkJPEGWriter()
-    writer.SetInputData(pixels)
-    writer.SetQuality(_JPEG_QUALITY)
+    writer = configured(vtkJPEGWriter(), InputData=pixels, Quality=_JPEG_QUALITY)
     writer.WriteToMemoryOn()
     writer.Write()
     return bytes(memoryview(writer.GetResult()))

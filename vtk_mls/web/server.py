@@ -247,11 +247,7 @@ def _free_port(host, port):
 def _files(saver):
     is_filled = any(saving.FIELD in text for text in saver.warnings)
     return [
-        {
-            "name": path.name,
-            "size": path.stat().st_size,
-            "what": _description(path.name, is_filled),
-        }
+        {"name": path.name, "size": path.stat().st_size, "what": _description(path.name, is_filled)}
         for path in saver.files
     ]
 

@@ -100,7 +100,6 @@ class Session:
         editor = self.editor
         editor.finish()
         editor.set_target(target)
-        self._leave_texts_to_page()
         if editor.state.is_resting.all() and not any(editor.state.labels):
             self._fit_narrow_pictures(self.window.GetSize())
             editor.select([])
