@@ -11,7 +11,7 @@ from vtk_mls.web import panel_values
 
 # Commands by method and argument; the page begins long tasks otherwise, and only windows quit.
 _OTHERS = "save", "refine", "quit"
-_COMMANDS = {(row.method, row.value) for row in COMMANDS if row.method not in _OTHERS}
+_COMMANDS = [(row.method, row.value) for row in COMMANDS if row.method not in _OTHERS]
 # Instead of commands for the place under the mouse, which is over a button.
 _CLICKED = {"add_under_mouse": "add_clicked", "make_rigid": "make_clicked_rigid"}
 _OPTIONS = {option.name: option for option in OPTIONS if option.section != "computing"}
@@ -28,7 +28,7 @@ def apply(session, name, value=None):
     JSON. The page shows a message about an invalid one.
     """
     editor = session.editor
-    if not isinstance(value, list) and (name, value) in _COMMANDS:
+    if (name, value) in _COMMANDS:
         editor.do(_CLICKED.get(name, name), value)
         return
     editor.finish()
