@@ -12,12 +12,9 @@ from pairwise import one_of
 from vtk_mls import Ball, Deformation, Plane, RegionHandle
 from vtk_mls.editor import State
 from vtk_mls.editor.autosave import Autosave
-from vtk_mls.editor.matching import pairs
-from vtk_mls.editor.matching.pairs import MOVING, TARGET, with_pair
+from vtk_mls.editor.matching.pairs import MOVING, TARGET, table_of, with_pair
 from vtk_mls.editor.matching.target import MODES, Target
 from vtk_mls.landmarks import report
-
-table_of = pairs.PairTable.of
 
 
 def state_of(rng, count=8, **options):
@@ -46,17 +43,16 @@ def test_pairs_that_are_off_do_not_move_anything(rng):
 
 def test_the_table_has_the_errors_of_maps_without_each_pair(rng):
     state = state_of(rng).with_enabled([3], False)
-    rows = table_of(state).rows
+    table = table_of(state)
     used = [i for i in range(8) if i != 3]
     for i in used:
         others = [j for j in used if j != i]
         options = {"alpha": state.alpha, "device": "reference"}
         value = Deformation(state.rest[others], state.deformed[others], **options)
         error = np.linalg.norm(value.backward(state.deformed[[i]]) - state.rest[i])
-        assert rows[i].error == pytest.approx(error)
-        assert rows[i].distance == pytest.approx(np.linalg.norm(state.deformed[i] - state.rest[i]))
-    assert (rows[3].error, rows[3].is_enabled) == (None, False)
-    assert table_of(state).median_error == pytest.approx(np.median([rows[i].error for i in used]))
+        assert table.errors[i] == pytest.approx(error)
+    assert np.isnan(table.errors[3])
+    assert table.median_error == pytest.approx(np.median(table.errors[used]))
 
 
 @pytest.mark.parametrize(
@@ -69,8 +65,8 @@ def test_the_table_has_the_errors_of_maps_without_each_pair(rng):
 )
 def test_pairs_have_no_errors_if_the_map_depends_on_more_than_pairs(rng, changes):
     table = table_of(state_of(rng).changed(**changes))
-    assert not table.has_errors
-    assert all(row.error is None for row in table.rows)
+    assert table.median_error is None
+    assert np.isnan(table.errors).all()
 
 
 @pytest.mark.parametrize("count", [4, 5, 30])
@@ -85,8 +81,7 @@ def test_automatic_splines_begin_with_five_pairs_and_keep_their_settings_in_a_dr
         return
     deformation = state.deformation()
     assert table.choice.startswith(f"spline of order {deformation.order_used}")
-    errors = [row.error for row in table.rows]
-    np.testing.assert_allclose(errors, deformation.left_out_errors, rtol=1e-6)
+    np.testing.assert_allclose(table.errors, deformation.left_out_errors, rtol=1e-6)
     document.start_drag([0], 0)
     document.drag_to([q[0] + 1])
     settings = document.state.kind, document.state.order, document.state.smoothing
@@ -101,11 +96,11 @@ def test_outliers_are_those_of_the_report(rng):
     p = q * (1.05, 0.95, 1) + rng.normal(0, 0.3, q.shape)
     p[7] += 25
     state = State(p, q, device="reference").with_enabled([2], False)
-    is_outlier = [row.is_outlier for row in table_of(state).rows]
+    is_outlier = table_of(state).are_outliers
     assert np.flatnonzero(is_outlier).tolist() == [7]
     used = state.enabled
-    np.testing.assert_array_equal(np.array(is_outlier)[used], report(p[used], q[used]).outlier)
-    assert not any(row.is_outlier for row in table_of(state.without(range(17))).rows)
+    np.testing.assert_array_equal(is_outlier[used], report(p[used], q[used]).outlier)
+    assert not table_of(state.without(range(17))).are_outliers.any()
 
 
 def test_wrong_values_are_reported():
@@ -177,7 +172,7 @@ def test_no_random_edit_loses_a_pair(seed, tmp_path):
             assert len(after) == len(before) - 1
         if name == "place":
             assert len(after) == len(before) + 1
-        assert len(table_of(after).rows) == len(after)
+        assert len(table_of(after).errors) == len(after)
         offered = Autosave("ball.vtp", tmp_path).offered
         if offered is not None:
             assert offered.labels == after.labels

@@ -63,7 +63,10 @@ def test_pairs_are_edited_by_the_table(session):
     assert [pair["name"] for pair in values["pairs"]] == ["a", "b", "c"]
     do(session, "enable", [1, False])
     assert [pair["enabled"] for pair in values["pairs"]] == [True, False, True]
-    assert session.editor.state.enabled.tolist() == [True, False, True]
+    state = session.editor.state
+    assert state.enabled.tolist() == [True, False, True]
+    distances = np.linalg.norm(state.deformed - state.rest, axis=1)
+    np.testing.assert_array_equal([pair["distance"] for pair in values["pairs"]], distances)
     do(session, "name", [2, "nose"])
     do(session, "jump", [2])
     assert values["selected"] == [2]
@@ -142,14 +145,14 @@ def test_a_mesh_cannot_refine(session):
 
 
 def test_a_stopped_save_is_reported(session):
-    session.editor.saver.progress = lambda done: done > 0.1
-    with pytest.raises(OSError, match="Saving was stopped"):
-        session.call(session.save).result()
+    editor = session.editor
+    editor.saver.progress = lambda done: done > 0.1
+    assert not session.call(editor.save).result()
     assert session._on_change.values["message"].startswith("Saving was stopped")
-    session.editor.saver.progress = None
-    session.call(session.save).result()
+    editor.saver.progress = None
+    assert session.call(editor.save).result()
     message = session._on_change.values["message"]
-    assert message == "Saved; images have the grid of target.vti."
+    assert message.startswith(f"Saved in {editor.saver.folder}: handles, deformed data on the grid")
 
 
 def test_a_session_is_saved_and_sent(session, tmp_path):
@@ -157,8 +160,8 @@ def test_a_session_is_saved_and_sent(session, tmp_path):
     do(session, "enable", [1, False])
     do(session, "comparison", "fade")
     do(session, "share", 0.75)
-    folder = session.call(lambda: session.save(as_session=True)).result()
-    path = folder / "session.mls.json"
+    assert session.call(editor.save_session).result()
+    path = editor.saver.folder / "session.mls.json"
     assert values["is_saved"]
     assert json.loads(path.read_text("utf-8"))["data"] == ["../moving.vti"]
     transfers = Transfers(session, tmp_path, None)

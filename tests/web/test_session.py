@@ -91,7 +91,7 @@ def test_the_thread_survives_a_failure_and_reports_it():
     assert session._on_change.values["message"].endswith(
         "(there is no memory for a frame): reload it."
     )
-    assert do(session, "lay_lattice")["count"] == 64
+    assert len(do(session, "lay_lattice")["rows"]) == 64
 
 
 def test_a_failed_update_of_the_panel_is_repeated():
@@ -99,7 +99,7 @@ def test_a_failed_update_of_the_panel_is_repeated():
     session._on_change.error = RuntimeError("the loop is busy")
     with pytest.raises(RuntimeError, match="the loop is busy"):
         do(session, "lay_lattice")
-    assert do(session, "say", "x")["count"] == 64
+    assert len(do(session, "say", "x")["rows"]) == 64
 
 
 def test_numbers_without_a_slider_are_typed():
@@ -125,11 +125,11 @@ def test_invalid_data_leave_the_session_unchanged():
     with pytest.raises(ValueError, match="no values at its points"):
         future.result()
     assert session.editor is before
-    assert do(session, "undo")["count"] == 27
+    assert len(do(session, "undo")["rows"]) == 27
     assert "nothing" not in session._on_change.values["message"]
     session.call(lambda: session.open([ball_mesh()], State([], []), ["x.vtp"], None)).result()
     assert session.editor is not before
-    assert do(session, "lay_lattice")["count"] == 64
+    assert len(do(session, "lay_lattice")["rows"]) == 64
 
 
 def test_shapes_names_and_numbers_by_the_panel():

@@ -77,7 +77,9 @@ class Client:
 
     def save(self):
         """Save as the page does."""
-        return self.session.call(self.session.save).result()
+        editor = self.session.editor
+        assert self.session.call(editor.save).result()
+        return editor.saver.folder
 
 
 def test_only_saved_files_are_served(client, folder):
@@ -163,7 +165,8 @@ def test_an_uploaded_target_is_shown_and_saved_with_a_session(client, folder):
     client.session.call(lambda: editor.place("moving", (0, 0, 0.5))).result()
     ((status, _),) = client.ask(("POST", "/send/target/ball.vtp", ball))
     assert (status, len(editor.state)) == (200, 1)
-    saved = client.session.call(lambda: client.session.save(as_session=True)).result()
+    assert client.session.call(editor.save_session).result()
+    saved = editor.saver.files[0].parent
     session = session_files.read(saved / "session.mls.json")
     assert session.target == (saved / "ball.vtp").resolve()
     assert session.target.read_bytes() == ball

@@ -51,10 +51,6 @@ class Autosave:
         self.offered = self._unsaved = None
         self._remove()
 
-    def end_offer(self):
-        """End the offer; the file holds the state until a save."""
-        self.offered = None
-
     def delete_offer(self):
         """End the offer, and delete its state."""
         self.offered = None

@@ -204,7 +204,7 @@ class Document:
 
     def draw(self, is_moving=False):
         """Render; coarsely while something moves."""
-        self.view.is_saved = self.state is self._saved
+        self.view.overlay.note = "" if self.state is self._saved else "unsaved"
         self.view.motion_widget.show(*self._boxed())
         self.view.draw(self.state, self.selected, self.hovered, self.dragged, is_moving)
 
@@ -236,7 +236,7 @@ class Document:
             return
         self.clear_selection()
         if self.change(self._autosave.offered):
-            self._autosave.end_offer()
+            self._autosave.offered = None  # its file holds the state until a save
             self.say("The unsaved edits are restored; Z returns to the other handles.")
 
     def delete_unsaved(self):

@@ -65,6 +65,7 @@ class Editor(ShapeEdits, PairEdits, Saving):
 
     def __init__(self, interactor, datasets, state=None, paths=(), autosave=None, target=None):
         self._interactor, self._lattice_number, self.is_narrow = interactor, 0, False
+        self.scores = {}
         datasets = datasets if isinstance(datasets, (list, tuple)) else [datasets]
         self.view = MatchingView(interactor, datasets)
         self.scene, self.slices = self.view.scene, self.view.slices
@@ -147,13 +148,7 @@ class Editor(ShapeEdits, PairEdits, Saving):
             part.detach()
 
     def change(self, state):
-        """Commit a new state; report one that has no map, and keep the current state.
-
-        Returns
-        -------
-        bool
-            Whether the new state is displayed.
-        """
+        """Commit a new state, or report that it has no map; whether it is displayed."""
         return self.document.change(state)
 
     def undo(self):

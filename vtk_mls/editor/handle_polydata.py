@@ -38,19 +38,10 @@ def handle_polydata(state):
 
 
 def handle_values(polydata, shapes):
-    """Attributes of a `State` by name, from control-point polydata.
+    """Attributes of a `State` by name, from a vtkPolyData as of `io.read_control_points`.
 
-    Parameters
-    ----------
-    polydata : vtkPolyData
-        As of `io.read_control_points`.
-    shapes : {"points", "cells"}
-        Whether all points are handles, or cells are.
-
-    Raises
-    ------
-    ValueError
-        If a cell is no handle, or the path of points is not valid.
+    `shapes` is "points" if all points are handles, or "cells" if cells are. ValueError if a cell is
+    no handle, or the path of points is not valid.
     """
     labels, path = arrays.texts(polydata.GetPointData(), LABEL), path_of(polydata)
     if shapes == "cells":
@@ -61,14 +52,8 @@ def handle_values(polydata, shapes):
         weight = WEIGHT if polydata.GetPointData().HasArray(WEIGHT) else None
         points, handles = arrays.control_points(polydata, DISPLACEMENT, weight), []
     rest, deformed, weights = points
-    return {
-        "rest": rest,
-        "deformed": deformed,
-        "weights": weights,
-        "labels": labels,
-        "handles": handles,
-        "path": path,
-    }
+    values = {"rest": rest, "deformed": deformed, "weights": weights}
+    return {**values, "labels": labels, "handles": handles, "path": path}
 
 
 def _as_surface(handle):

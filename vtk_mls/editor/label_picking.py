@@ -5,6 +5,7 @@ from vtkmodules.vtkCommonCore import vtkPoints
 
 from vtk_mls import Labels
 from vtk_mls.base.interpolation import sample
+from vtk_mls.editor.polydata import configured
 from vtk_mls.rendering.material import material_at
 from vtk_mls.vtk import arrays
 
@@ -61,16 +62,10 @@ def connected_label(image, grid, index):
     seed, fill = vtkPoints(), vtkImageThresholdConnectivity()
     position = np.array(image.GetOrigin()) + index * np.array(image.GetSpacing())
     seed.InsertNextPoint(image.GetExtent()[::2] * np.array(image.GetSpacing()) + position)
-    value = arrays.to_numpy(image.GetPointData().GetScalars()).reshape(grid.shape)[
-        tuple(index[::-1])
-    ]
-    fill.SetInputData(image)
-    fill.SetSeedPoints(seed)
-    fill.ThresholdBetween(float(value), float(value))
-    fill.SetInValue(1)
-    fill.SetOutValue(0)
-    fill.ReplaceInOn()
-    fill.ReplaceOutOn()
+    values = arrays.to_numpy(image.GetPointData().GetScalars()).reshape(grid.shape)
+    value = float(values[tuple(index[::-1])])
+    configured(fill, InputData=image, SeedPoints=seed, InValue=1, OutValue=0)
+    configured(fill, ReplaceIn=True, ReplaceOut=True).ThresholdBetween(value, value)
     fill.Update()
     filled = arrays.to_numpy(fill.GetOutput().GetPointData().GetScalars())
     return Labels(filled.reshape(grid.shape), grid)

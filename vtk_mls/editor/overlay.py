@@ -18,11 +18,13 @@ _NAME_COLOR, _NAME_SIZE = (0.95, 0.95, 0.8), 13
 
 
 class Overlay:
-    """The texts in a window: a `hint`, the status line and a message; and a rubber band."""
+    """The texts in a window: a `hint`, the status line with a `note`, a message; and a rubber band.
+
+    The renderer is a layer above the data.
+    """
 
     def __init__(self, renderer, hint):
-        self.renderer, self.message, self.status = renderer, "", ""
-        self._lift, self._home = 0, renderer
+        self.renderer, self.message, self.status, self.note = renderer, "", "", ""
         mapper = configured(vtkPolyDataMapper2D(), InputData=vtkPolyData())
         self._band = configured(vtkActor2D(), Mapper=mapper, Pickable=False)
         mapper.GetInput().SetLines(polydata.cells(np.array([(0, 1, 2, 3, 0)])))
@@ -34,8 +36,7 @@ class Overlay:
         configured(
             font, BackgroundColor=_PANEL, BackgroundOpacity=0.75
         ).SetJustificationToCentered()
-        self._props = self._hint, self._status, self._message, self._band
-        for prop in self._props:
+        for prop in (self._hint, self._status, self._message, self._band):
             renderer.AddViewProp(prop)
         self.set_hint(hint)
         self.set_band(None)
@@ -44,23 +45,10 @@ class Overlay:
         """Show another hint."""
         self._hint.SetInput(hint)
 
-    def move_to(self, renderer=None, lift=0):
-        """Draw the texts in another renderer, or the first one, with a gap of pixels below."""
-        renderer = self._home if renderer is None else renderer
-        for prop in self._props:
-            if self.renderer.HasViewProp(prop):
-                self.renderer.RemoveViewProp(prop)
-                renderer.AddViewProp(prop)
-        self.renderer, self._lift = renderer, lift
-
     def set_texts_visible(self, are_visible):
         """Show or hide status and hint."""
         self._status.SetVisibility(are_visible)
         self._hint.SetVisibility(are_visible)
-
-    def set_message_visible(self, is_visible):
-        """Show or hide the message."""
-        self._message.SetVisibility(is_visible)
 
     def say(self, sentence):
         """Set the message; empty for none."""
@@ -68,10 +56,10 @@ class Overlay:
         width = max(self.renderer.GetSize()[0] // 10, 30)  # characters
         self._message.SetInput("\n".join(textwrap.wrap(sentence, width)))
 
-    def set_status(self, text, note):
-        """Set the status line; a note is drawn at its end only, as the page has another place."""
+    def set_status(self, text):
+        """Set the status line; the note is drawn at its end only, as the page has another place."""
         self.status = text
-        self._status.SetInput(f"{text}   {note}")
+        self._status.SetInput(f"{text}   {self.note}")
 
     def set_band(self, corners):
         """Show a rectangle between two corners in pixels, or none for None."""
@@ -85,8 +73,8 @@ class Overlay:
         """Place the texts for the size of the window."""
         width, height = self.renderer.GetSize()
         self._hint.SetPosition(_MARGIN, height - _MARGIN)
-        self._status.SetPosition(_MARGIN, _MARGIN + self._lift)
-        self._message.SetPosition(width // 2, 3 * _MARGIN + _SIZE + self._lift)
+        self._status.SetPosition(_MARGIN, _MARGIN)
+        self._message.SetPosition(width // 2, 3 * _MARGIN + _SIZE)
 
 
 class Names:

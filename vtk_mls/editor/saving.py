@@ -18,6 +18,7 @@ from vtk_mls.blocks import image_job as job
 from vtk_mls.editor import script
 from vtk_mls.editor.grips import names_of
 from vtk_mls.editor.handle_polydata import handle_polydata
+from vtk_mls.editor.polydata import configured
 from vtk_mls.files import control_point_files, session_files, vtk_io
 from vtk_mls.files.ome_zarr import is_ome_zarr
 from vtk_mls.files.paths import replacing
@@ -35,12 +36,11 @@ _FALLBACK_ENDINGS = ".vti", ".vtp", ".vtu", ".vts"  # for data that the format c
 
 def picture_of(window):
     """The last picture of a vtkRenderWindow: a vtkImageData."""
-    grab = vtkWindowToImageFilter()
-    grab.SetInput(window)
-    grab.ReadFrontBufferOff()
-    grab.ShouldRerenderOff()
+    grab, pixels = configured(vtkWindowToImageFilter(), Input=window), vtkImageData()
+    configured(grab, ReadFrontBuffer=False, ShouldRerender=False)
     grab.Update()
-    return grab.GetOutput()
+    pixels.ShallowCopy(grab.GetOutput())
+    return pixels
 
 
 class Saver:
@@ -233,14 +233,10 @@ class Saver:
 
     def _write_ome_zarr(self, deform, index, target):
         """Deform all resolutions of an OME-Zarr, block by block; the name of its folder."""
-        settings = {
-            "interpolation": deform.GetInterpolation(),
-            "background": AUTOMATIC,
-            "void_values": deform.GetVoidValues(),
-        }
-        transform = deform.updated_deformation()
-        source, progress = self.paths[index], self._note_progress
-        job.deform(source, target, transform, settings, progress=progress)
+        settings = {"background": AUTOMATIC, "interpolation": deform.GetInterpolation()}
+        settings["void_values"] = deform.GetVoidValues()
+        arguments = self.paths[index], target, deform.updated_deformation(), settings
+        job.deform(*arguments, progress=self._note_progress)
         self._done += 1
         return target.name
 
@@ -275,17 +271,13 @@ def _overlap_warnings(state):
     return overlap_warnings(deformation, [names[grips.rows_of(owner)[0]] for owner in owners])
 
 
-def _needs_polydata(state):
-    """Whether tables cannot hold the handles."""
-    return bool(state.handles) or len(state.path) > 0
-
-
 def _handles_file(state):
-    return SHAPES if _needs_polydata(state) else HANDLES
+    """The file for handles; tables cannot hold shapes and paths."""
+    return SHAPES if state.handles or len(state.path) else HANDLES
 
 
 def _write_handles(state, folder):
-    if _needs_polydata(state):
+    if _handles_file(state) == SHAPES:
         io.write_dataset(handle_polydata(state), folder / SHAPES)
         return
     values = state.rest, state.deformed, state.weights, state.labels

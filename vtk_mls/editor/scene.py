@@ -2,10 +2,10 @@
 
 import numpy as np
 import vtkmodules.vtkRenderingOpenGL2  # noqa: F401  renders
-from vtkmodules.vtkCommonCore import vtkCommand
+from vtkmodules.vtkCommonCore import vtkCommand, vtkLogger
 from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkRenderingAnnotation import vtkAnnotatedCubeActor
-from vtkmodules.vtkRenderingCore import vtkRenderer
+from vtkmodules.vtkRenderingCore import vtkRenderer, vtkRenderWindow
 
 from vtk_mls.base.linear_algebra import unit
 from vtk_mls.editor.handle_glyphs import HandleGlyphs
@@ -45,8 +45,7 @@ class Scene:
     @property
     def bounds(self):
         """Corners (2, 3) of a box around the visible data at rest."""
-        corners = np.array([item.bounds for item in self.items])
-        return np.array([corners[:, 0].min(axis=0), corners[:, 1].max(axis=0)])
+        return box_around([item.bounds for item in self.items])
 
     @property
     def flat_axis(self):
@@ -136,6 +135,11 @@ class Scene:
         configured(self._cube.GetAssembly(), Position=place, Scale=size)
 
 
+def box_around(boxes):
+    """Corners (2, 3) of the box around boxes (n, 2, 3)."""
+    return np.array([np.min(boxes, axis=(0, 1)), np.max(boxes, axis=(0, 1))])
+
+
 def _letter_cube():
     """A cube with the letters of LPS coordinates on its faces."""
     cube = configured(vtkAnnotatedCubeActor(), Pickable=False, FaceTextScale=0.6)
@@ -145,6 +149,16 @@ def _letter_cube():
     cube.GetTextEdgesProperty().SetOpacity(0)
     configured(cube.GetCubeProperty(), Color=(0.30, 0.36, 0.46), Lighting=False)
     return cube
+
+
+def new_window():
+    """A vtkRenderWindow; VTK's message that there is no display is hidden."""
+    verbosity = vtkLogger.GetCurrentVerbosityCutoff()
+    vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
+    try:
+        return vtkRenderWindow()
+    finally:
+        vtkLogger.SetStderrVerbosity(verbosity)
 
 
 def new_layer(window):

@@ -3,7 +3,6 @@
 import numpy as np
 
 from vtk_mls import BallMask, CurveHandle
-from vtk_mls.editor.click_tool import ClickTool
 from vtk_mls.editor.curve_tool import CurveTool
 from vtk_mls.editor.cut_tool import CutTool
 from vtk_mls.editor.region_tool import RegionTool
@@ -124,3 +123,27 @@ class ShapeEdits:
     def set_rest(self, row, position):
         """Put the rest position of a point or of a node of a curve at (3,)."""
         self.change(self.state.with_rest(row, position))
+
+
+class ClickTool:
+    """Calls a function with the pixel of the next click, for commands that need a place."""
+
+    def __init__(self):
+        self._act, self._is_for_slices = None, False
+
+    def wait(self, act, is_for_slices):
+        """Call `act(pixel)` at the next click, in 3-D views and, if `is_for_slices`, in slices."""
+        self._act, self._is_for_slices = act, is_for_slices
+
+    def cancel(self):
+        """Do not wait."""
+        self._act = None
+
+    def click(self, pixel, pane):
+        """Act at a pixel of a `SlicePane`, or of a 3-D view for None; whether this waited."""
+        act = self._act
+        if act is None or (pane is not None and not self._is_for_slices):
+            return False
+        self.cancel()
+        act(pixel)
+        return True

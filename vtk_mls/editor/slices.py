@@ -39,7 +39,7 @@ class Slices:
         self._distortion, self.compared, self.drawn_nodes = distortion, [], NO_NODES
         self._home = self._viewport, self._layout = scene.renderer.GetViewport(), _column
         self.is_coarse = False
-        self._set_box(scene.bounds)
+        self.set_bounds(scene.bounds)
         self.set_pane(self.first_pane)
 
     @property
@@ -84,7 +84,8 @@ class Slices:
     def set_bounds(self, bounds):
         """Show another box (2, 3) in the slices, from its middle."""
         self.set_pane(ONLY_3D)
-        self._set_box(bounds)
+        self._bounds, self._panes, self.point = bounds, [], bounds.mean(axis=0)
+        self.reset_zoom()
 
     def reset_zoom(self):
         """Fit the slices to the data, from the next `show` on."""
@@ -100,10 +101,10 @@ class Slices:
         """Show the place that other `Slices` show, from the next `show` on."""
         self.point, self.zoom, self.center = other.point, other.zoom, other.center
 
-    def restore(self, bounds):
-        """Return to the initial part of the window, for a box (2, 3); slices are hidden."""
-        self.set_bounds(bounds)
+    def restore(self):
+        """Return to the initial part of the window, and to the data of the scene."""
         self.compared = []
+        self.set_bounds(self._scene.bounds)
         self.arrange(*self._home, self.first_pane)
 
     def show(self, is_final):
@@ -147,11 +148,6 @@ class Slices:
         """The point of the slices after `count` steps of the wheel over a pane."""
         size = np.ptp(self._bounds, axis=0)[pane.axis]
         return self.point + count * size / _WHEEL_STEPS * np.eye(3)[pane.axis]
-
-    def _set_box(self, bounds):
-        self._bounds, self._panes = bounds, []
-        self.point = bounds.mean(axis=0)
-        self.reset_zoom()
 
     @property
     def _visible_panes(self):

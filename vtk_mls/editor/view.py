@@ -9,7 +9,7 @@ from vtk_mls.editor.grips import NO_ROWS
 from vtk_mls.editor.handle_glyphs import handle_colors
 from vtk_mls.editor.motion_widget import MotionWidget
 from vtk_mls.editor.overlay import Overlay
-from vtk_mls.editor.scene import Scene
+from vtk_mls.editor.scene import Scene, new_layer
 from vtk_mls.editor.shape_actors import ShapeActors
 from vtk_mls.editor.slices import ONLY_3D, SLICES, Slices
 from vtk_mls.model.kinds import KINDS
@@ -48,8 +48,6 @@ class View:
         Whether the status line has computing times.
     drawn_message : str
         The message in the last picture.
-    is_saved : bool
-        Whether the drawn state is saved.
     preset : int
         The index of the colors and opacities, in the presets of each dataset again and again.
     """
@@ -63,8 +61,7 @@ class View:
         self.motion_widget = MotionWidget(interactor, self.scene)
         self._shapes = ShapeActors(self.scene.overlay)
         self.has_timer = self.hides_handles = self.shows_undeformed = self.shows_times = False
-        self.drawn_message, self.is_saved = "", True
-        self.overlay = Overlay(self.scene.overlay, HINT)
+        self.drawn_message, self.overlay = "", Overlay(new_layer(window), HINT)
         self._pace, self.preset, self._moved_at = MapPace(_MAX_NODES), 0, None
         self._tags = [
             (observed, observed.AddObserver(event, handler))
@@ -165,9 +162,7 @@ class View:
         self.cut_widget.show(state.flat_cut)
         self._set_coarseness(pixels)
         self._draw_handles(state, selected, hovered, dragged)
-        self.overlay.set_status(
-            self._status_of(state, selected), "" if self.is_saved else "unsaved"
-        )
+        self.overlay.set_status(self._status_of(state, selected))
         self.drawn_message = self.overlay.message
         started = time.perf_counter()
         self.scene.renderer.ResetCameraClippingRange()
@@ -182,10 +177,9 @@ class View:
             widget.set_visible(False)
         self._set_coarseness(self._pace.pixels(_FILE))
         self._draw_handles(state, NO_ROWS, None, NO_ROWS)
-        self._hide_texts()
+        self.overlay.renderer.DrawOff()
         self.scene.window.Render()
-        self.overlay.set_texts_visible(not self.hides_handles)
-        self.overlay.set_message_visible(True)
+        self.overlay.renderer.DrawOn()
         for widget in self._widgets:
             widget.set_visible(not self.hides_handles)
 
@@ -214,6 +208,7 @@ class View:
             widget.detach()
         self.slices.set_pane(ONLY_3D)
         self.scene.detach()
+        self.scene.window.RemoveRenderer(self.overlay.renderer)
 
     @property
     def _scenes(self):
@@ -237,12 +232,11 @@ class View:
         self.scene.glyphs.show(rest, deformed, colors, hovered)
         self.slices.show_handles(deformed, colors, not self.hides_handles)
 
-    def _hide_texts(self):
-        """Hide all texts until the next `draw`."""
-        self.overlay.set_texts_visible(False)
-        self.overlay.set_message_visible(False)
-
     def _lay_out(self, window, event):
+        """Place the texts in the only 3-D view, or else in the whole window."""
+        view = self.scene.renderer
+        is_alone = view.GetDraw() and len(self._scenes) == 1
+        self.overlay.renderer.SetViewport(view.GetViewport() if is_alone else (0, 0, 1, 1))
         self.overlay.lay_out()
 
     def _set_coarseness(self, pixels):
@@ -262,44 +256,26 @@ class View:
             self._moved_at = None
 
     def _status_of(self, state, selected):
-        pace = self._pace
-        parts = [
-            f"{len(state)} handle{'s' * (len(state) != 1)}",
-            *_shapes_of(state),
-            _kind_of(state),
-        ]
-        if state.kind in KINDS:
-            parts.append(f"alpha {state.alpha:g}")
-        if len(selected):
-            parts.append(f"{len(selected)} selected")
-        if state.anchored.any():
-            parts.append(f"{int(state.anchored.sum())} fixed")
-        if not state.enabled.all():
-            parts.append(f"{int((~state.enabled).sum())} off")
-        if state.smoothing:
-            is_automatic = state.smoothing < 0
-            parts.append("smoothing " + ("automatic" if is_automatic else f"{state.smoothing:g}"))
-        if state.steps != 1:
-            parts.append(f"{state.steps} steps" if state.steps else "steps automatic")
-        if state.blend != 1:
-            parts.append(f"blend {state.blend:g}")
-        if self.shows_undeformed:
-            parts.append("shown undeformed; B")
-        if self.shows_times:
-            parts.append(f"map {1e3 * pace.map_seconds:.0f} ms, {pace.nodes} nodes")
-            parts.append(f"picture {1e3 * pace.picture_seconds:.0f} ms")
-        return "   ".join(parts)
-
-
-def _kind_of(state):
-    has_degree = DEGREE.needs == ("kind", state.kind)
-    return f"{state.kind} {state.degree}" if has_degree else state.kind
-
-
-def _shapes_of(state):
-    """Texts of the status line about regions, curves and the mask."""
-    regions = len(state.regions)
-    curves = len(state.handles) - regions
-    texts = [f"{regions} rigid"] if regions else []
-    texts += [f"{curves} curve" + "s" * (curves > 1)] if curves else []
-    return texts if state.mask is None else [*texts, "mask"]
+        pace, regions = self._pace, len(state.regions)
+        curves = len(state.handles) - regions
+        degree = f" {state.degree}" if DEGREE.needs == ("kind", state.kind) else ""
+        fixed, off = int(state.anchored.sum()), int((~state.enabled).sum())
+        smoothing = "automatic" if state.smoothing < 0 else f"{state.smoothing:g}"
+        texts = (
+            (True, f"{len(state)} handle{'s' * (len(state) != 1)}"),
+            (regions, f"{regions} rigid"),
+            (curves, f"{curves} curve{'s' * (curves > 1)}"),
+            (state.mask is not None, "mask"),
+            (True, state.kind + degree),
+            (state.kind in KINDS, f"alpha {state.alpha:g}"),
+            (len(selected), f"{len(selected)} selected"),
+            (fixed, f"{fixed} fixed"),
+            (off, f"{off} off"),
+            (state.smoothing, f"smoothing {smoothing}"),
+            (state.steps != 1, f"{state.steps} steps" if state.steps else "steps automatic"),
+            (state.blend != 1, f"blend {state.blend:g}"),
+            (self.shows_undeformed, "shown undeformed; B"),
+            (self.shows_times, f"map {1e3 * pace.map_seconds:.0f} ms, {pace.nodes} nodes"),
+            (self.shows_times, f"picture {1e3 * pace.picture_seconds:.0f} ms"),
+        )
+        return "   ".join(text for is_shown, text in texts if is_shown)

@@ -5,13 +5,13 @@ from contextlib import suppress
 import vtkmodules.vtkInteractionStyle  # registers interactors
 import vtkmodules.vtkRenderingOpenGL2  # renders
 import vtkmodules.vtkRenderingUI  # noqa: F401  windows of the operating system
-from vtkmodules.vtkCommonCore import vtkLogger
 from vtkmodules.vtkInteractionStyle import vtkInteractorStyleTrackballCamera
-from vtkmodules.vtkRenderingCore import vtkRenderWindow, vtkRenderWindowInteractor
+from vtkmodules.vtkRenderingCore import vtkRenderWindowInteractor
 
 from vtk_mls.base import display
 from vtk_mls.editor.autosave import Autosave
 from vtk_mls.editor.editor import Editor
+from vtk_mls.editor.scene import new_window
 from vtk_mls.engine.device.devices import DeviceError
 from vtk_mls.engine.dispatch import engine_for
 
@@ -62,12 +62,7 @@ def show(datasets, state, paths, folder=None, target=None, session=None):
 
 def _window():
     display.check()  # VTK before 9.4 crashes without a display
-    verbosity = vtkLogger.GetCurrentVerbosityCutoff()
-    vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
-    try:
-        window = vtkRenderWindow()
-    finally:
-        vtkLogger.SetStderrVerbosity(verbosity)
+    window = new_window()
     if window.GetClassName() in _OFFSCREEN_CLASSES:
         raise display.missing()
     return window

@@ -102,7 +102,6 @@ class Edit:
         self._is_open = True
         plotter.camera_set = True  # otherwise the first picture turns it
         plotter.set_background(BOTTOM, top=TOP)
-        self.editor.say("H shows what mouse and keys do.")
 
     @property
     def state(self):

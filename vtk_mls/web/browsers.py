@@ -10,14 +10,7 @@ from contextlib import suppress
 from vtk_mls.base import display
 
 # Browsers with windows for one page, without tabs and address: names of commands, and paths.
-_COMMANDS = (
-    "google-chrome",
-    "chromium",
-    "chromium-browser",
-    "microsoft-edge",
-    "chrome",
-    "msedge",
-)
+_COMMANDS = ["google-chrome", "chromium", "chromium-browser", "microsoft-edge", "chrome", "msedge"]
 _PATHS = {
     "darwin": (
         "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",

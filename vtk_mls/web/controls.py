@@ -4,7 +4,7 @@ from trame.widgets import vuetify3 as v
 
 from vtk_mls.editor.commands import with_key
 
-FIELD = {"density": "compact", "variant": "outlined", "hide_details": True}
+_FIELD = {"density": "compact", "variant": "outlined", "hide_details": True}
 
 
 def wide_button(text, icon, click, **options):
@@ -14,6 +14,26 @@ def wide_button(text, icon, click, **options):
 
 def small_button(text, icon, click, variant="tonal", **options):
     v.VBtn(text, prepend_icon=icon, size="small", variant=variant, click=click, **options)
+
+
+def icon_button(icon, title, click, density="comfortable", **options):
+    v.VBtn(icon=icon, title=title, click=click, density=density, **options)
+
+
+def select(name, label, items, edit):
+    """A list of choices that sets a value; `items` are as of VSelect."""
+    v.VSelect(
+        items=items,
+        model_value=(name,),
+        update_modelValue=(edit, f"['{name}', $event]"),
+        label=label,
+        **_FIELD,
+    )
+
+
+def text_field(value, label, change, **options):
+    """A field that shows the value of an expression; `change` is as of VTextField."""
+    v.VTextField(model_value=(value,), label=label, change=change, **_FIELD, **options)
 
 
 def toggle(name, choices, edit, method):

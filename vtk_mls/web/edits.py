@@ -11,12 +11,13 @@ from vtk_mls.web import panel_values
 
 # Commands by method and argument; the page begins long tasks otherwise, and only windows quit.
 _OTHERS = "save", "refine", "quit"
-_COMMANDS = {(row.method, row.value) for row in COMMANDS if row.method not in _OTHERS}
+_COMMANDS = [(row.method, row.value) for row in COMMANDS if row.method not in _OTHERS]
 # Instead of commands for the place under the mouse, which is over a button.
 _CLICKED = {"add_under_mouse": "add_clicked", "make_rigid": "make_clicked_rigid"}
 _OPTIONS = {option.name: option for option in OPTIONS if option.section != "computing"}
 _MAX_MESSAGE, _MAX_NAME = 300, 100  # characters
 _PAIR_EDITS = "enable", "jump", "delete_pair"
+_ROW_EDITS = *_PAIR_EDITS, "name", "position", "rest"
 _CUTS = "none", *BY_NUMBERS
 
 
@@ -27,17 +28,17 @@ def apply(session, name, value=None):
     JSON. The page shows a message about an invalid one.
     """
     editor = session.editor
-    if not isinstance(value, list) and (name, value) in _COMMANDS:
+    if (name, value) in _COMMANDS:
         editor.do(_CLICKED.get(name, name), value)
         return
     editor.finish()
     editor.say("")
     # edits that the page never sends are ignored
     with editor.document.reporting_errors(), suppress(LookupError, OverflowError):
-        _apply(session, editor, name, value)
+        _apply(editor, name, value)
 
 
-def _apply(session, editor, name, value):
+def _apply(editor, name, value):
     option = _OPTIONS.get(name)
     if option and not option.choices:
         _set_number(editor, option, value)
@@ -55,10 +56,6 @@ def _apply(session, editor, name, value):
         editor.select(sorted({int(row) for row in value if 0 <= int(row) < count}))
     elif name == "say":
         editor.say(str(value)[:_MAX_MESSAGE])
-    elif name in ("position", "rest"):
-        _set_position(editor, name, value)
-    elif name == "name":
-        _set_name(editor, *value)
     elif name == "pane" and value in PANES:
         editor.show_pane(value)
     elif name == "target_grid":
@@ -67,8 +64,9 @@ def _apply(session, editor, name, value):
         editor.compare_by(value)
     elif name == "share":
         editor.set_comparison(share=float(value))
-    elif name in _PAIR_EDITS:
-        _edit_pair(editor, name, *value)
+    elif name in _ROW_EDITS:
+        row, *values = value
+        _edit_row(editor, name, int(row), values)
 
 
 def _set_number(editor, option, value):
@@ -89,30 +87,24 @@ def _set_cut(editor, shape):
         editor.change_cut()
 
 
-def _set_position(editor, name, values):
-    """Put a grip, or its rest position, at typed coordinates."""
-    row, position = int(values[0]), [_number(text) for text in values[1:4]]
-    if len(position) != 3 or None in position:
-        editor.say("A position is three numbers.")
-    elif 0 <= row < len(editor.state.grips):
-        (editor.set_position if name == "position" else editor.set_rest)(row, position)
-
-
-def _set_name(editor, row, text):
-    if 0 <= int(row) < len(editor.state.grips):
-        editor.set_name(int(row), str(text)[:_MAX_NAME].strip())
-
-
-def _edit_pair(editor, name, row, value=None):
-    row = int(row)
-    if not 0 <= row < len(editor.state):
+def _edit_row(editor, name, row, values):
+    """Edit a pair of landmarks, or a grip."""
+    if not 0 <= row < len(editor.state if name in _PAIR_EDITS else editor.state.grips):
         return
     if name == "enable":
-        editor.set_enabled([row], bool(value))
+        editor.set_enabled([row], bool(values[0]))
     elif name == "jump":
         editor.jump_to(row)
-    else:
+    elif name == "delete_pair":
         editor.delete_pairs([row])
+    elif name == "name":
+        editor.set_name(row, str(values[0])[:_MAX_NAME].strip())
+    else:
+        position = [_number(text) for text in values]
+        if len(position) != 3 or None in position:
+            editor.say("A position is three numbers.")
+        else:
+            (editor.set_position if name == "position" else editor.set_rest)(row, position)
 
 
 def _number(value):

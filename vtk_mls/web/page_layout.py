@@ -9,9 +9,11 @@ from trame.widgets import vuetify3 as v
 from trame_client.widgets.core import HtmlElement
 
 from vtk_mls.editor import commands
+from vtk_mls.editor.commands import with_key
 from vtk_mls.editor.slices import ONLY_3D, PANES, SLICES
 from vtk_mls.rendering.volume_colors import FOLDED, MAX_DOUBLINGS, colors_of
 from vtk_mls.web import pair_table, panel
+from vtk_mls.web.controls import icon_button, small_button
 from vtk_mls.web.transfers import ALL
 
 _THEMES = {
@@ -40,6 +42,10 @@ _TOOLS = (
 _LONG = "save", "refine"  # commands that the page begins as tasks
 _COLORS_AT = np.linspace(-MAX_DOUBLINGS, MAX_DOUBLINGS, 9)  # doublings of the volume
 _STATUS = ['role="status"']  # trame has no keyword for it
+_SIZE = (  # of a file, with its unit
+    "Intl.NumberFormat('en', { notation: 'compact', style: 'unit', unit: 'byte', "
+    "unitDisplay: 'narrow' }).format(file.size)"
+)
 _NARROW = 900  # pixels; on narrower pages the panel covers the picture
 _IS_NARROW = f"$vuetify.display.width < {_NARROW}"
 
@@ -81,23 +87,19 @@ def _bar(edit, begin):
         _menu(edit, begin)
     html.Img(src="vtk_mls_page/icon.svg", width=28, height=28, classes="ml-2", alt="")
     html.Span("{{ title }}", classes="ml-3 text-body-1 font-weight-medium text-truncate")
-    html.Span(
-        "unsaved",
-        v_if="!is_saved",
-        classes="ml-3 text-caption text-secondary",
-    )
+    html.Span("unsaved", v_if="!is_saved", classes="ml-3 text-caption text-secondary")
     v.VSpacer()
     with html.Div(classes="d-none d-md-flex"):
         _panes(edit, PANES)
         _views(edit)
     for icon, title, name, classes in _TOOLS:
-        _icon_button(icon, commands.with_key(title, name), (edit, f"['{name}']"), classes)
+        icon_button(icon, with_key(title, name), (edit, f"['{name}']"), classes=classes)
     v.VDivider(vertical=True, inset=True, classes="mx-2 d-none d-md-block")
-    _icon_button(
+    icon_button(
         ("theme === 'dark' ? 'mdi-weather-sunny' : 'mdi-weather-night'",),
         "Light or dark",
         "theme = theme === 'dark' ? 'light' : 'dark'",
-        "d-none d-sm-inline-flex",
+        classes="d-none d-sm-inline-flex",
     )
     v.VBtn(
         "Save",
@@ -106,12 +108,10 @@ def _bar(edit, begin):
         color="primary",
         classes="mx-2",
         loading=("is_saving",),
-        title=commands.with_key(
-            "Handles, deformed data, displacement field, picture, script", "save"
-        ),
+        title=with_key("Handles, deformed data, displacement field, picture, script", "save"),
         click=(begin, "['save']"),
     )
-    _icon_button(
+    icon_button(
         "mdi-tune-variant",
         "Panel",
         f"{_IS_NARROW} ? (has_sheet = !has_sheet) : (has_panel = !has_panel)",
@@ -119,12 +119,12 @@ def _bar(edit, begin):
 
 
 def _views(edit):
-    _icon_button(
+    icon_button(
         "mdi-fit-to-page-outline",
-        commands.with_key("Show everything", "reset_camera"),
+        with_key("Show everything", "reset_camera"),
         (edit, "['reset_camera']"),
     )
-    _icon_button(
+    icon_button(
         ("selects_several ? 'mdi-checkbox-multiple-marked' : 'mdi-checkbox-multiple-outline'",),
         "Select several handles (Ctrl)",
         "selects_several = !selects_several",
@@ -135,18 +135,10 @@ def _panes(edit, names):
     """Buttons that show one slice, the 3-D view, or all of them."""
     with html.Div(classes="mls-panes", v_if="has_panes"):
         for name in names:
-            v.VBtn(
-                name[0].upper() + name[1:],
-                size="small",
-                variant=(f"pane === '{name}' ? 'flat' : 'text'",),
-                color=(f"pane === '{name}' ? 'primary' : undefined",),
-                title="Or double click in the picture",
-                click=(edit, f"['pane', '{name}']"),
-            )
-
-
-def _icon_button(icon, title, click, classes=""):
-    v.VBtn(icon=icon, density="comfortable", classes=classes, title=title, click=click)
+            text, variant = name[0].upper() + name[1:], (f"pane === '{name}' ? 'flat' : 'text'",)
+            color = (f"pane === '{name}' ? 'primary' : undefined",)
+            options = {"color": color, "title": "Or double click in the picture"}
+            small_button(text, None, (edit, f"['pane', '{name}']"), variant, **options)
 
 
 def _stage(edit, begin):
@@ -211,22 +203,13 @@ def _offer(edit):
     is_shown = "offer && offer !== hidden_offer"
     with html.Div(v_if=is_shown, classes="mls-message mls-offer", raw_attrs=_STATUS):
         html.Span("{{ offer }}")
-        v.VBtn(
-            "Bring them back",
-            variant="tonal",
-            size="small",
-            classes="ml-3",
-            title=commands.with_key("Bring them back", "accept"),
-            click=(edit, "['accept']"),
-        )
-        v.VBtn("Later", variant="text", size="small", classes="ml-1", click="hidden_offer = offer")
-        v.VBtn(
-            "Drop them",
-            variant="text",
-            size="small",
-            title=commands.with_key("Drop them", "decline"),
-            click=(edit, "['decline']"),
-        )
+        for text, click, method, variant in (
+            ("Bring them back", (edit, "['accept']"), "accept", "tonal"),
+            ("Later", "hidden_offer = offer", None, "text"),
+            ("Drop them", (edit, "['decline']"), "decline", "text"),
+        ):
+            title = with_key(text, method) if method else None
+            small_button(text, None, click, variant, classes="ml-2", title=title)
 
 
 def _menu(edit, begin):
@@ -266,7 +249,7 @@ def _saved_files():
                 v_for="file in files",
                 key=("file.name",),
                 title=("file.name",),
-                subtitle=("file.what + ', ' + file.size",),
+                subtitle=(f"file.what + ', ' + {_SIZE}",),
                 href=("'saved/' + encodeURIComponent(file.name)",),
                 raw_attrs=["download"],
                 append_icon="mdi-download",

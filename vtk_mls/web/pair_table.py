@@ -5,7 +5,7 @@ from trame.widgets import vuetify3 as v
 
 from vtk_mls.editor.commands import with_key
 from vtk_mls.editor.matching.target import MODES
-from vtk_mls.web.controls import slider, small_button, toggle
+from vtk_mls.web.controls import icon_button, slider, small_button, toggle
 
 _HEIGHT, _NARROW_HEIGHT = 176, 132  # of the table, pixels
 _IS_NARROW = "$vuetify.display.width < (has_panel ? 1150 : 700)"  # beside the panel
@@ -20,6 +20,11 @@ _COLUMNS = (
     ("Score", "score", True),
     ("", "actions", True),
 )
+# By column: when a warning is shown, its color, its tool tip.
+_ALERTS = {
+    "error": ("item.outlier", "error", "outlier: far from what the other pairs predict"),
+    "score": ("item.refused", "secondary", ("'not moved: ' + item.refused",)),
+}
 _ALIGNED_RIGHT = "distance", "error", "score"
 
 
@@ -52,13 +57,8 @@ def _comparison(edit):
         ("mdi-chevron-up", "Previous pair", -1),
         ("mdi-chevron-down", "Next pair", 1),
     ):
-        v.VBtn(
-            icon=icon,
-            size="x-small",
-            variant="tonal",
-            title=with_key(text, "jump_by", step),
-            click=(edit, f"['jump_by', {step}]"),
-        )
+        title, click = with_key(text, "jump_by", step), (edit, f"['jump_by', {step}]")
+        icon_button(icon, title, click, "default", size="x-small", variant="tonal")
 
 
 def _errors():
@@ -141,37 +141,17 @@ def _cells(edit):
     for key in _ALIGNED_RIGHT:
         with _cell(key):
             html.Span(f"{{{{ item.{key} === null ? '' : Number(item.{key}.toPrecision(3)) }}}}")
-            if key == "error":
-                v.VIcon(
-                    "mdi-alert-outline",
-                    v_if="item.outlier",
-                    size="x-small",
-                    color="error",
-                    classes="ml-1",
-                    title="outlier: far from what the other pairs predict",
-                )
-            if key == "score":
-                v.VIcon(
-                    "mdi-alert-outline",
-                    v_if="item.refused",
-                    size="x-small",
-                    color="secondary",
-                    classes="ml-1",
-                    title=("'not moved: ' + item.refused",),
-                )
+            if key in _ALERTS:
+                condition, color, title = _ALERTS[key]
+                options = {"size": "x-small", "color": color, "classes": "ml-1", "title": title}
+                v.VIcon("mdi-alert-outline", v_if=condition, **options)
     with _cell("actions"):
         for icon, text, click in (
             ("mdi-target", "Jump to", "['jump', [item.row]]"),
             ("mdi-delete-outline", "Delete", "['delete_pair', [item.row]]"),
         ):
-            v.VBtn(
-                icon=icon,
-                size="x-small",
-                variant="text",
-                title=text,
-                raw_attrs=[_label(text)],
-                click=(edit, click),
-            )
+            options = {"size": "x-small", "variant": "text", "raw_attrs": [_label(text)]}
+            icon_button(icon, text, (edit, click), "default", **options)
 
 
 def _label(text):

@@ -8,7 +8,7 @@ from vtk_mls.editor.commands import with_key
 from vtk_mls.editor.distortion import MODES
 from vtk_mls.model import options
 from vtk_mls.model.cuts import BY_NUMBERS
-from vtk_mls.web.controls import FIELD, slider, small_button, toggle, wide_button
+from vtk_mls.web.controls import select, slider, small_button, text_field, toggle, wide_button
 from vtk_mls.web.transfers import MAX_DATA_BYTES, MAX_HANDLE_BYTES
 
 _CUTS = [(name, name.capitalize()) for name in ("none", *BY_NUMBERS)]
@@ -36,27 +36,13 @@ def build(edit, begin):
         _shapes(edit)
         _section("Look")
         with html.Div(title=with_key("Colors and opacities", "change_look")):
-            v.VSelect(
-                items=("presets.map((title, value) => ({ title, value }))",),
-                model_value=("preset",),
-                update_modelValue=(edit, "['preset', $event]"),
-                label="Colors and opacities",
-                **FIELD,
-            )
+            items = ("presets.map((title, value) => ({ title, value }))",)
+            select("preset", "Colors and opacities", items, edit)
         with html.Div(title=with_key("How the deformation changes space", "change_distortion")):
-            v.VSelect(
-                items=("distortions", _items(text.capitalize() for text in MODES)),
-                model_value=("distortion",),
-                update_modelValue=(edit, "['distortion', $event]"),
-                label="Show of the deformation",
-                **FIELD,
-            )
+            items = [{"title": text.capitalize(), "value": i} for i, text in enumerate(MODES)]
+            select("distortion", "Show of the deformation", ("distortions", items), edit)
         _section("Files")
         _files(edit, begin)
-
-
-def _items(titles):
-    return [{"title": title, "value": value} for value, title in enumerate(titles)]
 
 
 def _section(title):
@@ -72,7 +58,8 @@ def _options(edit, section):
                 elif option.choices:
                     _select(edit, option)
                 else:
-                    _number(edit, option)
+                    change = edit, f"['{option.name}', $event.target.value]"
+                    text_field(option.name, option.label, change)
 
 
 def _tool_tip(option):
@@ -83,13 +70,7 @@ def _tool_tip(option):
 def _select(edit, option):
     labels = option.choice_labels or option.choices
     items = [{"title": title, "value": value} for title, value in zip(labels, option.choices)]
-    v.VSelect(
-        items=(f"{option.name}_choices", items),
-        model_value=(option.name,),
-        update_modelValue=(edit, f"['{option.name}', $event]"),
-        label=option.label,
-        **FIELD,
-    )
+    select(option.name, option.label, (f"{option.name}_choices", items), edit)
 
 
 def _condition(option):
@@ -107,15 +88,6 @@ def _slider(edit, option):
             v.VSpacer()
             html.Span(f"{{{{ Number({option.name}).toFixed(2) }}}}", classes="text-primary")
         slider(option.name, option.label, option.slider, edit)
-
-
-def _number(edit, option):
-    v.VTextField(
-        model_value=(option.name,),
-        label=option.label,
-        change=(edit, f"['{option.name}', $event.target.value]"),
-        **FIELD,
-    )
 
 
 def _cut(edit):
@@ -171,13 +143,9 @@ def _selected(edit):
         classes="d-flex flex-column",
         style="gap: 8px;",
     ):
-        v.VTextField(
-            v_if="rows[selected[0]].is_point",
-            model_value=("rows[selected[0]].name",),
-            label="Name",
-            change=(edit, "['name', [selected[0], $event.target.value]]"),
-            **FIELD,
-        )
+        change = edit, "['name', [selected[0], $event.target.value]]"
+        is_point = "rows[selected[0]].is_point"
+        text_field("rows[selected[0]].name", "Name", change, v_if=is_point)
         _position(edit, "at", "position", "")
         with html.Div(v_if="!rows[selected[0]].is_mask"):
             _position(edit, "rest", "rest", " at rest")
@@ -190,12 +158,8 @@ def _position(edit, column, name, suffix):
             coordinates = [f"rows[selected[0]].{column}[{i}]" for i in range(3)]
             values = ["selected[0]", *coordinates]
             values[1 + axis] = "$event.target.value"
-            v.VTextField(
-                model_value=(coordinates[axis],),
-                label=letter + suffix,
-                change=(edit, f"['{name}', [{', '.join(values)}]]"),
-                **FIELD,
-            )
+            change = edit, f"['{name}', [{', '.join(values)}]]"
+            text_field(coordinates[axis], letter + suffix, change)
 
 
 def _shapes(edit):

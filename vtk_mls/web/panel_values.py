@@ -4,7 +4,7 @@ import numpy as np
 
 from vtk_mls import CurveHandle
 from vtk_mls.editor.grips import MASK, POINT, names_of
-from vtk_mls.editor.matching.pairs import PairTable
+from vtk_mls.editor.matching.pairs import table_of
 from vtk_mls.editor.matching.refining import key_of
 from vtk_mls.editor.matching.target import BESIDE, FADE
 from vtk_mls.files import metadata
@@ -35,7 +35,6 @@ def values_of(editor, previous):
         preset=editor.view.preset % len(presets),
         distortion=editor.view.distortion.mode,
         has_colors=editor.view.distortion.has_colors,
-        count=len(state),
         has_curve=any(isinstance(handle, CurveHandle) for handle in state.handles),
         has_mask=state.mask is not None,
         is_drawing=editor.is_drawing_curve,
@@ -54,7 +53,7 @@ def values_of(editor, previous):
     if editor.document.grabbed is None or "rows" not in previous:
         values["rows"] = _rows(state)
         values["pairs"] = _pairs(state, editor.scores) if has_target else []
-        values.update(_summary(PairTable.of(state) if has_target else None))
+        values.update(_summary(table_of(state) if has_target else None))
     return values
 
 
@@ -103,23 +102,24 @@ def _rows(state):
 
 
 def _pairs(state, scores):
-    """Rows of the table of pairs, as texts."""
+    """Rows of the table of pairs."""
     decimals = min(max(_decimals(state.deformed), 0), 3) if len(state) else 1
-    rows = []
-    for pair in PairTable.of(state).rows:
-        score, refused = scores.get(key_of(state, pair.row), (None, ""))
+    table, rows = table_of(state), []
+    for row, name in enumerate(names_of(state)[: len(state)]):
+        rest, deformed, error = state.rest[row], state.deformed[row], float(table.errors[row])
+        score, refused = scores.get(key_of(state, row), (None, ""))
         rows.append(
             {
-                "row": pair.row,
-                "name": pair.name,
-                "rest": _place(pair.rest, decimals),
-                "at": _place(pair.deformed, decimals),
-                "distance": pair.distance,
-                "error": pair.error,
+                "row": row,
+                "name": name,
+                "rest": _place(rest, decimals),
+                "at": _place(deformed, decimals),
+                "distance": float(np.linalg.norm(deformed - rest)),
+                "error": None if np.isnan(error) else error,
                 "score": None if score is None or np.isnan(score) else score,
                 "refused": refused,
-                "enabled": pair.is_enabled,
-                "outlier": pair.is_outlier,
+                "enabled": bool(state.enabled[row]),
+                "outlier": bool(table.are_outliers[row]),
             }
         )
     return rows

@@ -153,13 +153,13 @@ class Page:
         editor = self.session.editor
         editor.finish()
         with editor.document.reporting_errors():
+            saver = editor.saver
+            saver.progress = self._progress
             if name not in _SAVING:
                 getattr(editor, name)(progress=self._progress)
-                return
-            editor.saver.progress = self._progress
-            folder = self.session.save(as_session=name == "save_session")
-            files = _files(editor.saver)
-            self._update({"files": files, "saved_folder": str(folder.resolve()), "has_files": True})
+            elif getattr(editor, name)():
+                folder, files = str(saver.files[0].parent.resolve()), _files(saver)
+                self._update({"files": files, "saved_folder": folder, "has_files": True})
 
     def _progress(self, done):
         """Called by the editor's thread; whether to stop."""
@@ -247,11 +247,7 @@ def _free_port(host, port):
 def _files(saver):
     is_filled = any(saving.FIELD in text for text in saver.warnings)
     return [
-        {
-            "name": path.name,
-            "size": _size(path.stat().st_size),
-            "what": _description(path.name, is_filled),
-        }
+        {"name": path.name, "size": path.stat().st_size, "what": _description(path.name, is_filled)}
         for path in saver.files
     ]
 
@@ -268,11 +264,3 @@ def _description(name, is_filled):
         saving.SCRIPT: "the same deformation without the editor",
     }
     return contents.get(name, "cut" if name.startswith("cut-") else "deformed data")
-
-
-def _size(count):
-    for unit in ("bytes", "kB", "MB"):
-        if count < 1000:
-            return f"{count:.0f} {unit}"
-        count /= 1000
-    return f"{count:.1f} GB"

@@ -11,12 +11,12 @@ import numpy as np
 import vtkmodules.vtkInteractionStyle
 import vtkmodules.vtkRenderingFreeType
 import vtkmodules.vtkRenderingOpenGL2  # noqa: F401  draws
-from vtkmodules.vtkCommonCore import vtkLogger
 from vtkmodules.vtkInteractionStyle import vtkInteractorStyleTrackballCamera
-from vtkmodules.vtkRenderingCore import vtkRenderWindow, vtkTextActor
+from vtkmodules.vtkRenderingCore import vtkTextActor
 from vtkmodules.vtkRenderingUI import vtkGenericRenderWindowInteractor
 
-from vtk_mls.editor import Editor, commands
+from vtk_mls.editor import Editor
+from vtk_mls.editor.scene import new_window
 from vtk_mls.editor.slices import ALL
 from vtk_mls.model.options import KIND
 from vtk_mls.web import panel_values
@@ -26,9 +26,6 @@ _TICK = 0.015  # seconds between two timer events
 _IDLE = 1.0  # seconds without work before garbage is collected
 _NARROW = 600  # pixels of a picture below which one pane is shown
 _SIZE = 900, 700  # pixels, before the page says its size
-# Keys that the page handles itself, and that of windows.
-_PAGE_METHODS = "save", "quit"
-_PAGE_KEYS = {key for key, (method, _) in commands.actions().items() if method in _PAGE_METHODS}
 
 
 class Session:
@@ -103,7 +100,6 @@ class Session:
         editor = self.editor
         editor.finish()
         editor.set_target(target)
-        self._leave_texts_to_page()
         if editor.state.is_resting.all() and not any(editor.state.labels):
             self._fit_narrow_pictures(self.window.GetSize())
             editor.select([])
@@ -125,7 +121,7 @@ class Session:
         elif kind == "cancel":
             self.editor.finish()
             send_event(self._interactor, {**event, "type": "up"})
-        elif not (kind == "key" and _key_name(event) in _PAGE_KEYS):
+        else:
             send_event(self._interactor, event)
 
     def resize(self, size):
@@ -135,20 +131,6 @@ class Session:
             self._interactor.UpdateSize(*size)
             self._fit_narrow_pictures(size)
             self.window.Render()
-
-    def save(self, as_session=False):
-        """Save all files, or a session file, and return their folder; in the editor's thread.
-
-        An OSError has the editor's sentence.
-        """
-        editor, saver = self.editor, self.editor.saver
-        if not (editor.save_session() if as_session else editor.save()):
-            raise OSError(editor.message)
-        if as_session:
-            return saver.files[0].parent
-        grid = f"Saved; images have the grid of {saver.grid.name}." if saver.grid else "Saved."
-        editor.say(" ".join([grid, *saver.warnings]))
-        return saver.folder
 
     # The thread
 
@@ -211,7 +193,7 @@ class Session:
     # The window
 
     def _new_window(self, size):
-        window, interactor = _window(), vtkGenericRenderWindowInteractor()
+        window, interactor = new_window(), vtkGenericRenderWindowInteractor()
         window.SetOffScreenRendering(True)
         window.SetMultiSamples(0)
         window.SetSize(*size)
@@ -249,19 +231,3 @@ class Session:
             self.editor.document.preview(state.changed(anchored=None))
             self._interactor.InvokeEvent("TimerEvent")
         self.editor.document.preview(self.editor.document.committed)
-
-
-def _window():
-    """A window; messages that no display is found are hidden."""
-    verbosity = vtkLogger.GetCurrentVerbosityCutoff()
-    vtkLogger.SetStderrVerbosity(vtkLogger.VERBOSITY_OFF)
-    try:
-        return vtkRenderWindow()
-    finally:
-        vtkLogger.SetStderrVerbosity(verbosity)
-
-
-def _key_name(event):
-    """The editor's name of a key event."""
-    key = event["key"].lower() if len(event["key"]) == 1 else event["key"]
-    return f"Ctrl+{key}" if event.get("ctrl") else key

@@ -18,7 +18,8 @@ _SHARE_STEP = 0.1  # of the target, at each key
 class PairEdits:
     """Base of `Editor` with the methods for a second side, and landmarks on both.
 
-    `target` is a `Target` or None.
+    `target` is a `Target` or None; `scores` are scores of matches and why they are refused, by
+    `refining.key_of`.
     """
 
     target = None
@@ -27,11 +28,6 @@ class PairEdits:
     def comparison(self):
         """How both sides are drawn: `Comparison`."""
         return self.view.comparison
-
-    @property
-    def scores(self):
-        """Score of the match and why it is refused, by `refining.key_of`."""
-        return self.view.scores
 
     def set_target(self, target):
         """Show another `Target` or vtkDataSet, or none for None; all pairs stay."""

@@ -1,10 +1,11 @@
-"""Pairs of landmarks: p on the moving data, q on the target, and the table of them."""
+"""Pairs of landmarks: p on the moving data, q on the target, and their errors."""
 
 from __future__ import annotations
 
 import functools
+import itertools
 from contextlib import suppress
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,90 +21,42 @@ MOVING, TARGET = "moving", "target"  # sides
 _MAX_PAIRS, _MAX_OUTLIER_PAIRS, _MIN_PAIRS = 200, 100, 4
 
 
-@dataclass(frozen=True)
-class PairRow:
-    """A row of the `PairTable`, of numbers of Python.
+class PairTable(NamedTuple):
+    """Errors of the n pairs of a `State`.
 
     Attributes
     ----------
-    row : int
-        Of the state.
-    name : str
-        The label, or the number from 1 on.
-    rest, deformed : (x, y, z), world coordinates
-        p and q.
-    distance : float, world units
-        From p to q.
-    error : float or None, world units
-        When left out: distance from p to the place to which the map of all other enabled pairs
-        takes q. None for pairs that are off, and if `PairTable.has_errors` is false.
-    is_enabled : bool
-        Whether the pair belongs to the map.
-    is_outlier : bool
+    errors : (n,) float64, world units
+        As of `left_out_errors`.
+    are_outliers : (n,) bool
         As of `landmarks.report`; False with more pairs than 100.
-    """
-
-    row: int
-    name: str
-    rest: tuple
-    deformed: tuple
-    distance: float
-    error: float | None
-    is_enabled: bool
-    is_outlier: bool
-
-
-@dataclass(frozen=True)
-class PairTable:
-    """The pairs of a `State`.
-
-    Attributes
-    ----------
-    rows : tuple of PairRow
     median_error : float or None, world units
-        Of the errors when left out.
     choice : str
         The spline that is chosen by these errors; "" for other kinds.
     """
 
-    rows: tuple
+    errors: np.ndarray
+    are_outliers: np.ndarray
     median_error: float | None
-    choice: str = ""
+    choice: str
 
-    @staticmethod
-    @functools.lru_cache(maxsize=4)
-    def of(state) -> PairTable:
-        """The table of a state."""
-        state = state.with_chosen_settings()
-        names, errors = grips.names_of(state), left_out_errors(state)
-        distances = np.linalg.norm(state.deformed - state.rest, axis=1)
-        are_outliers = outliers(state, errors)
-        rows = [
-            PairRow(
-                row,
-                names[row],
-                tuple(state.rest[row].tolist()),
-                tuple(state.deformed[row].tolist()),
-                float(distances[row]),
-                None if np.isnan(errors[row]) else float(errors[row]),
-                bool(state.enabled[row]),
-                bool(are_outliers[row]),
-            )
-            for row in range(len(state))
-        ]
-        return PairTable(tuple(rows), _median(errors), _choice(state))
 
-    @property
-    def has_errors(self):
-        """Whether pairs have errors: with 4 to 200 pairs in the map, without cuts and shapes."""
-        return self.median_error is not None
+@functools.lru_cache(maxsize=4)
+def table_of(state):
+    """The `PairTable` of a state."""
+    state = state.with_chosen_settings()
+    errors = left_out_errors(state)
+    finite = errors[np.isfinite(errors)]
+    median = float(np.median(finite)) if len(finite) else None
+    return PairTable(errors, outliers(state, errors), median, _choice(state))
 
 
 def left_out_errors(state):
     """The error (n,) of each pair when left out, world units; NaN where there is none.
 
-    See `PairRow.error`. Regions, curves, cuts and the mask are not part of the prediction: with any
-    of them, all errors are NaN.
+    That is the distance from p to the place to which the map of all other enabled pairs takes q.
+    Regions, curves, cuts and the mask are not part of the prediction: with any of them, and with
+    fewer pairs than 4 or more than 200, all errors are NaN.
     """
     errors = np.full(len(state), np.nan)
     rows = np.flatnonzero(state.enabled)
@@ -141,19 +94,8 @@ def _enabled_pairs(state):
     return PointPairs(state.rest[rows], state.deformed[rows], weights)
 
 
-def _median(errors):
-    finite = errors[np.isfinite(errors)]
-    return float(np.median(finite)) if len(finite) else None
-
-
 def with_pair(state, rest, deformed):
-    """A copy of a `State` with a pair at p and q, (3,) each, the last; a number is its name."""
-    return state.with_handle(rest, deformed).with_name(len(state), _free_name(state))
-
-
-def _free_name(state):
-    """The first number that names no other pair."""
-    names, number = set(grips.names_of(state)), len(state) + 1
-    while str(number) in names:
-        number += 1
-    return str(number)
+    """A copy of a `State` with a pair at p and q (3,), the last; a free number is its name."""
+    names = grips.names_of(state)
+    name = next(str(i) for i in itertools.count(len(state) + 1) if str(i) not in names)
+    return state.with_handle(rest, deformed).with_name(len(state), name)

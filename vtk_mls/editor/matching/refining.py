@@ -8,35 +8,24 @@ from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 
 
-def image_of(dataset, side):
-    """The `landmarks.Image` of a dataset; ValueError, naming the side, without gray values."""
-    if not isinstance(dataset, vtkImageData):
-        raise ValueError(
-            f"landmarks are refined by two images with gray values, and the {side} is a mesh"
-        )
-    image = scalar_image(dataset)
-    scalars, grid = image.GetPointData().GetScalars(), ImageGeometry.of_image(image).grid
-    return landmarks.Image(arrays.to_numpy(scalars).reshape(grid.shape), grid)
-
-
 def refined(state, datasets, rows, progress=None):
     """A `State` with refined landmarks `rows`, and the `landmarks.Refinement`.
 
-    `datasets` are the moving one and the target; errors and `progress` are as of
-    `landmarks.refine`.
+    `datasets` are the moving one and the target, ValueError for a mesh; other errors and `progress`
+    are as of `landmarks.refine`.
     """
-    moving, target = (
-        image_of(dataset, side) for dataset, side in zip(datasets, ("moving data", "target"))
-    )
+    images = []
+    for dataset, side in zip(datasets, ("moving data", "target")):
+        if not isinstance(dataset, vtkImageData):
+            raise ValueError(
+                f"landmarks are refined by two images with gray values, and the {side} is a mesh"
+            )
+        image = scalar_image(dataset)
+        scalars, grid = image.GetPointData().GetScalars(), ImageGeometry.of_image(image).grid
+        images.append(landmarks.Image(arrays.to_numpy(scalars).reshape(grid.shape), grid))
     deformation = state.deformation() if state.enabled.any() else None
-    found = landmarks.refine(
-        moving,
-        target,
-        state.rest[rows],
-        state.deformed[rows],
-        deformation=deformation,
-        progress=progress,
-    )
+    pairs = state.rest[rows], state.deformed[rows]
+    found = landmarks.refine(*images, *pairs, deformation=deformation, progress=progress)
     return state.moved(rows, found.deformed), found
 
 

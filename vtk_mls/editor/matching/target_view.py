@@ -13,20 +13,16 @@ from vtk_mls.editor.matching.pairs import MOVING, TARGET
 from vtk_mls.editor.matching.target import BESIDE, FADE
 from vtk_mls.editor.overlay import Names
 from vtk_mls.editor.polydata import configured
-from vtk_mls.editor.scene import Scene, new_layer, new_renderer
+from vtk_mls.editor.scene import Scene, box_around, new_renderer
 from vtk_mls.editor.scene_mesh import SceneMesh
 from vtk_mls.editor.slices import ALL, ONLY_3D, Slices
 
 _OUTLINE_COLOR = (0.45, 0.75, 1.0)  # of a mesh as target
-_LIFT = 18  # pixels of the status line above the names of slices
 _FAR = 0.5  # distance of the centers of sides that hardly overlap, relative to their size
 
 
 class TargetView:
-    """The second side of a `MatchingView`, whose scene and slices share cameras and slices with it.
-
-    Attributes
-    """
+    """The second side of a `MatchingView`, which shares camera and slices with it."""
 
     def __init__(self, view, target):
         self._view, self._moving, self._moving_slices = view, view.scene, view.slices
@@ -43,8 +39,6 @@ class TargetView:
             slices.set_bounds(bounds)
         scenes = {MOVING: self._moving, TARGET: self.scene}
         self._names = {side: Names(scene.overlay) for side, scene in scenes.items()}
-        self._texts = new_layer(window)
-        view.overlay.move_to(self._texts, _LIFT)
         view.overlay.set_hint(TARGET_HINT)
         for item in self._meshes(self.scene.items):
             item.outline_color = _OUTLINE_COLOR
@@ -142,16 +136,15 @@ class TargetView:
         for renderer, tag in self._tags:
             renderer.RemoveObserver(tag)
         self.slices.set_pane(ONLY_3D)
-        self._moving_slices.restore(self._moving.bounds)
+        self._moving_slices.restore()
         for actor in self._ghosts:
             self._moving.renderer.RemoveActor(actor)
         self._cross_fade.detach()
         self._names[MOVING].show(np.zeros((0, 3)), [], [], False)
-        self._view.overlay.move_to()
         self._view.overlay.set_hint(HINT)
         self.scene.detach()
         self.scene.renderer.SetActiveCamera(self._own_camera)
-        for renderer in (self.scene.renderer, self.scene.overlay, self._texts):
+        for renderer in (self.scene.renderer, self.scene.overlay):
             self.scene.window.RemoveRenderer(renderer)
         self.scene.window.SetNumberOfLayers(self.scene.overlay.GetLayer())
         self._moving.reset_camera()
@@ -159,8 +152,7 @@ class TargetView:
     def _bounds(self):
         """Corners (2, 3) of a box around the target, and the data unless they are far."""
         boxes = [self.scene.bounds] + [self._moving.bounds] * (self.far_centers is None)
-        corners = np.array(boxes)
-        return np.array([corners[:, 0].min(axis=0), corners[:, 1].max(axis=0)])
+        return box_around(boxes)
 
     def _far_centers(self):
         boxes = self._moving.bounds, self.scene.bounds

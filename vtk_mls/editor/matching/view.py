@@ -13,11 +13,11 @@ from vtk_mls.editor.view import View
 class MatchingView(View):
     """A `View` that shows a target as well, if there is one: a `TargetView` or None.
 
-    `comparison` says how both sides are drawn, and `scores` are as of `PairEdits`.
+    `comparison` says how both sides are drawn.
     """
 
     def __init__(self, interactor, datasets):
-        self.target, self.comparison, self.scores = None, Comparison(), {}
+        self.target, self.comparison = None, Comparison()
         super().__init__(interactor, datasets)
 
     def set_target(self, target):

@@ -199,7 +199,7 @@
         event.preventDefault();
         if (letter === "s") this.$emit("save");
         else if (letter === "h" || event.key === "?") this.$emit("menu");
-        else this.send({ type: "key", key: event.key, ctrl: control, shift: event.shiftKey });
+        else if (letter !== "q") this.send({ type: "key", key: event.key, ctrl: control, shift: event.shiftKey });
       },
     },
   };
