@@ -85,9 +85,11 @@ def _bar(edit, begin):
     with v.VBtn(icon=True, density="comfortable", classes="ml-2", title="All commands (H)"):
         v.VIcon("mdi-menu")
         _menu(edit, begin)
-    html.Img(src="vtk_mls_page/icon.svg", width=28, height=28, classes="ml-2", alt="")
-    html.Span("{{ title }}", classes="ml-3 text-body-1 font-weight-medium text-truncate")
-    html.Span("unsaved", v_if="!is_saved", classes="ml-3 text-caption text-secondary")
+    icon = {"src": "vtk_mls_page/icon.svg", "width": 28, "height": 28, "alt": ""}
+    html.Img(**icon, classes="ml-2 d-none d-sm-block")
+    with html.Div(classes="mls-title"):
+        html.Div("{{ title }}", classes="text-body-1 font-weight-medium text-truncate")
+        html.Div("unsaved", v_if="!is_saved", classes="text-caption text-secondary")
     v.VSpacer()
     with html.Div(classes="d-none d-md-flex"):
         _panes(edit, PANES)
