@@ -168,7 +168,7 @@ def report(
 
     Notes
     -----
-    The time is proportional to n^3 up to 1,000 pairs: settings are compared by at most so many,
+    The time is proportional to n^3 up to 1,500 pairs: settings are compared by at most so many,
     and one map for all by at most 256. The largest number of pairs is 5,000.
     """
     pairs, labels = _checked(rest, deformed, names, weights)

@@ -179,7 +179,7 @@ class MapParameters:
     def left_out_errors(self) -> NDArray[np.float64] | None:
         """Distance (n,) from p of each control point to the map of all others, world units.
 
-        Only for splines with automatic settings. Of more than 1,000 points, these are of 1,000.
+        Only for splines with automatic settings. Of more than 1,500 points, these are of 1,500.
         """
         left_out = getattr(self.regions[0].control_points.kind, "left_out", None)
         return None if left_out is None else np.linalg.norm(left_out, axis=1)

@@ -26,7 +26,7 @@ AUTOMATIC = 0
 MIN_LANDMARKS = 5  # from which the errors of landmarks left out tell something
 MAX_POINTS = 5000
 # Above this number of control points, order and smoothing are chosen from so many of them.
-_MAX_CHOSEN_FROM = 1000
+_MAX_CHOSEN_FROM = 1500
 # Smoothings that are tried, as additions to the diagonal in local units.
 _TRIED = np.append(0, 10.0 ** np.arange(-9, 1.1, 0.25))
 # Softenings of order 1 that are tried, local units, from the third on.
@@ -315,7 +315,7 @@ def best_choice(q, u, weights, orders=ORDERS, smoothing=None, softening=None) ->
 
 
 def chosen_from(count):
-    """Rows (m,) of the control points from which settings are chosen, at most 1,000."""
+    """Rows (m,) of the control points from which settings are chosen, at most 1,500."""
     if count <= _MAX_CHOSEN_FROM:
         return np.arange(count)
     return np.sort(np.random.default_rng(0).permutation(count)[:_MAX_CHOSEN_FROM])
