@@ -43,6 +43,7 @@ def found(monkeypatch):
 
     def pretend(*devices, **results):
         by_key = {d.key: results.get(d.name.lower(), GOOD) for d in devices}
+        monkeypatch.setattr(device, "_in_use", [])  # other tests of the process use drivers
         monkeypatch.setattr(device, "find", lambda: (list(devices), "OpenCL has no device"))
         monkeypatch.setattr(device_check, "results", lambda found: [by_key[d.key] for d in found])
         monkeypatch.setattr(device_check, "cached_result", lambda d: by_key[d.key])
