@@ -22,7 +22,7 @@ from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 
 PROJECT = Path(__file__).resolve().parents[2]
-sys.path[:0] = [str(PROJECT / "tests" / folder) for folder in ("web", "support")]
+sys.path[:0] = [str(PROJECT / "tests" / folder) for folder in ("web", "")]
 
 from page_server import server  # noqa: E402
 
