@@ -79,8 +79,8 @@ HOT integer is_doubtful(const voxels_t *voxels, const row_t *lower, const row_t 
   return !(volumes.smallest > voxels->share * volumes.sum);
 }
 
-// 1 for doubtful voxels, of a field with interleaved displacements. A work item computes LANES voxels
-// along x in VOXEL_ROWS rows.
+// Writes 1 for each doubtful voxel, and 0 for the others. A work item computes LANES voxels along x in
+// VOXEL_ROWS rows.
 __kernel EXPLICIT_VECTORS void doubtful_voxels(
     const voxels_t voxels, __global const float *restrict displacement,
     __global uchar *restrict result) {

@@ -90,10 +90,10 @@ def times_of(browser, address):
         )
         time.sleep(1)
     time.sleep(10)
-    page.evaluate(WATCH)
     x, y = _handle_at(page)
     page.mouse.move(x, y)
     time.sleep(1)
+    page.evaluate(WATCH)  # not before: it counts moves
     page.mouse.down()
     for move in range(WARM_UP + MOVES):
         angle = 2 * np.pi * move / 20

@@ -29,7 +29,7 @@ MAX_POINTS = 5000
 _MAX_CHOSEN_FROM = 1500
 # Smoothings that are tried, as additions to the diagonal in local units.
 _TRIED = np.append(0, 10.0 ** np.arange(-9, 1.1, 0.25))
-# Softenings of order 1 that are tried, local units, from the third on.
+# Softenings of order 1 that are tried, local units. The search begins at the third.
 _SOFTENINGS = (0.0, 0.125, 0.25, 0.5, 1.0, 2.0, 4.0)
 # Addition to the diagonal, relative to the bound of eigenvalues, so that it is never singular.
 _FLOOR = 1e-15
@@ -39,7 +39,8 @@ _MIN_WEIGHT = 1e-6
 _LONE = 1e-8
 # Expected error of float sums, local units, above which kernels sum in double.
 _MAX_FLOAT_ERROR = 3e-6
-_WRONG = 2e-4  # as an error of float sums
+# The same, above which a device without double does not compute the map.
+_MAX_ERROR_WITHOUT_DOUBLE = 2e-4
 
 
 @dataclass(frozen=True)
@@ -115,7 +116,7 @@ class Spline(Kind):
         return points.determined.float_error > _MAX_FLOAT_ERROR
 
     def is_wrong_in_float32(self, points):
-        return points.determined.float_error > _WRONG
+        return points.determined.float_error > _MAX_ERROR_WITHOUT_DOUBLE
 
     def constants(self):
         return {"ORDER": self.order}
@@ -290,7 +291,7 @@ def choices(
 
 
 def _softened(tried, score):
-    """What was `tried` of the softenings until both neighbors of the best one are worse."""
+    """The choices `tried` until both neighbors of the best softening are worse."""
     found = {}
 
     def best(i):
