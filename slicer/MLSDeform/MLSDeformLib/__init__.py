@@ -1,0 +1,1 @@
+"""The module MLS Deform without its window."""
