@@ -172,7 +172,7 @@ def _row(line, words):
     # one mesh may be read as blocks
     same = [other for other in formats.TABLE if other.endings == line.endings]
     reads = "yes" if any(other.reads for other in same) else ""
-    writes = "yes" if {*line.writes} & {*words} else ""
+    writes = "yes" if {*line.writes} & {*words} else "in blocks" if line.is_folder else ""
     return f"| {name} | {endings} | {reads} | {writes} | {line.frame} |"
 
 
