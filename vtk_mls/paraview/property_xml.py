@@ -120,8 +120,8 @@ def shown_when(name, *values, **options):
     The value of an input that is not connected is None.
     """
     values = " ".join("null" if value is None else value for value in values)
-    decorator = {"type": "GenericDecorator", "mode": "visibility", "property": name}
-    return xml("PropertyWidgetDecorator", **decorator, values=values, **options)
+    decorator = {"type": "GenericDecorator", "mode": "visibility", "property": name} | options
+    return xml("PropertyWidgetDecorator", **decorator, values=values)
 
 
 def only_for(data):
@@ -140,7 +140,7 @@ def visibility(prop):
     elif prop.hidden_when:
         hints = [shown_when(*prop.hidden_when, inverse=1)]
         if prop.shown_with:
-            hints.append(shown_when(f"Has{prop.shown_with}", "1"))
+            hints.append(shown_when(f"Connected{prop.shown_with}", "none", inverse=1))
     if len(hints) > 1:
         any_of = xml("Expression", *hints, type="or")
         hints = [xml("PropertyWidgetDecorator", any_of, type="CompositeDecorator")]
@@ -229,6 +229,7 @@ def _(prop: properties.ArrayNames):
         _hints(prop, xml("NoDefault")),
         command=f"Add{prop.singular}",
         clean_command=f"Clear{prop.name}",
+        no_custom_default=1,
         repeat_command=1,
         number_of_elements=0,
         number_of_elements_per_command=1,
