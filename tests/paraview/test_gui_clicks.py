@@ -22,7 +22,7 @@ def test_clicks_of_the_readme(start, brain):
         gui.screenshot("1_opened")
         gui.clicks = 0
         gui.click("menu_item('Filters')")
-        gui.hover("menu_item('MLS Deformation')")
+        gui.hover("menu_item('MLS Deformation')", opens="menu_item('MLS Deform')")
         gui.click("menu_item('MLS Deform')")
         gui.until("simple.GetActiveSource() != file")
         gui.run("deform = simple.GetActiveSource()")

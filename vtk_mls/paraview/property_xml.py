@@ -34,6 +34,7 @@ def vector(kind, name, default, text, *children, **attributes):
     settings.update(attributes)
     if not settings["command"]:
         del settings["command"]
+        settings["animateable"] = 0
     return xml(f"{kind}VectorProperty", documentation(text), *children, **settings)
 
 
@@ -229,6 +230,7 @@ def _(prop: properties.ArrayNames):
         _hints(prop, xml("NoDefault")),
         command=f"Add{prop.singular}",
         clean_command=f"Clear{prop.name}",
+        animateable=0,
         no_custom_default=1,
         repeat_command=1,
         number_of_elements=0,
@@ -246,6 +248,7 @@ def _(prop: properties.Rows, domain="", default=""):
         prop.help,
         domain,
         _hints(prop, _component_labels(prop.columns)),
+        animateable=0,  # ParaView's window would make key frames of a single number
         command=f"Set{prop.singular}",
         use_index=1,
         repeat_command=1,
