@@ -34,18 +34,6 @@ with tempfile.TemporaryDirectory() as folder:
     files.DeformedFileName = os.path.join(folder, "deformed.fcsv")
     np.testing.assert_allclose(array(data(files), "Displacement"), expected, atol=1e-12)
 
-# Files that do not say their frame have that of `Space`; markups say it. LPS comes out.
-with tempfile.TemporaryDirectory() as folder:
-    table, markups = (os.path.join(folder, name) for name in ("handles.csv", "rest.mrk.json"))
-    for name in (table, markups):
-        control_point_files.write(name, REST, REST if name == markups else DEFORMED)
-    turned = simple.MLSControlPoints(Mode="file", FileName=table)
-    for name, space, signs in ((table, "lps", 1), (table, "ras", [-1, -1, 1]), (markups, "ras", 1)):
-        turned.FileName, turned.Space = name, space
-        for number, place in enumerate(REST * signs):
-            np.testing.assert_allclose(data(turned).GetPoint(number), place, atol=1e-12)
-        assert data(turned).GetFieldData().GetAbstractArray("Space").GetValue(0) == "LPS"
-
 # The second output shows where the handles were dragged.
 arrows = simple.ExtractSurface(Input=simple.OutputPort(files, 1))
 arrows.UpdatePipeline()

@@ -13,10 +13,6 @@ def places(dataset):
     return vtk_to_numpy(dataset.GetPoints().GetData())
 
 
-def count(dataset, name):
-    return dataset.GetFieldData().GetArray(name).GetValue(0)
-
-
 # Just added, it is the identity.
 deform = simple.MLSDeform(Input=tetrahedra)
 before = data(tetrahedra)
@@ -30,32 +26,23 @@ moved = data(deform)
 expected = vtk_mls.Deformation(REST, DEFORMED).forward(places(before))
 np.testing.assert_allclose(places(moved), expected, atol=1e-4)
 np.testing.assert_array_equal(array(moved, "RTData"), array(before, "RTData"))
-assert count(moved, "FailedInverses") == 0
 
-# Pulled apart, a cut opens it.
+# Kept whole, the cells that a cut tears are hidden.
 pulled = DEFORMED + np.where(REST[:, :1] > 0, [[3.0, 0, 0]], [[-3.0, 0, 0]])
 handles.DeformedPoints = list(np.ravel(np.where(REST[:, 2:] > 0, pulled, REST)))
 deform.CutType = "half-plane"
 deform.CutOrigin = [0.2, 0.0, -1.0]
 deform.CutNormal = [1.0, 0.0, 0.0]
 deform.CutInward = [0.0, 0.0, 1.0]
-opened = data(deform)
-assert opened.GetNumberOfCells() > before.GetNumberOfCells()
-assert opened.GetNumberOfPoints() > before.GetNumberOfPoints()
-
-# Kept whole, torn cells are hidden.
+assert data(deform).GetNumberOfCells() > before.GetNumberOfCells()
 deform.SplitCells = 0
 torn = data(deform)
 assert torn.GetNumberOfCells() == before.GetNumberOfCells()
 void = vtk_to_numpy(torn.GetCellData().GetArray("Void"))
 assert 0 < void.sum() < 0.2 * len(void)
-surface = simple.ExtractSurface(Input=deform)
-surface.UpdatePipeline()
-deform.SplitCells = 1
+simple.ExtractSurface(Input=deform).UpdatePipeline()
 
-# Other types, and blocks.
-polygons = simple.MLSDeform(Input=simple.Sphere(Radius=5.0), ControlPoints=handles)
-assert data(polygons).GetClassName() == "vtkPolyData"
+# Blocks.
 group = simple.MLSDeform(
     Input=simple.GroupDatasets(Input=[source, tetrahedra]), ControlPoints=handles
 )

@@ -70,13 +70,6 @@ dragged = DEFORMED + np.array([0.5, 0, -1])
 handles.DeformedPoints = list(dragged.ravel())
 assert not np.array_equal(check(deformed=dragged), results[0])
 
-# Weights that the source gets later are used.
-weights = np.arange(1.0, len(REST) + 1)
-handles.Weights = list(weights)
-check(deformed=dragged, weights=weights)
-handles.Weights = []
-check(deformed=dragged)
-
 # Another displacement array, by name.
 halved = simple.Calculator(Input=handles, Function="Displacement / 2", ResultArrayName="Half")
 deform.ControlPoints = field.ControlPoints = halved
@@ -85,26 +78,3 @@ check(deformed=(REST + dragged) / 2)
 deform.ControlPoints = field.ControlPoints = handles
 deform.DisplacementArray = field.DisplacementArray = ["POINTS", "Displacement"]
 check(deformed=dragged)
-
-# Grids of the output.
-value = vtk_mls.Deformation(REST, dragged)
-deform.OutputGrid = "fitted"
-fitted = data(deform)
-assert np.prod(fitted.GetDimensions()) > np.prod(lattice.dimensions)
-sampling = vtk_mls.Sampling(lattice, value.fitted_grid(lattice), background="auto")
-(expected,) = value.resample([volume], sampling)
-np.testing.assert_array_equal(array(fitted, "RTData"), expected)
-deform.OutputGrid = "given"
-deform.OutputDimensions, deform.OutputSpacing = [20, 15, 10], [1.0, 1.5, 0.5]
-deform.OutputOrigin = [-8.0, -9.0, 0.25]
-deform.Background = -1.0
-target = vtk_mls.Grid((20, 15, 10), (-8.0, -9.0, 0.25), (1.0, 1.5, 0.5))
-(expected,) = value.resample([volume], vtk_mls.Sampling(lattice, target, background=-1.0))
-np.testing.assert_array_equal(array(data(deform), "RTData"), expected)
-assert (expected == -1).any()
-
-# The same on the numpy specification, and with the background 0.
-deform.OutputGrid, deform.Background, deform.Device = "input", 0.0, "reference"
-deform.AutomaticBackground = 0
-(expected,) = vtk_mls.Deformation(REST, dragged, device="reference").resample([volume], lattice)
-np.testing.assert_array_equal(array(data(deform), "RTData"), expected)

@@ -29,7 +29,7 @@ FILTER_PANEL = {
     **PANEL,
     "LatticeDimensions": (3, 3, 3),
     "restored": 1,
-    "HasCuts": 1,
+    "ConnectedCuts": "unknown",
     "DisplacementArray": ("POINTS", "Displacement"),
     "WeightArray": ("POINTS", "Weight"),
 }
@@ -65,8 +65,11 @@ for proxy, table, panel, others in (
     for name in proxy.ListProperties():
         assert proxy.GetProperty(name).GetDocumentation().GetDescription().strip(), name
     assert proxy.SMProxy.GetDocumentation().GetDescription().strip()
-    # The values of the proxy are those of the filter.
+    # Help, level and values are those of the filter.
     for prop in table:
+        shown = proxy.SMProxy.GetProperty(prop.name)
+        assert shown.GetDocumentation().GetDescription().split() == prop.help.split(), prop.name
+        assert (shown.GetPanelVisibility() == "advanced") == prop.is_advanced, prop.name
         if prop.name in others or isinstance(prop, properties.ArrayNames):
             continue
         own = getattr(proxy.GetClientSideObject(), f"Get{prop.name}")()

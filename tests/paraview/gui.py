@@ -90,8 +90,11 @@ class Gui:
         self._xdotool("click", 1)
         self.clicks += 1
 
-    def hover(self, place):
-        """Move the mouse to a place of `gui_places`, as soon as it is visible."""
+    def hover(self, place, opens=None):
+        """Move the mouse to a place of `gui_places`, as soon as it is visible.
+
+        It moves until the place that it `opens` is visible, too.
+        """
         found = []
 
         def is_still():  # windows move as they open
@@ -100,8 +103,13 @@ class Gui:
 
         self._wait(is_still, place)
         x, y = found[-1]
-        for shift in (5, 0):  # a menu that opens under the mouse ignores the first motion
-            self._xdotool("mousemove", "--sync", x + shift, y)
+
+        def is_open():
+            for shift in (5, 0):  # a menu that opens under the mouse ignores the first motion
+                self._xdotool("mousemove", "--sync", x + shift, y)
+            return opens is None or self._place(opens)
+
+        self._wait(is_open, opens)
 
     def find_and_click(self, kind, name):
         """Scroll to a place of `gui_places`, by its function and its argument, and click on it."""

@@ -36,12 +36,6 @@ def is_cut():
     return output(deform).GetPointData().HasArray("Void") and bool(values(deform, "Void").any())
 
 
-def void_begins():
-    """The least x in the void."""
-    indices = np.flatnonzero(values(deform, "Void"))
-    return min(output(deform).GetPoint(int(index))[0] for index in indices)
-
-
 def pending(name, proxy=None):
     """The elements of a property, pending edits included."""
     prop = (deform if proxy is None else proxy).SMProxy.GetProperty(name)
@@ -110,13 +104,6 @@ def drag_of_the_tutorial():
     place = places[:, row]
     start, end = on_screen([place, [154, *place[1:]]])
     return place.tolist(), (end - start).tolist()
-
-
-def farthest_from_handles(places):
-    distances = np.linalg.norm(
-        on_screen(places)[:, None] - on_screen(pending_rows("DeformedPoints")), axis=2
-    )
-    return places[int(distances.min(axis=1).argmax())]
 
 
 def picture():

@@ -52,7 +52,7 @@ def option(name, text):
 
 
 def tool(name):
-    """A button with an icon, by the name of its widget."""
+    """A button with an icon, by the name of its widget or its action."""
     return _enabled(_tool(name))
 
 
@@ -100,6 +100,11 @@ def widen(name, width):
     dock.window().resizeDocks([dock], [width], horizontal)
 
 
+def hide_tool_bars_except(name):
+    for bar in _visible(QtWidgets.QToolBar):
+        bar.setVisible(bar.objectName() == name)
+
+
 def to_scroll(kind, name):
     """Position for the mouse wheel, its button and the scroll bar's value, to make it visible."""
     found = {"drop_down": _drop_down, "tool": _tool, "field": _field, "table": _table}[kind](name)
@@ -127,8 +132,11 @@ def _table(name):
 
 
 def _tool(name):
-    tools = _visible(QtWidgets.QAbstractButton)
-    return next((tool for tool in tools if tool.objectName() == name), None)
+    for tool in _visible(QtWidgets.QAbstractButton):
+        action = tool.defaultAction() if isinstance(tool, QtWidgets.QToolButton) else None
+        if name in (tool.objectName(), action and action.objectName()):
+            return tool
+    return None
 
 
 def _part(name, kind):

@@ -143,7 +143,7 @@ def replay(gui, paraview, display, text):
 
 
 def test_restore_defaults(gui):
-    """Handles go back on the material, and no array is chosen."""
+    """Handles go back on the material, and no array is chosen that a new filter has not."""
     require_qt(gui)
     gui.run(f"{BALL}\nimport gui_places; gui_places.widen('propertiesDock', 560)")
     gui.add_deform()
@@ -161,6 +161,16 @@ def test_restore_defaults(gui):
     assert gui.value("np.allclose(deform.RestPoints, first, atol=1e-12)")
     assert gui.value(f"[list(getattr(deform, name)) for name in {lists}]") == [[]] * 3
     assert gui.value("deform.WeightArray[1]") == "Weight"
+
+    gui.run("points = simple.MLSControlPoints()")
+    gui.run("pairs = simple.Calculator(Input=points, Function='1', ResultArrayName='Other')")
+    gui.run("simple.UpdatePipeline(proxy=pairs); simple.SetActiveSource(pairs)")
+    gui.launch("MLS Landmark Report")
+    gui.press("alt+a")
+    gui.run("report = simple.GetActiveSource(); simple.UpdatePipeline(proxy=report)")
+    gui.run("report.WeightArray = ['POINTS', 'Other']")
+    gui.find_and_click("tool", "PropertiesRestoreDefaults")
+    gui.until("report.WeightArray[1] == 'Weight'")
 
 
 @pytest.mark.matrix

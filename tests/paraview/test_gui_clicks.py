@@ -22,7 +22,7 @@ def test_clicks_of_the_readme(start, brain):
         gui.screenshot("1_opened")
         gui.clicks = 0
         gui.click("menu_item('Filters')")
-        gui.hover("menu_item('MLS Deformation')")
+        gui.hover("menu_item('MLS Deformation')", opens="menu_item('MLS Deform')")
         gui.click("menu_item('MLS Deform')")
         gui.until("simple.GetActiveSource() != file")
         gui.run("deform = simple.GetActiveSource()")
@@ -132,17 +132,21 @@ def test_open_has_our_reader_selected(gui):
     bounds = gui.value("list(image.GetDataInformation().GetBounds())")
     assert bounds == [-6, -3, -7, -4, 5, 8]
 
-    # A group of files is a series.
-    for index in range(2):
-        scan = nibabel.Nifti1Image(np.full((4, 4, 4), index, np.float32), np.eye(4))
-        nibabel.save(scan, PROJECT / gui.folder / f"scan{index}.nii")
-    gui.press("ctrl+o")
-    gui.hover("button('Cancel')")
-    for name in (f"{gui.folder}/", "scan..nii"):
+    # A file with times is a series, and so is a group of files.
+    steps = np.stack([np.full((4, 4, 4), value, np.float32) for value in range(2)], axis=-1)
+    for name, values in (("beats", steps), ("scan0", steps[..., 0]), ("scan1", steps[..., 1])):
+        file = PROJECT / gui.folder / f"{name}.nii"
+        nibabel.save(nibabel.Nifti1Image(values, np.eye(4)), file)
+    for name in ("beats.nii", "scan..nii"):
+        gui.press("ctrl+o")
+        gui.hover("button('Cancel')")
+        gui.type(f"{gui.folder}/")
         gui.type(name)
-    gui.click("button('OK')")
-    gui.until("simple.GetActiveSource().SMProxy != image.SMProxy")
-    gui.run("image = simple.GetActiveSource()")
-    for time in (1, 0):
-        gui.run(f"image.UpdatePipeline({time})")
-        assert gui.value("float(values(image).min())") == time
+        if "." in name.removesuffix(".nii"):  # a group is only selected
+            gui.click("button('OK')")
+        gui.until("simple.GetActiveSource().SMProxy != image.SMProxy")
+        gui.run("image = simple.GetActiveSource()")
+        assert gui.value("list(image.TimestepValues)") == [0, 1]
+        for time in (1, 0):
+            gui.run(f"image.UpdatePipeline({time})")
+            assert gui.value("float(values(image).min())") == time

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from gui_fixtures import require_qt
-from gui_scenes import BALL, SETUP, noise
+from gui_scenes import BALL, PROJECT, SETUP, noise
 
 FIRST_PAGE = sorted(
     ["ControlPoints", "Kind", "Alpha", "Smoothing", "Steps", "Blend", "CutType", "Drag"]
@@ -19,6 +19,12 @@ moved = simple.Transform(registrationName="Moved", Input=ball)
 moved.Transform.Translate = [3.0, 0.0, 0.0]
 moved.UpdatePipeline()
 simple.SetActiveSource(wavelet)
+"""
+SHIFT = """#Insight Transform File V1.0
+#Transform 0
+Transform: AffineTransform_double_3_3
+Parameters: 1 0 0 0 1 0 0 0 1 2 0 0
+FixedParameters: 0 0 0
 """
 
 
@@ -44,10 +50,12 @@ def test_the_first_page_is_short(gui):
     gui.until(f"'Nu' not in {SHOWN}")
     assert not {*gui.value(SHOWN)} & (OF_CUTS | {"HideVoid", "VoidValues"})
     gui.run("deform.Cuts = [simple.Plane(), simple.Plane()]; simple.SetActiveSource(deform)")
-    gui.until(f"{ {'HideVoid', *OF_CUTS} } <= {{*{SHOWN}}}")
+    gui.until(f"{ {'HideVoid', 'ConnectedCuts', *OF_CUTS} } <= {{*{SHOWN}}}")
+    gui.run("simple.RenameSource('Left', deform.Cuts[0])")
+    gui.until("deform.ConnectedCuts == 'Left, Plane2'")
     gui.screenshot("3_two_cuts")
     gui.run("deform.Cuts = []; simple.SetActiveSource(deform)")
-    gui.until(f"'Nu' not in {SHOWN}")
+    gui.until(f"not {{'Nu', 'ConnectedCuts'}} & {{*{SHOWN}}}")
     gui.click("tool('AdvancedButton')")
 
     gui.run(BALL.replace("simple.Delete(wavelet)", "simple.Hide(wavelet, view)"))
@@ -98,6 +106,21 @@ def test_inputs_are_connected_and_disconnected_in_the_panel(gui):
         gui.until("is_straight()")
         assert gui.value(inputs) == [False, False]
     gui.screenshot("2_disconnected")
+
+
+def test_a_transform_file_moves_the_material(gui):
+    require_qt(gui)
+    (PROJECT / gui.folder / "shift.tfm").write_text(SHIFT)
+    gui.add_deform()
+    gui.click("tool('AdvancedButton')")
+    gui.find_and_click("field", "InitialTransform")
+    gui.type(f"{gui.folder}/shift.tfm")
+    gui.screenshot("1_entered")
+    gui.press("alt+a")
+    gui.until("is_bent()")
+    gui.run("before, after = (array.reshape(21, 21, 21) for array in (volume, values(deform)))")
+    assert gui.value("np.array_equal(after[:, :, :-2], before[:, :, 2:])")
+    gui.click("tool('AdvancedButton')")
 
 
 def test_a_filter_does_not_take_its_own_output(start):

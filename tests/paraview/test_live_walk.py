@@ -7,6 +7,11 @@ from gui_fixtures import require_qt
 from gui_scenes import AS_VOLUME, HANDLE, LIVE, PULL, VALUES, WAVELET
 
 VOLUME = ["vtkVolume"]  # ParaView's own is of another class
+BLEND = """
+track = simple.GetAnimationTrack("Blend", proxy=deform)
+track.KeyFrames = [simple.CompositeKeyFrame(KeyTime=t, KeyValues=[t]) for t in (0.0, 1.0)]
+scene = simple.GetAnimationScene()
+"""
 
 
 def drag(gui):
@@ -51,10 +56,7 @@ def test_undo_reset_animations_and_states(deform):
     gui.run("drawn.clear()")
     with gui.dragging((10, -10, 0), PULL):
         gui.until("len(dragged()) == 2 and drawn")
-    gui.run("""
-track = simple.GetAnimationTrack("Blend", proxy=deform)
-track.KeyFrames = [simple.CompositeKeyFrame(KeyTime=t, KeyValues=[t]) for t in (0.0, 1.0)]
-scene = simple.GetAnimationScene()
+    gui.run(f"""{BLEND}
 scene.AnimationTime = 0.5 * (scene.StartTime + scene.EndTime)
 simple.Render(view)
 half = np.reshape(deform.RestPoints, (-1, 3))
@@ -77,6 +79,41 @@ simple.Render(view)""")
     assert gui.value("np.array_equal(moved, deform.DeformedPoints)")
     assert gui.value("volumes()") == VOLUME
     gui.screenshot("state")
+
+
+@pytest.mark.matrix
+def test_a_handle_is_dragged_while_blend_plays(deform):
+    """By the buttons of the animation: it follows the mouse, and stays where it was let go."""
+    gui = deform
+    require_qt(gui)
+    gui.run("import gui_places; gui_places.hide_tool_bars_except('VCRToolbar')")
+    gui.run(BLEND)
+    gui.run("""
+scene.NumberOfFrames = 40
+frames = []
+def record(*_):
+    frames.append(scene.AnimationTime)
+view.GetRenderer().AddObserver("EndEvent", record)""")
+    played = "len({*frames}) > 2"
+    gui.click("tool('actionVCRLoop')")
+    gui.click("tool('actionVCRPlay')")
+    gui.until(played)
+    with gui.dragging(HANDLE, PULL):
+        gui.until("dragged()")
+        gui.run("frames.clear()")
+        gui.until(played)
+        gui.screenshot("1_dragging")
+        assert gui.value("volumes()") == VOLUME
+        assert gui.value("distance_to_mouse()") < 8
+    gui.run("frames.clear(); place = held_handle().tolist()")
+    gui.move((90, -60))
+    gui.until(played)
+    assert gui.value("[held_handle().tolist() == place, volumes()]") == [True, VOLUME]
+    gui.click("tool('actionVCRPlay')")  # it pauses
+    gui.run("frames.clear()")
+    gui.press("alt+a")
+    gui.until("len(applied_drags()) == 1 and is_bent()")
+    gui.screenshot("2_applied")
 
 
 @pytest.mark.matrix

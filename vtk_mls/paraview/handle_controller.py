@@ -68,8 +68,6 @@ class HandleController:
                 self._observe(proxy, name, lambda *_: self._edited(self._is_dragging))
         self._observe(proxy, "CutType", self._cut_type_edited)
         OptionalInputs(proxy, self._observers)
-        if proxy.GetProperty(panels.RESTORED):
-            proxy.GetProperty(panels.RESTORED).SetElement(0, 0)
         self._observe(proxy, panels.RESTORED, self._edit_callback(self._restored))
 
     def show_pending(self, is_dragging):
@@ -194,19 +192,10 @@ class HandleController:
         self._update_markers(proxy)
         _render(proxy)
 
-    def _restored(self, prop, proxy):
-        """After Restore Defaults, choose arrays and place handles as in a new filter."""
-        if prop.GetElement(0) == 0:
-            return
-        prop.SetElement(0, 0)
-        for name in filter(proxy.GetProperty, panels.ARRAY_LISTS):
-            proxy.GetProperty(name).SetNumberOfElements(0)
-            handle_lists.show_empty_list(proxy.GetProperty(name))
-        for name, values in panels.CONTROL_POINT_ARRAYS.items():
-            for index, value in enumerate(values):
-                proxy.GetProperty(name).SetElement(index, value)
-        first_placement.place(proxy)
-        self._store_rows(proxy)
+    def _restored(self, restored, proxy):
+        if restored.GetElement(0):
+            first_placement.place(proxy)
+            self._store_rows(proxy)
 
     def _layout_edited(self, prop, proxy):
         """Replace the handles by those of a lattice or a file."""

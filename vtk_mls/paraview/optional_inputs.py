@@ -2,7 +2,7 @@
 
 from vtkmodules.vtkCommonCore import vtkOutputWindow
 
-from vtk_mls.paraview.server_manager import EDITED, proxies_in
+from vtk_mls.paraview.server_manager import EDITED, find_proxy, proxies_in
 
 _NAMES = ("ControlPoints", "DeformedControlPoints", "Cuts", "Mask", "Reference")
 _BEFORE_PARAVIEW, _AFTER_PARAVIEW = 1.0, -1.0  # priorities
@@ -25,8 +25,10 @@ class OptionalInputs:
             if prop := proxy.GetProperty(name):
                 observers.add(prop, "ModifiedEvent", self._refuse_own_output, _BEFORE_PARAVIEW)
         if cuts := proxy.GetProperty("Cuts"):
-            observers.add(cuts, EDITED, self._cuts_edited)
-            self._cuts_edited(cuts, None)
+            observers.add(cuts, EDITED, self._name_cuts)
+            manager = proxy.GetSessionProxyManager()
+            observers.add(manager, "UnRegisterEvent", self._name_cuts)  # the end of a new name
+            self._name_cuts(None, None)
         points, self._moved = map(proxy.GetProperty, _NAMES[:2])
         if points:
             observers.add(points, "ModifiedEvent", self._disconnect, _BEFORE_PARAVIEW)
@@ -45,9 +47,13 @@ class OptionalInputs:
         producers = map(source.GetProducerProxy, range(source.GetNumberOfProducers()))
         return source.GetGlobalID() == self._proxy or any(map(self._is_downstream, producers))
 
-    def _cuts_edited(self, cuts, event):
-        pending = map(cuts.GetUncheckedProxy, range(cuts.GetNumberOfUncheckedProxies()))
-        cuts.GetParent().GetProperty("HasCuts").SetElement(0, int(any(pending)))
+    def _name_cuts(self, observed, event):
+        """Name the pending Cuts in the panel."""
+        if proxy := find_proxy(self._proxy):
+            cuts, manager = proxy.GetProperty("Cuts"), proxy.GetSessionProxyManager()
+            sources = map(cuts.GetUncheckedProxy, range(cuts.GetNumberOfUncheckedProxies()))
+            names = [manager.GetProxyName("sources", source) or "?" for source in sources if source]
+            proxy.GetProperty("ConnectedCuts").SetElement(0, ", ".join(names) or "none")
 
     def _disconnect(self, points, event):
         connections = [  # those that wait for an Apply included

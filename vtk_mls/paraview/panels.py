@@ -93,14 +93,17 @@ def _lattice_over_input(prop):
     return element(prop, domain, " ".join(str(step - 1) for step in steps))
 
 
-# The controller sets it to 0. Restore Defaults sets it to 1, after all others, in their order.
+_LISTS = (prop.name for prop in tables.DEFORM if isinstance(prop, ArrayNames))
+ARRAYS = "DisplacementArray", "WeightArray", *_LISTS  # ParaView guesses their defaults
+# `watch` sets it to 0. Restore Defaults sets it to 1, after all others, in their order.
 RESTORED = "restored"
-ARRAY_LISTS = tuple(prop.name for prop in tables.DEFORM if isinstance(prop, ArrayNames))
-# Values of SetInputArrayToProcess: index, port, connection, association and name.
-CONTROL_POINT_ARRAYS = {
-    "DisplacementArray": ["0", "1", "0", "0", DISPLACEMENT],
-    "WeightArray": ["1", "1", "0", "0", WEIGHT],
-}
+_RESTORED = check_box(
+    RESTORED,
+    "Whether default values were restored.",
+    default=1,
+    command="",
+    panel_visibility="never",
+)
 
 
 def _arrays_of(source):
@@ -112,7 +115,7 @@ def _arrays_of(source):
         vector(
             "String",
             name,
-            ";".join(CONTROL_POINT_ARRAYS[name]),
+            f"{index};1;0;0;{array}",  # of SetInputArrayToProcess
             text,
             array_choice(domain, source),
             xml("Hints", xml("NoDefault"), shown_when(source, "null", inverse=1)),
@@ -121,11 +124,14 @@ def _arrays_of(source):
             number_of_elements=5,
             element_types="0 0 0 0 2",
             animateable=0,
+            no_custom_default=1,
             panel_visibility="advanced",
         )
-        for name, domain, text in (
-            ("DisplacementArray", "vectors", displacement),
-            ("WeightArray", "factors", weight),
+        for index, (name, array, domain, text) in enumerate(
+            (
+                ("DisplacementArray", DISPLACEMENT, "vectors", displacement),
+                ("WeightArray", WEIGHT, "factors", weight),
+            )
         )
     ]
 
@@ -146,13 +152,7 @@ _HANDLES = [
     ),
     element(_WEIGHTS),
     *_arrays_of("ControlPoints"),
-    check_box(
-        RESTORED,
-        "Whether default values were restored.",
-        default=1,
-        command="",
-        panel_visibility="never",
-    ),
+    _RESTORED,
 ]
 
 _CONTROL_POINTS = data_input(
@@ -184,20 +184,27 @@ _CUTS = data_input(
     "vtkPolyData",
     """Surfaces to cut along (optional): the polygons of each input, for example of the sources
     Plane and Disk. Each input and each connected part of it is a cut. Change Input (right click on
-    the filter) connects several: the list shows the first, and a choice in it replaces that.""",
+    the filter) connects several: the list shows the first, and a choice in it replaces that;
+    Connected Cuts names all.""",
     hints=[],
     command="AddInputConnection",
     multiple_input=1,
     panel_visibility="advanced",
 )
 
-# `OptionalInputs` sets it: ParaView's hints do not count several inputs.
-_HAS_CUTS = check_box(
-    "HasCuts",
-    "Whether the input Cuts is connected.",
-    default=1,
+# `OptionalInputs` sets it: the list, and ParaView's hints, know of one input.
+_CONNECTED_CUTS = vector(
+    "String",
+    "ConnectedCuts",
+    "unknown",
+    "The names of all inputs Cuts.",
+    xml(
+        "Hints",
+        shown_when("ConnectedCuts", "none", inverse=1),
+        shown_when("ConnectedCuts", mode="enabled_state"),  # with no value: it is for reading
+    ),
     command="",
-    panel_visibility="never",
+    panel_visibility="advanced",
 )
 
 _MASK = data_input(
@@ -305,7 +312,7 @@ def _filter_panel(description, inputs, middle, *properties):
         _CONTROL_POINTS,
         _DEFORMED_CONTROL_POINTS,
         _CUTS,
-        _HAS_CUTS,
+        _CONNECTED_CUTS,
         _MASK,
         *others,
         element(tables.HANDLE_SHAPES_CHOICE),
@@ -391,6 +398,7 @@ LANDMARK_REPORT = [
         hints=[],
     ),
     *_arrays_of("Input"),
+    _RESTORED,
     *elements(tables.LANDMARK_REPORT),
 ]
 

@@ -34,6 +34,7 @@ def vector(kind, name, default, text, *children, **attributes):
     settings.update(attributes)
     if not settings["command"]:
         del settings["command"]
+        settings["animateable"] = 0
     return xml(f"{kind}VectorProperty", documentation(text), *children, **settings)
 
 
@@ -120,8 +121,8 @@ def shown_when(name, *values, **options):
     The value of an input that is not connected is None.
     """
     values = " ".join("null" if value is None else value for value in values)
-    decorator = {"type": "GenericDecorator", "mode": "visibility", "property": name}
-    return xml("PropertyWidgetDecorator", **decorator, values=values, **options)
+    decorator = {"type": "GenericDecorator", "mode": "visibility", "property": name} | options
+    return xml("PropertyWidgetDecorator", **decorator, values=values)
 
 
 def only_for(data):
@@ -140,7 +141,7 @@ def visibility(prop):
     elif prop.hidden_when:
         hints = [shown_when(*prop.hidden_when, inverse=1)]
         if prop.shown_with:
-            hints.append(shown_when(f"Has{prop.shown_with}", "1"))
+            hints.append(shown_when(f"Connected{prop.shown_with}", "none", inverse=1))
     if len(hints) > 1:
         any_of = xml("Expression", *hints, type="or")
         hints = [xml("PropertyWidgetDecorator", any_of, type="CompositeDecorator")]
@@ -229,6 +230,8 @@ def _(prop: properties.ArrayNames):
         _hints(prop, xml("NoDefault")),
         command=f"Add{prop.singular}",
         clean_command=f"Clear{prop.name}",
+        animateable=0,
+        no_custom_default=1,
         repeat_command=1,
         number_of_elements=0,
         number_of_elements_per_command=1,
@@ -245,6 +248,7 @@ def _(prop: properties.Rows, domain="", default=""):
         prop.help,
         domain,
         _hints(prop, _component_labels(prop.columns)),
+        animateable=0,  # ParaView's window would make key frames of a single number
         command=f"Set{prop.singular}",
         use_index=1,
         repeat_command=1,

@@ -11,12 +11,13 @@ from paraview.modules.vtkRemotingServerManager import vtkSMProxyManager
 from vtkmodules.vtkCommonCore import vtkOutputWindow
 
 from vtk_mls.base import messages
-from vtk_mls.paraview import traces, undo
+from vtk_mls.paraview import handle_lists, panels, traces, undo
 from vtk_mls.paraview.displays import copy_settings_of_input
 from vtk_mls.paraview.handle_controller import HandleController
 from vtk_mls.paraview.observers import Observers
 from vtk_mls.paraview.panel_widgets import PanelWidgets
 from vtk_mls.paraview.server_manager import (
+    EDITED,
     pending_values,
     proxies_in,
     registered_proxies,
@@ -75,7 +76,7 @@ class _Session:
     def __init__(self, manager):
         self._manager, self._observers = manager, Observers()
         self._controllers = {}  # HandleController by the ids of proxies
-        self._view_ids, self._display_ids = set(), set()
+        self._source_ids, self._view_ids, self._display_ids = set(), set(), set()
         self._panel_widgets = PanelWidgets(manager, _WITH_HANDLES, self._observers)
         for event in ("RegisterEvent", "UnRegisterEvent"):
             self._observers.add(manager, event, self._proxies_changed)
@@ -97,10 +98,14 @@ class _Session:
         sources = self._sources()
         for deleted in self._controllers.keys() - sources.keys():
             self._controllers.pop(deleted).end()
-        for new in sources.keys() - self._controllers.keys():
+        for new in sources.keys() - self._source_ids:
             if sources[new].GetXMLName() in _WITH_HANDLES:
                 selected = selected_source(manager)
                 self._controllers[new] = HandleController(sources[new], self._edited, selected)
+            if restored := sources[new].GetProperty(panels.RESTORED):
+                restored.SetElement(0, 0)
+                self._observers.add(restored, EDITED, self._restored)
+        self._source_ids = sources.keys()
         for view in registered_proxies(manager, "views"):
             widgets = view.GetProperty("HiddenRepresentations")
             if widgets and view.GetGlobalID() not in self._view_ids:
@@ -109,6 +114,14 @@ class _Session:
                 displays = view.GetProperty("Representations")
                 self._display_ids.update(display.GetGlobalID() for display in proxies_in(displays))
                 self._observers.add(displays, "ModifiedEvent", self._displays_changed)
+
+    def _restored(self, restored, event):
+        """After Restore Defaults, choose arrays as in a new filter, not as ParaView guesses."""
+        if restored.GetElement(0):
+            restored.SetElement(0, 0)
+            for prop in filter(None, map(restored.GetParent().GetProperty, panels.ARRAYS)):
+                prop.ResetToXMLDefaults()
+                handle_lists.show_empty_list(prop)
 
     def _widgets_changed(self, widgets, event):
         sources = self._sources()
