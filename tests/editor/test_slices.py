@@ -13,9 +13,10 @@ from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from vtk_mls import Deformation, Grid, HalfPlane
-from vtk_mls.editor import State, transfer_functions
+from vtk_mls.editor import State
 from vtk_mls.editor.scene_volume import SceneVolume
 from vtk_mls.editor.slice_pane import EYE, UP, colors_of, letter_of
+from vtk_mls.rendering import transfer_functions
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 

@@ -150,9 +150,8 @@ def _show(options, datasets, state, paths, *more):
     address, server = (options.host, options.port), _web_server()
     opens_browser = not options.no_browser
     with temporary_folder() as temporary:
-        server.serve(
-            datasets, state, paths, temporary, options.output, address, opens_browser, *more
-        )
+        served = datasets, state, paths, temporary, options.output
+        server.serve(*served, address, opens_browser, *more)
 
 
 def _web_server():

@@ -4,7 +4,6 @@ import numpy as np
 
 from vtk_mls.editor.distortion import TEXTS
 from vtk_mls.editor.document import NO_SURFACE, Document
-from vtk_mls.editor.first_handles import handles_on
 from vtk_mls.editor.keys import Keyboard
 from vtk_mls.editor.matching.mouse import MatchingMouse
 from vtk_mls.editor.matching.pair_edits import PairEdits
@@ -15,6 +14,7 @@ from vtk_mls.editor.sessions import Saving
 from vtk_mls.editor.shape_edits import ShapeEdits
 from vtk_mls.editor.slices import ALL, ONLY_3D, SLICES
 from vtk_mls.editor.state import State
+from vtk_mls.rendering.first_handles import handles_on
 
 _TIMER_MILLISECONDS = 15
 _LATTICE_COUNTS = 3, 4, 5, 2  # handles along each axis

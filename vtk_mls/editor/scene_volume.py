@@ -8,8 +8,9 @@ from vtkmodules.vtkRenderingVolume import vtkGPUVolumeRayCastMapper
 
 from vtk_mls import Deformation
 from vtk_mls.editor.polydata import configured
-from vtk_mls.editor.scene_image import STEP, SceneImage
+from vtk_mls.editor.scene_image import SceneImage
 from vtk_mls.rendering import DeformedVolume
+from vtk_mls.rendering.surfaces import STEP
 
 _COARSE_STEP = 1.2  # between samples along a ray, in voxels
 _MAX_STEP_FACTOR = 3  # of longer steps instead of fewer rays

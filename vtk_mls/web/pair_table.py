@@ -53,12 +53,11 @@ def _comparison(edit):
         style="width: 140px; flex: none;",
         title=with_key("Share of the target", "change_share"),
     )
-    for icon, text, step in (
-        ("mdi-chevron-up", "Previous pair", -1),
-        ("mdi-chevron-down", "Next pair", 1),
-    ):
-        title, click = with_key(text, "jump_by", step), (edit, f"['jump_by', {step}]")
-        icon_button(icon, title, click, "default", size="x-small", variant="tonal")
+    with html.Div(classes="mls-tools"):
+        for icon, text, step in (("up", "Previous pair", -1), ("down", "Next pair", 1)):
+            title, click = with_key(text, "jump_by", step), (edit, f"['jump_by', {step}]")
+            options = {"size": "x-small", "variant": "tonal"}
+            icon_button(f"mdi-chevron-{icon}", title, click, "default", **options)
 
 
 def _errors():
