@@ -124,23 +124,6 @@ def test_the_cut_widget_is_in_the_3d_view_wherever_the_mouse_is(hands):
     assert changed[:, wide + 2 :].sum() < 50
 
 
-def test_keys_during_a_drag_in_a_slice(hands):
-    pane = panes(hands)[1]
-    start = pixels_in(pane, hands.state.deformed[CENTER])[0]
-    for key in ("m", "q", "z", "x"):
-        hands.drag(start, (9, 6), steps=1, released=False)
-        hands.press(key)
-        assert hands.editor.document.grabbed is None
-        hands.send("LeftButtonReleaseEvent")
-        if key == "m":
-            hands.press("m")
-            assert not hands.state.is_resting[CENTER]
-            hands.press("z")
-        if key == "q":
-            hands.press("z")
-    assert len(hands.state) == 26
-
-
 def oblique_image(is_mirrored):
     """An oblique image whose values are a function of world coordinates."""
     turn = np.array([(0.48, 0.64, 0.6), (-0.8, 0.6, 0.0), (-0.36, -0.48, 0.8)])

@@ -13,13 +13,7 @@ NO_SURFACE = "There is no surface at this place: click on the data, or in a slic
 
 
 class Document:
-    """A `State` with undo, selection and autosave.
-
-    Parameters
-    ----------
-    view : View
-    state : State
-    autosave : Autosave or None
+    """A `State` in a `View`, with undo, selection, and an `Autosave` or None.
 
     Attributes
     ----------

@@ -14,6 +14,7 @@ from vtk_mls.editor.sessions import Saving
 from vtk_mls.editor.shape_edits import ShapeEdits
 from vtk_mls.editor.slices import ALL, ONLY_3D, SLICES
 from vtk_mls.editor.state import State
+from vtk_mls.model.options import ALPHA, NU
 from vtk_mls.rendering.first_handles import handles_on
 
 _TIMER_MILLISECONDS = 15
@@ -172,10 +173,6 @@ class Editor(ShapeEdits, PairEdits, Saving):
         self._cancel_tools()
         self.select([])
 
-    def hover(self, row):
-        """Highlight a handle as under the mouse, or none for None."""
-        self.document.hover(row)
-
     def add(self, point):
         """Add a handle at a point (3,) of the deformed data."""
         deformation = self.state.deformation()
@@ -241,7 +238,8 @@ class Editor(ShapeEdits, PairEdits, Saving):
 
     def change_alpha(self, factor):
         """Multiply alpha: handles act more locally for factors above 1."""
-        self.change(self.state.with_alpha_times(factor))
+        alpha = self.state.alpha
+        self.change(self.state.changed(alpha=ALPHA.limited(alpha * factor, alpha)))
 
     def change_smoothing(self, factor):
         """Multiply the smoothing length: handles are met less exactly for factors above 1."""
@@ -254,7 +252,8 @@ class Editor(ShapeEdits, PairEdits, Saving):
 
     def change_nu(self, factor):
         """Multiply nu - 1: influence fades faster around cuts for factors above 1."""
-        self.change(self.state.with_nu_times(factor))
+        nu = self.state.nu
+        self.change(self.state.changed(nu=NU.limited(1 + (nu - 1) * factor, nu)))
 
     def compare(self):
         """Show the data undeformed, or deformed again; not an edit."""

@@ -220,12 +220,11 @@ class Mouse(Observer):
 
     def _release_other_button(self, interactor, event):
         if self._adjusted_pixel is not None:
-            self._adjusted_pixel = None
             self._document.move_slices(self._slices.point)
-            self._abort(event)
-        elif self._panned_pixel is not None:
-            self._panned_pixel = None
-            self._abort(event)
+        elif self._panned_pixel is None:
+            return
+        self._adjusted_pixel = self._panned_pixel = None
+        self._abort(event)
 
     def _double_click(self, interactor, event):
         """Enlarge a pane, without the effect of the first click."""

@@ -44,15 +44,9 @@ def build(edit, begin):
 
 def _comparison(edit):
     toggle("comparison", [(mode, mode.capitalize()) for mode in MODES], edit, "compare_by")
-    slider(
-        "share",
-        "Share of the target",
-        (0, 1, 0.05),
-        edit,
-        v_if="comparison === 'fade'",
-        style="width: 140px; flex: none;",
-        title=with_key("Share of the target", "change_share"),
-    )
+    text, options = "Share of the target", {"style": "width: 140px; flex: none;"}
+    options.update(v_if="comparison === 'fade'", title=with_key(text, "change_share"))
+    slider("share", text, (0, 1, 0.05), edit, **options)
     with html.Div(classes="mls-tools"):
         for icon, text, step in (("up", "Previous pair", -1), ("down", "Next pair", 1)):
             title, click = with_key(text, "jump_by", step), (edit, f"['jump_by', {step}]")
@@ -61,28 +55,19 @@ def _comparison(edit):
 
 
 def _errors():
-    html.Span(
+    text, title = (
         "median error {{ median_error }} {{ unit }} {{ choice }}",
-        v_if="median_error",
-        classes="text-caption",
-        title="Each pair predicted from the others",
+        "Without the pair itself",
     )
+    html.Span(text, v_if="median_error", classes="text-caption", title=title)
 
 
 def _refinement(begin):
-    for text, name, condition in (
-        ("Refine", "refine", "is_saving || !selected.length"),
-        ("Refine all", "refine_all", "is_saving || !pairs.length"),
-    ):
-        small_button(
-            text,
-            "mdi-crosshairs-gps",
-            (begin, f"['{name}']"),
-            disabled=(condition,),
-            title=with_key(
-                "Move landmarks on the target to the best match of the images around them", "refine"
-            ),
-        )
+    tip = "Move landmarks on the target to the best match of the images around them"
+    for text, rows in (("Refine", "selected"), ("Refine all", "pairs")):
+        click = begin, f"['{text.lower().replace(' ', '_')}']"
+        options = {"disabled": (f"is_saving || !{rows}.length",), "title": with_key(tip, "refine")}
+        small_button(text, "mdi-crosshairs-gps", click, **options)
 
 
 def _table(edit):
@@ -122,21 +107,15 @@ def _table(edit):
 
 def _cells(edit):
     with _cell("enabled"):
-        html.Input(
-            type="checkbox",
-            checked=("item.enabled",),
-            title=with_key("Leave the pair out, or include it", "toggle_enabled"),
-            raw_attrs=[_label("Use")],
-            change=(edit, "['enable', [item.row, $event.target.checked]]"),
-        )
+        change = edit, "['enable', [item.row, $event.target.checked]]"
+        title = with_key("Leave the pair out, or include it", "toggle_enabled")
+        options = {"checked": ("item.enabled",), "title": title, "raw_attrs": [_label("Use")]}
+        html.Input(type="checkbox", change=change, **options)
     with _cell("name"):
-        html.Input(
-            classes="mls-name",
-            value=("item.name",),
-            raw_attrs=[_label("Name of")],
-            focus=(edit, "['select', [item.row]]"),
-            change=(edit, "['name', [item.row, $event.target.value]]"),
-        )
+        change = edit, "['name', [item.row, $event.target.value]]"
+        options = {"classes": "mls-name", "raw_attrs": [_label("Name of")]}
+        focus = edit, "['select', [item.row]]"
+        html.Input(value=("item.name",), focus=focus, change=change, **options)
     for key in _ALIGNED_RIGHT:
         with _cell(key):
             html.Span(f"{{{{ item.{key} === null ? '' : Number(item.{key}.toPrecision(3)) }}}}")
