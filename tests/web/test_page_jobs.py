@@ -37,7 +37,6 @@ _SIZES = {
     "390x780": PHONE,
 }
 _HAS_MOVED = "[...document.querySelectorAll('.mls-row .moved')].some(cell => cell.textContent)"
-_HAS_FIVE = "document.querySelectorAll('.mls-pairs tbody input[type=checkbox]').length === 5"
 _BONE = 13  # of the frog's labels
 
 
@@ -107,6 +106,10 @@ class User(Page):
                 self.push(button.first)
         self.done(name.split(":")[0])
 
+    def handles(self):
+        """The texts of all handles."""
+        return self.tab.locator(".mls-row").all_text_contents()
+
     def save(self):
         self.press("Save")
         self.tab.get_by_role("link", name="picture.png").wait_for()
@@ -174,16 +177,21 @@ def test_a_brain_is_cut_open(start, tmp_path):
 def test_a_brain_is_matched_by_five_pairs(start, tmp_path):
     brain = WarpedBrain(tmp_path)
     user = start(NAME, "--target", SUBJECT)
+    was_click = False
     for name, first, *more in Walk(brain, user.size, user.size[0] < 600).actions():
+        before = user.handles()
         if name == "pane":
             user.press(first.capitalize())
         elif name == "click":
             user.click(first)
         else:
             user.move(first, *more)
+        if name == "click" or was_click:  # it places a landmark, or corrects it
+            user.until(lambda before=before: user.handles() != before)
+        was_click = name == "click"
         user.rest()
         user.done(name)
-    user.tab.wait_for_function(_HAS_FIVE)
+    assert len(user.handles()) == 5
     user.press("Refine all")
     user.says("landmarks are refined")
     user.rest()

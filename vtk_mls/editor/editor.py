@@ -268,6 +268,12 @@ class Editor(ShapeEdits, PairEdits, Saving):
         self.say(self.view.set_preset(index))
         self.document.draw()
 
+    def show_step(self, index):
+        """Show another time step of the first dataset, which is saved from then on."""
+        self.scene.replace(self.saver.take_step(index))
+        self.set_look(self.view.preset)
+        self.document.show()
+
     def change_distortion(self):
         """Show the deformed grid, the change of volume, both, or neither, in this order."""
         self.set_distortion(self.view.distortion.mode + 1)

@@ -139,5 +139,8 @@ class SceneImage:
     def detach(self):
         """Nothing is drawn in 3-D."""
 
+    def remove(self, renderer):
+        """As `detach`."""
+
     def _surface_of(self, deformation):
         return VolumeSurface(self._grid, self._values, self._preset, deformation)

@@ -131,6 +131,11 @@ class SceneMesh:
         """The undeformed mesh as a Solid; ValueError if it is not closed."""
         return Solid(*triangles_of(configured(vtkGeometryFilter(), InputData=self._mesh)))
 
+    def remove(self, renderer):
+        """Do not draw the mesh any more."""
+        self.detach()
+        renderer.RemoveActor(self._actor)
+
     def detach(self):
         """Leave the mesh undeformed."""
         self._has_volume_colors = False

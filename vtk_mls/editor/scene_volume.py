@@ -79,3 +79,8 @@ class SceneVolume(SceneImage):
     def detach(self):
         """Leave the volume undeformed."""
         self._deformed.detach()
+
+    def remove(self, renderer):
+        """Do not draw the volume any more."""
+        self.detach()
+        renderer.RemoveVolume(self._volume)

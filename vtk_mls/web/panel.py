@@ -35,6 +35,9 @@ def build(edit, begin):
         _handles(edit)
         _shapes(edit)
         _section("Look")
+        with html.Div(v_if="times.length > 1", title="The step that is shown, and saved"):
+            items = ("times.map((title, value) => ({ title, value }))",)
+            select("step", "Time step: time", items, edit)
         with html.Div(title=with_key("Colors and opacities", "change_look")):
             items = ("presets.map((title, value) => ({ title, value }))",)
             select("preset", "Colors and opacities", items, edit)
