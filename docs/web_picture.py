@@ -4,6 +4,7 @@ Run: python docs/web_picture.py [FOLDER FOR A PICTURE OF EACH STEP]
 Needs: pip install 'vtk-mls[web,opencl]' nilearn playwright, and /usr/bin/chromium.
 """
 
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -33,8 +34,10 @@ def step(name):
         page.screenshot(path=STEPS / f"{name}.png")
 
 
-command = [sys.executable, "-m", "vtk_mls", "view", str(BRAIN), "--no-browser", "--port", "0"]
-command += ["--output", tempfile.mkdtemp()]
+folder = Path(tempfile.mkdtemp())
+shutil.copy(BRAIN, folder / "brain.nii.gz")
+command = [sys.executable, "-m", "vtk_mls", "view", str(folder / "brain.nii.gz")]
+command += ["--no-browser", "--port", "0", "--output", str(folder / "edited")]
 server = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
 try:
     address = server.stdout.readline().split()[-1]

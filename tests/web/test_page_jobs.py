@@ -36,7 +36,6 @@ _SIZES = {
     "1000x700": {"viewport": {"width": 1000, "height": 700}},
     "390x780": PHONE,
 }
-_HAS_MOVED = "[...document.querySelectorAll('.mls-row .moved')].some(cell => cell.textContent)"
 _BONE = 13  # of the frog's labels
 
 
@@ -110,6 +109,10 @@ class User(Page):
         """The texts of all handles."""
         return self.tab.locator(".mls-row").all_text_contents()
 
+    def has_moved(self):
+        """Whether a handle in the visible part of the table has."""
+        return any(self.tab.locator(".mls-row .moved").all_text_contents())
+
     def save(self):
         self.press("Save")
         self.tab.get_by_role("link", name="picture.png").wait_for()
@@ -164,7 +167,7 @@ def test_a_brain_is_cut_open(start, tmp_path):
     user.tab.locator(".mls-status", has_text="selected").wait_for(state="attached")
     user.press("Select several handles (Ctrl)")
     user.move(np.multiply(brain.grabbed, user.size), (0.15 * width, 0.02 * height))
-    user.tab.wait_for_function(_HAS_MOVED)
+    user.until(user.has_moved)
     user.rest()
     user.done("dragged")
     user.save()
@@ -229,8 +232,10 @@ def test_a_bone_is_posed(start, tmp_path, frog):
     user.done("rigid")
     middle = (bone.min(axis=0) + bone.max(axis=0)) / 2
     (middle,) = _from_above(scene.projection.pixels(middle[None]), user.size)
+    x = user.tab.get_by_label("x", exact=True)
+    before = x.input_value()
     user.move(middle, (0.05 * user.size[0], 0.08 * user.size[1]))
-    user.tab.wait_for_function(_HAS_MOVED)
+    user.until(lambda: x.input_value() != before)
     user.rest()
     user.done("moved")
     user.move(middle + (0.05 * user.size[0] + 14, 0.08 * user.size[1]), (30, 20))
@@ -328,7 +333,7 @@ def test_a_large_image_is_deformed_in_all_resolutions(start, tmp_path):
     user = start("brain.ome.zarr")
     brain = OpenedBrain(tmp_path, user.size)
     user.move(np.multiply(brain.grabbed, user.size), (0.15 * user.size[0], 0))
-    user.tab.wait_for_function(_HAS_MOVED)
+    user.until(user.has_moved)
     user.rest()
     user.done("dragged")
     user.save()

@@ -13,6 +13,7 @@ from vtk_mls.rendering import DeformedVolume
 from vtk_mls.rendering.surfaces import STEP
 
 _COARSE_STEP = 1.2  # between samples along a ray, in voxels
+_COARSE_PIXELS = 4  # between rays, from which on steps are longer still
 _MAX_STEP_FACTOR = 3  # of longer steps instead of fewer rays
 
 
@@ -58,7 +59,7 @@ class SceneVolume(SceneImage):
         `has_offset`: the renderer does not begin in the corner of the window. VTK 9.6 draws nothing
         there with fewer rays, so only the steps are longer.
         """
-        step = STEP if pixels <= 1 else _COARSE_STEP
+        step = STEP if pixels <= 1 else _COARSE_STEP * max(1, pixels / _COARSE_PIXELS)
         if has_offset:
             step, pixels = step * min(max(pixels, 1), _MAX_STEP_FACTOR), 1
         self._mapper.SetSampleDistance(step * float(np.abs(self._grid.spacing).min()))

@@ -44,7 +44,7 @@ def build(edit, begin):
 
 def _comparison(edit):
     toggle("comparison", [(mode, mode.capitalize()) for mode in MODES], edit, "compare_by")
-    text, options = "Share of the target", {"style": "width: 140px; flex: none;"}
+    text, options = "Share of the target", {"style": "width: 90px; flex: none;"}
     options.update(v_if="comparison === 'fade'", title=with_key(text, "change_share"))
     slider("share", text, (0, 1, 0.05), edit, **options)
     with html.Div(classes="mls-tools"):
@@ -55,11 +55,10 @@ def _comparison(edit):
 
 
 def _errors():
-    text, title = (
-        "median error {{ median_error }} {{ unit }} {{ choice }}",
-        "Without the pair itself",
-    )
-    html.Span(text, v_if="median_error", classes="text-caption", title=title)
+    """The median error; phones keep its line, so that the picture above keeps its size."""
+    text = "median_error ? `median error ${median_error} ${unit} ${choice}` : ''"
+    title = "Each pair predicted from the others"
+    html.Span(f"{{{{ {text} }}}}", classes="mls-errors text-caption", title=title)
 
 
 def _refinement(begin):
