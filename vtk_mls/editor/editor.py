@@ -45,10 +45,7 @@ class Editor(ShapeEdits, PairEdits, Saving):
     ----------
     document : Document
         The state with its history and selection.
-    view : MatchingView
-    scene : Scene
-    slices : Slices
-    saver : Saver
+    view, scene, slices, saver : MatchingView, Scene, Slices, Saver
     is_narrow : bool
         Whether the window has no room for several slices.
 
@@ -325,11 +322,11 @@ class Editor(ShapeEdits, PairEdits, Saving):
     def accept(self):
         """End the curve that is drawn; without one, restore the unsaved edits that are offered."""
         if not self.end_curve():
-            self.document.restore_unsaved()
+            self.document.answer_offer(True)
 
     def decline(self):
         """Delete the unsaved edits that are offered."""
-        self.document.delete_unsaved()
+        self.document.answer_offer(False)
 
     def _lattice(self, count, regions=()):
         """Points (n, 3) of a lattice over the data, outside of regions."""

@@ -46,17 +46,11 @@ def picture_of(window):
 class Saver:
     """Saves edits in a folder.
 
-    Parameters
-    ----------
-    datasets : list of vtkDataSet
-    paths : list of path
-        Files of the datasets. Datasets without a file are saved, too.
-
     Attributes
     ----------
     datasets : list of vtkDataSet
     paths : list of Path
-        Files of the datasets, absolute.
+        Files of the datasets, absolute. Datasets without a file are saved, too.
     target : Target or None
         What the data are to match. Images are saved on its grid if it is an image.
     uses_target_grid : bool

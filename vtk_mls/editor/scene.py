@@ -84,7 +84,8 @@ class Scene:
 
     def replace(self, dataset):
         """Draw another dataset instead of the first."""
-        self.items[0].remove(self.renderer)
+        self.items[0].detach()
+        self.renderer.RemoveViewProp(self.items[0].prop)
         self.items[0] = _item(dataset, self.renderer)
 
     def set_coarseness(self, pixels):

@@ -21,6 +21,8 @@ class SceneImage:
     where `flat_axis` is None. Without finite values, ValueError.
     """
 
+    prop = None  # in 3-D
+
     def __init__(self, image):
         self._image, self._deformation = scalar_image(image), None
         self._grid = ImageGeometry.of_image(self._image).grid
@@ -138,9 +140,6 @@ class SceneImage:
 
     def detach(self):
         """Nothing is drawn in 3-D."""
-
-    def remove(self, renderer):
-        """As `detach`."""
 
     def _surface_of(self, deformation):
         return VolumeSurface(self._grid, self._values, self._preset, deformation)

@@ -34,6 +34,7 @@ class SceneMesh:
         self.preset_names = ["plain", *colored, "see-through"]
         self._range = scalars.GetRange() if scalars else (0, 1)
         self._actor, self._mapper = vtkActor(), _mapper_of(mesh)
+        self.prop = self._actor
         self._actor.SetMapper(self._mapper)
         self._has_volume_colors, self._lines = False, None
         self.set_preset(0)
@@ -130,11 +131,6 @@ class SceneMesh:
     def _solid(self):
         """The undeformed mesh as a Solid; ValueError if it is not closed."""
         return Solid(*triangles_of(configured(vtkGeometryFilter(), InputData=self._mesh)))
-
-    def remove(self, renderer):
-        """Do not draw the mesh any more."""
-        self.detach()
-        renderer.RemoveActor(self._actor)
 
     def detach(self):
         """Leave the mesh undeformed."""

@@ -25,7 +25,7 @@ class SceneVolume(SceneImage):
         self._mapper = configured(vtkGPUVolumeRayCastMapper(), InputData=self._image)
         configured(self._mapper, AutoAdjustSampleDistances=False, UseJittering=True)
         self.set_coarseness(1)
-        self._volume = configured(vtkVolume(), Mapper=self._mapper)
+        self.prop = self._volume = configured(vtkVolume(), Mapper=self._mapper)
         material = self._volume.GetProperty()
         material.SetScalarOpacityUnitDistance(float(np.abs(self._grid.spacing).mean()))
         configured(material, Ambient=0.35, Diffuse=0.75, Specular=0.15, SpecularPower=20)
@@ -80,8 +80,3 @@ class SceneVolume(SceneImage):
     def detach(self):
         """Leave the volume undeformed."""
         self._deformed.detach()
-
-    def remove(self, renderer):
-        """Do not draw the volume any more."""
-        self.detach()
-        renderer.RemoveVolume(self._volume)

@@ -65,7 +65,9 @@ def _command(edit, text, icon, name, tip, **options):
 def _options(edit, section):
     for option in options.OPTIONS:
         if option.section == section:
-            with html.Div(title=_tool_tip(option), **_condition(option)):
+            name, *values = option.needs or ("1", 1)
+            # shown while it has an effect
+            with html.Div(title=_tool_tip(option), v_if=f"{values}.includes({name})"):
                 if option.slider:
                     _slider(edit, option)
                 elif option.choices:
@@ -86,21 +88,12 @@ def _select(edit, option):
     select(option.name, option.label, (f"{option.name}_choices", items), edit)
 
 
-def _condition(option):
-    """When a control is shown: while the option has an effect."""
-    if not option.needs:
-        return {}
-    name, *values = option.needs
-    return {"v_if": f"{values}.includes({name})"}
-
-
 def _slider(edit, option):
-    with html.Div(**_condition(option)):
-        with html.Div(classes="d-flex text-body-2"):
-            html.Span(option.label)
-            v.VSpacer()
-            html.Span(f"{{{{ Number({option.name}).toFixed(2) }}}}", classes="text-primary")
-        slider(option.name, option.label, option.slider, edit)
+    with html.Div(classes="d-flex text-body-2"):
+        html.Span(option.label)
+        v.VSpacer()
+        html.Span(f"{{{{ Number({option.name}).toFixed(2) }}}}", classes="text-primary")
+    slider(option.name, option.label, option.slider, edit)
 
 
 def _cut(edit):

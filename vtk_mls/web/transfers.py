@@ -22,11 +22,8 @@ from vtk_mls.files.paths import replacing
 
 ALL = "all.zip"
 MAX_DATA_BYTES, MAX_HANDLE_BYTES = 2 << 30, 64 << 20  # in an upload
-_READERS = {
-    "data": "vtk_mls.editor.time_steps:read",
-    "target": "vtk_mls.editor.time_steps:read",
-    "handles": "vtk_mls.io:read_control_points",
-}
+_READ_STEP = "vtk_mls.editor.time_steps:read"
+_READERS = {"data": _READ_STEP, "target": _READ_STEP, "handles": "vtk_mls.io:read_control_points"}
 _KINDS = *_READERS, "session"
 _READING_TIMEOUT = 300  # seconds
 
