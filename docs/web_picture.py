@@ -59,7 +59,7 @@ try:
         page.locator(".mls-row .moved", has_text=".").first.wait_for(timeout=240_000)
         step("4-dragged")
         page.screenshot(path=Path(__file__).with_name("web.png"))
-        page.get_by_role("button", name="Save").click()
+        page.get_by_role("button", name="Save", exact=True).click()
         link = page.get_by_role("link", name="picture.png")
         link.wait_for(timeout=240_000)
         step("5-saved")

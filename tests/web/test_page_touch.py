@@ -99,7 +99,7 @@ def test_ten_pairs_are_placed_by_fingers_within_one_voxel(browser, folder, addre
     page.rest()
     picture, box = page.pixels(), page.tab.locator("canvas").bounding_box()
     height, width, _ = picture.shape
-    is_upright = height > 0.8 * width
+    is_upright = height > width
     beside = np.array((0, height // 2) if is_upright else (width // 2, 0))
     sides = np.split(picture[: height // 2 * 2, : width // 2 * 2], 2, 0 if is_upright else 1)
     moving, target = map(_spots, sides)

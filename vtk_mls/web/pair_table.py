@@ -7,7 +7,7 @@ from vtk_mls.editor.commands import with_key
 from vtk_mls.editor.matching.target import MODES
 from vtk_mls.web.controls import icon_button, slider, small_button, toggle
 
-_HEIGHT, _NARROW_HEIGHT = 176, 132  # of the table, pixels
+_HEIGHT, _NARROW_HEIGHT = 176, 120  # of the table, pixels
 _IS_NARROW = "$vuetify.display.width < (has_panel ? 1150 : 700)"  # beside the panel
 # Title, key, whether narrow pages show it.
 _COLUMNS = (

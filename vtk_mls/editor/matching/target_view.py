@@ -18,9 +18,6 @@ from vtk_mls.editor.scene_mesh import SceneMesh
 from vtk_mls.editor.slices import ALL, ONLY_3D, Slices
 
 _OUTLINE_COLOR = (0.45, 0.75, 1.0)  # of a mesh as target
-# Height to width from which on the sides are above each other: a page that is upright has some
-# lines more or less below the picture.
-_UPRIGHT = 0.8
 _FAR = 0.5  # distance of the centers of sides that hardly overlap, relative to their size
 
 
@@ -128,7 +125,7 @@ class TargetView:
 
     def _window_is_upright(self):
         width, height = self.scene.window.GetSize()
-        return height > _UPRIGHT * width
+        return height > width
 
     def reset_camera(self):
         """Fit the shared camera to the target, and to the data if they are near."""
