@@ -30,5 +30,5 @@ for side, sign in ((state.rest[:, 0] > middle[0] + 5, 1), (state.rest[:, 0] < mi
 editor.change(state)
 right = np.flatnonzero((state.rest[:, 0] > middle[0] + 5) & top)
 editor.select(right)
-editor.hover(int(right[0]))
+editor.document.hover(int(right[0]))
 save_picture(editor, window, Path(__file__).with_name("editor.png"))

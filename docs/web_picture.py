@@ -4,6 +4,7 @@ Run: python docs/web_picture.py [FOLDER FOR A PICTURE OF EACH STEP]
 Needs: pip install 'vtk-mls[web,opencl]' nilearn playwright, and /usr/bin/chromium.
 """
 
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -33,8 +34,10 @@ def step(name):
         page.screenshot(path=STEPS / f"{name}.png")
 
 
-command = [sys.executable, "-m", "vtk_mls", "view", str(BRAIN), "--no-browser", "--port", "0"]
-command += ["--output", tempfile.mkdtemp()]
+folder = Path(tempfile.mkdtemp())
+shutil.copy(BRAIN, folder / "brain.nii.gz")
+command = [sys.executable, "-m", "vtk_mls", "view", str(folder / "brain.nii.gz")]
+command += ["--no-browser", "--port", "0", "--output", str(folder / "edited")]
 server = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
 try:
     address = server.stdout.readline().split()[-1]
@@ -56,7 +59,7 @@ try:
         page.locator(".mls-row .moved", has_text=".").first.wait_for(timeout=240_000)
         step("4-dragged")
         page.screenshot(path=Path(__file__).with_name("web.png"))
-        page.get_by_role("button", name="Save").click()
+        page.get_by_role("button", name="Save", exact=True).click()
         link = page.get_by_role("link", name="picture.png")
         link.wait_for(timeout=240_000)
         step("5-saved")

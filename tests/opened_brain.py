@@ -13,9 +13,9 @@ from vtkmodules.vtkRenderingCore import vtkRenderWindow
 from vtk_mls import Deformation, HalfPlane, io
 from vtk_mls.commands import demo
 from vtk_mls.editor.distortion import Distortion
-from vtk_mls.editor.first_handles import handles_on
 from vtk_mls.editor.scene import Scene
 from vtk_mls.files import control_point_files
+from vtk_mls.rendering.first_handles import handles_on
 from vtk_mls.vtk import arrays
 
 NAME = "brain.nii.gz"
@@ -45,6 +45,7 @@ class OpenedBrain:
         window.SetOffScreenRendering(True)
         window.SetSize(*size)
         self._size, self._scene = size, Scene(window, [io.read_dataset(folder / NAME)])
+        self._scene.renderer.GetActiveCamera().SetUseHorizontalViewAngle(size[0] < size[1])
         handles = handles_on(self._scene.items, self._scene.bounds, 3)
         seen = self._scene.projection.pixels(handles)
         right = seen[seen[:, 0] > size[0] / 2]
@@ -59,7 +60,9 @@ class OpenedBrain:
     def check(self, saved):
         """The saved picture shows faces of the cut, and around them what it showed before."""
         rest, deformed, _ = control_point_files.read(saved / "handles.csv")
-        (found,) = re.findall(r"AddCut\(HalfPlane\((.*)\)\)", (saved / "deform.py").read_text())
+        (found,) = re.findall(
+            r"AddCut\(cuts\.HalfPlane\((.*)\)\)", (saved / "deform.py").read_text()
+        )
         cut = HalfPlane(*ast.literal_eval(f"({found})"))
         opened = Deformation(rest, deformed, cuts=cut)
         self._scene.show(opened, 32, Distortion(self._scene.bounds), True)

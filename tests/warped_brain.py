@@ -11,6 +11,7 @@ from vtkmodules.vtkRenderingUI import vtkGenericRenderWindowInteractor
 from vtk_mls import Deformation, io
 from vtk_mls.editor import Editor, State
 from vtk_mls.editor.matching.pairs import MOVING, TARGET, with_pair
+from vtk_mls.editor.slices import SLICES
 from vtk_mls.files import control_point_files
 
 SUBJECT = "subject.nii.gz"
@@ -99,9 +100,11 @@ class Walk:
     brain : WarpedBrain
     size : (width, height)
         Pixels of the picture.
+    shows_one : bool
+        Whether the page has no room for all slices: the user selects one of them.
     """
 
-    def __init__(self, brain, size):
+    def __init__(self, brain, size, shows_one=False):
         window, interactor = vtkRenderWindow(), vtkGenericRenderWindowInteractor()
         window.SetOffScreenRendering(True)
         window.SetSize(*size)
@@ -111,20 +114,32 @@ class Walk:
         self._editor = Editor(interactor, moving, State([], []), target=target)
         slices = {MOVING: self._editor.slices, TARGET: self._editor.view.target.slices}
         self._panes = {(side, pane.axis): pane for side in slices for pane in slices[side]._panes}
-        self._brain, self._height = brain, size[1]
+        self._brain, self._height, self._shows_one = brain, size[1], shows_one
         self.state, self._point = State([], [], device="reference"), slices[MOVING].point.copy()
 
     def actions(self):
-        """Yield ("drag", start, by) and ("click", pixel), from the upper left corner."""
+        """Yield ("drag", start, by) and ("click", pixel), from the upper left corner.
+
+        If one slice is shown, ("pane", name) is before them.
+        """
         for axis, place in _PLACES:
             place = np.array(place)
             on_subject = self._brain.on_subject(place[None])[0]
             if abs(on_subject - self._point)[axis] > 2:
-                yield self._drag_to(on_subject, 1 if axis != 1 else 0)
+                across = 1 if axis != 1 else 0
+                yield from self._select(across)
+                yield self._drag_to(on_subject, across)
+            yield from self._select(axis)
             yield self._click(axis, on_subject)
             deformation = self.state.deformation()
             drawn = place if deformation is None else deformation.forward([place])[0]
             yield self._correct(axis, drawn)
+
+    def _select(self, axis):
+        """Show the slice across an axis alone, if there is no room for all."""
+        if self._shows_one:
+            self._editor.show_pane(SLICES[2 - axis])
+            yield "pane", SLICES[2 - axis]
 
     def _drag_to(self, point, axis):
         """Move the slices on the target by a slice across an axis."""

@@ -20,10 +20,11 @@ from vtkmodules.vtkCommonCore import (
 from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPolyData
 
 from vtk_mls import io
-from vtk_mls.editor import State, transfer_functions
+from vtk_mls.editor import State
 from vtk_mls.editor.label_picking import are_regions
-from vtk_mls.editor.scene_image import scalar_image
 from vtk_mls.files import metadata
+from vtk_mls.rendering import transfer_functions
+from vtk_mls.rendering.image_values import scalar_image
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 

@@ -56,20 +56,6 @@ def test_keys_keep_an_unfinished_line(symbol, tmp_path, monkeypatch):
     assert any(isinstance(cut, Surface) for cut in hands.state.cuts)
 
 
-def test_a_driver_failure_is_reported_and_editing_continues(monkeypatch):
-    hands = Hands(ball_mesh())
-    show = hands.editor.scene.show
-
-    error = RuntimeError("the device is lost: CL_DEVICE_NOT_AVAILABLE")
-    monkeypatch.setattr(hands.editor.scene, "show", failing(error))
-    hands.drag(hands.pixel_of(13), (20, 10))
-    assert "The device is lost" in hands.message
-    assert hands.state.is_resting.all()
-    monkeypatch.setattr(hands.editor.scene, "show", show)
-    hands.drag(hands.pixel_of(13), (20, 10))
-    assert not hands.state.is_resting[13]
-
-
 def test_a_lost_context_is_recreated():
     """As after a restart of the driver, or on another screen."""
     hands = Hands(ball_image())

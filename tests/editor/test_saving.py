@@ -16,7 +16,6 @@ from vtk_mls.commands.cli import main
 from vtk_mls.editor import State
 from vtk_mls.editor.matching.target import Target
 from vtk_mls.files import control_point_files, session_files
-from vtk_mls.model.options import MAP_TOLERANCE
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 
@@ -121,21 +120,6 @@ def test_a_picture_on_a_full_disk_leaves_the_old_one(tmp_path, monkeypatch):
     assert files == {"picture.png": b"the old one"}
 
 
-@pytest.mark.parametrize("options", [{}, {"map_tolerance": 0.0}, {"map_tolerance": 0.25}])
-def test_the_script_has_the_tolerance_of_the_editor(options, tmp_path):
-    """The default of filters and of the command is no tolerance."""
-    hands = Hands(ball_image(), state(np.random.default_rng(3), **options))
-    hands.press("s")
-    script = tmp_path / "data-1-edited" / "deform.py"
-    tolerance = options.get("map_tolerance", MAP_TOLERANCE.interactive_default)
-    assert hands.state.map_tolerance == tolerance
-    expected = [f"deform.SetMapTolerance({tolerance})"] if tolerance else []
-    assert [line for line in script.read_text().splitlines() if "MapTol" in line] == expected
-    (command,) = commands_of(script)
-    expected = [f"--map-tolerance={tolerance}"] if tolerance else []
-    assert [argument for argument in command if "tolerance" in argument] == expected
-
-
 def test_handles_are_saved_for_slicer_and_for_the_next_edit(tmp_path):
     hands = Hands(ball_mesh(), state(np.random.default_rng(4)))
     hands.press("s")
@@ -150,18 +134,6 @@ def test_handles_are_saved_for_slicer_and_for_the_next_edit(tmp_path):
         np.testing.assert_array_equal(deformed, edited.deformed)
     assert weights is None
     assert (folder / "picture.png").read_bytes().startswith(b"\x89PNG")
-
-
-def test_the_folder_is_shown_while_handles_are_hidden(tmp_path):
-    hands = Hands(ball_mesh(), pixels=400)
-    hands.press("space")
-    before = hands.picture()
-    hands.press("s")
-    assert "Saved in" in hands.message
-    assert (np.abs(hands.picture() - before).max(axis=2) > 60).sum() > 200
-    hands.editor.say("")
-    hands.editor.document.draw()
-    np.testing.assert_allclose(hands.picture(), before, atol=3)
 
 
 def test_a_segmentation_is_saved_as_one(tmp_path):

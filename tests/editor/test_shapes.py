@@ -334,12 +334,15 @@ def test_9_ends_a_curve_that_is_drawn_and_needs_one():
     assert hands.message.startswith("Straightened")
 
 
-@pytest.mark.parametrize("key", ["d", "p"])
+@pytest.mark.parametrize("key", ["d", "p", "a"])
 def test_a_click_beside_the_surface_says_so(key):
-    hands = Hands(ball_mesh())
+    hands = Hands(ball_mesh(), State([(0, 0, 0)], [(0, 0, 0)]))
+    hands.move((3, 3))
     hands.press(key)
-    hands.click((3, 3))
+    if key != "a":
+        hands.click((3, 3))
     assert hands.message.startswith("There is no surface at this place")
+    assert hands.editor.status.startswith("1 handle ")
 
 
 def shapes():

@@ -124,16 +124,6 @@ def test_cuts_and_shapes():
     assert hands.editor.scene.items[0]._deformed.failure is None
 
 
-def test_the_message_names_what_is_shown():
-    hands = Hands(ball_mesh())
-    messages = []
-    for _ in MODES:
-        hands.press("j")
-        messages.append(hands.message)
-    assert len({*messages}) == len(MODES)
-    assert "folds" in messages[1]
-
-
 def test_detached_data_are_not_painted():
     hands = Hands(ball_mesh())
     window, renderer = hands.editor.scene.window, hands.editor.scene.renderer

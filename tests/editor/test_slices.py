@@ -13,9 +13,10 @@ from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from vtk_mls import Deformation, Grid, HalfPlane
-from vtk_mls.editor import State, transfer_functions
+from vtk_mls.editor import State
 from vtk_mls.editor.scene_volume import SceneVolume
 from vtk_mls.editor.slice_pane import EYE, UP, colors_of, letter_of
+from vtk_mls.rendering import transfer_functions
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 
@@ -121,23 +122,6 @@ def test_the_cut_widget_is_in_the_3d_view_wherever_the_mouse_is(hands):
     wide = hands.editor.scene.renderer.GetSize()[0]
     assert changed[:, :wide].sum() > 1000
     assert changed[:, wide + 2 :].sum() < 50
-
-
-def test_keys_during_a_drag_in_a_slice(hands):
-    pane = panes(hands)[1]
-    start = pixels_in(pane, hands.state.deformed[CENTER])[0]
-    for key in ("m", "q", "z", "x"):
-        hands.drag(start, (9, 6), steps=1, released=False)
-        hands.press(key)
-        assert hands.editor.document.grabbed is None
-        hands.send("LeftButtonReleaseEvent")
-        if key == "m":
-            hands.press("m")
-            assert not hands.state.is_resting[CENTER]
-            hands.press("z")
-        if key == "q":
-            hands.press("z")
-    assert len(hands.state) == 26
 
 
 def oblique_image(is_mirrored):

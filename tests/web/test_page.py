@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import re
-import shlex
 import time
 from urllib.error import HTTPError
 from urllib.request import urlopen
@@ -138,7 +137,7 @@ class Page:
         canvas = "document.querySelector('canvas')"
         self.tab.wait_for_function(f"{canvas}.width === {canvas}.clientWidth")
         frames = -1
-        while frames != self.frames():
+        while frames != self.frames() or self.tab.locator(".v-progress-linear").count():
             frames = self.frames()
             time.sleep(2)
 
@@ -236,45 +235,17 @@ def test_a_slider_is_set_by_its_keys(page):
         page.status(f"alpha {alpha}")
 
 
-@pytest.mark.matrix
-def test_shapes_and_names_by_the_panel(page):
-    def press(name):
-        page.tab.get_by_role("button", name=name).click()
-
-    press("Make rigid")
-    page.says("Click on a mesh")
-    page.tab.mouse.click(*page.pixel((0.5, 0.42)))
-    page.status("1 rigid")
-    press("Act in a ball only")
-    page.status("mask")
-    press("Draw a curve")
-    page.says("Click along the curve")
-    for share in (0.45, 0.55):
-        page.tab.mouse.click(*page.pixel((share, 0.6)))
-        time.sleep(0.3)
-    press("End the curve")
-    page.status("1 curve")
-    press("Straighten the curve")
-    page.says("Straightened")
-    press("Undo")
+def test_names_and_the_mask_by_the_panel(page):
     page.tab.locator(".mls-row").nth(1).click()
-    name = page.tab.get_by_label("Name")
-    name.fill("tip")
-    name.press("Enter")
-    page.tab.locator(".mls-row", has_text="tip").wait_for()
-    box = page.tab.get_by_label("y at rest")
-    box.fill("-0.4")
-    box.press("Enter")
+    for label, text in (("Name", "tip"), ("y at rest", "-0.4")):
+        box = page.tab.get_by_label(label, exact=True)
+        box.fill(text)
+        box.press("Enter")
     page.tab.locator(".mls-row.is-selected .moved", has_text=re.compile("[1-9]")).wait_for()
-    for _ in range(5):
-        press("Undo")
-    page.tab.locator(".mls-row", has_text="rigid").wait_for(state="detached")
-    press("Act in a ball only")
-    page.status("mask")
-    press("Act everywhere")
-    press("Undo")
-    page.status("mask")
-    press("Undo")
+    assert page.tab.locator(".mls-row", has_text="tip").count() == 1
+    for name in ("Act in a ball only", "Act everywhere", "Undo", "Undo", "Undo", "Undo"):
+        page.tab.get_by_role("button", name=name).click()
+    page.tab.locator(".mls-row", has_text="tip").wait_for(state="detached")
 
 
 def test_cuts_and_the_map_by_the_panel(page):
@@ -297,25 +268,7 @@ def test_cuts_and_the_map_by_the_panel(page):
     page.status("rigid")
 
 
-def test_saved_files_are_downloaded(page, folder):
-    before = page.rows()[0]
-    page.drag((0.5, 0.5), (60, 0))
-    after = page.moved_row(0, before)
-    page.tab.keyboard.press("s")
-    link = page.tab.get_by_role("link", name="handles.csv")
-    link.wait_for()
-    with page.tab.expect_download() as download:
-        link.click()
-    text = download.value.path().read_bytes()
-    assert text == (folder / "saved" / "handles.csv").read_bytes()
-    _, deformed, *_ = control_point_files.read(folder / "saved" / "handles.csv")
-    np.testing.assert_allclose(deformed[0], after, rtol=1e-3)
-    assert not page.tab.get_by_text("unsaved").is_visible()
-    page.tab.get_by_role("button", name="Close").click()
-
-
-def test_an_image_with_a_mesh_slices_and_a_line_cut(browser, folder, monkeypatch):
-    """The saved files equal those of the command with the saved handles to the bit."""
+def test_an_image_with_a_mesh_slices_and_a_line_cut(browser, folder):
     (folder / "both").mkdir()
     io.write_dataset(_ball_image(), folder / "both" / "ball.nii.gz")
     arguments = "both/ball.nii.gz", "handles.csv", "--with", "ball.vtp", "--output", "both/saved"
@@ -335,8 +288,10 @@ def test_an_image_with_a_mesh_slices_and_a_line_cut(browser, folder, monkeypatch
             page.tab.mouse.click(*page.pixel((x, 0.4)))
         page.tab.keyboard.press("p")
         page.tab.get_by_text("Parting of cuts").wait_for()
+        assert page.tab.get_by_text("unsaved").is_visible()
         page.tab.keyboard.press("s")
         page.tab.get_by_role("link", name="ball-deformed.nii.gz").wait_for()
+        assert not page.tab.get_by_text("unsaved").is_visible()
         saved = folder / "both" / "saved"
         for name in ("ball-deformed.nii.gz", "cut-1.vtp", "picture.png"):
             link = page.tab.get_by_role("link", name=name)
@@ -346,15 +301,6 @@ def test_an_image_with_a_mesh_slices_and_a_line_cut(browser, folder, monkeypatch
         page.close()
     rest, deformed, _ = control_point_files.read(saved / "handles.csv")
     np.testing.assert_allclose(deformed[0], moved, rtol=1e-3, atol=1e-4)
-    lines = (saved / "deform.py").read_text().splitlines()
-    commands = [shlex.split(line)[1:] for line in lines if "vtk-mls deform " in line]
-    outputs = [saved / "ball-deformed.nii.gz", saved / "ball-deformed.vtp"]
-    contents = [path.read_bytes() for path in outputs]
-    monkeypatch.chdir(saved)
-    for command in commands:
-        assert run(*command)[::2] == (0, "")
-    assert len(commands) == 2
-    assert [path.read_bytes() for path in outputs] == contents
     assert (rest != deformed).any(axis=1).tolist() == [True, False, False, False]
 
 

@@ -6,10 +6,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from command_fixtures import run_script
 from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 
-from vtk_mls.editor import State
+from vtk_mls.editor import State, time_steps
 from vtk_mls.editor.matching.target import Comparison
 from vtk_mls.vtk import arrays
 from vtk_mls.web import edits, panel_values
@@ -65,7 +66,7 @@ class _Editor:
     slices = SimpleNamespace(pane="3-D", flat_axis=None)
     selected = np.zeros(0, int)
     document = SimpleNamespace(grabbed=None, is_saved=True)
-    saver = SimpleNamespace(uses_target_grid=True, datasets=[ball_mesh()])
+    saver = SimpleNamespace(uses_target_grid=True, datasets=[ball_mesh()], times=(), step=0)
     view = SimpleNamespace(distortion=SimpleNamespace(mode=0, has_colors=False), preset=0)
     scene = SimpleNamespace(items=[SimpleNamespace(preset_names=["plain"])])
 
@@ -224,3 +225,27 @@ def test_the_panel_sets_how_the_deformation_is_shown():
     assert session._panel["distortion"] == 0
     do(session, "distortion", "grid")  # the page never sends it
     assert session.editor.view.distortion.mode == 0
+
+
+def test_another_time_step_is_shown_and_saved(tmp_path, rng):
+    nibabel = pytest.importorskip("nibabel")
+    values = (200 * rng.random((9, 8, 7, 3))).astype(np.float32)
+    nibabel.save(nibabel.Nifti1Image(values, np.eye(4)), tmp_path / "series.nii.gz")
+    path = tmp_path / "series.nii.gz"
+    session = opened(time_steps.read(path), paths=(path,))
+    assert session._on_change.values["times"] == ["1: 0", "2: 1", "3: 2"]
+    assert do(session, "step", 3)["step"] == 0  # there is none
+    row = session.editor.state.rest[0]
+    do(session, "position", [0, *(row + 1)])
+    assert do(session, "step", 2)["step"] == 2
+    assert session.editor.scene.items[0]._image.GetScalarRange() == pytest.approx(
+        (values[..., 2].min(), values[..., 2].max())
+    )
+    session.editor.saver.folder = tmp_path / "saved"
+    assert session.call(session.editor.save).result()
+    source = nibabel.load(tmp_path / "saved" / "series-step-3.nii.gz")
+    np.testing.assert_array_equal(source.get_fdata(dtype=np.float32), values[..., 2])
+    deformed = tmp_path / "saved" / "series-deformed.nii.gz"
+    before = deformed.read_bytes()
+    assert run_script(tmp_path / "saved" / "deform.py")[0] == 0
+    assert deformed.read_bytes() == before

@@ -122,14 +122,14 @@ def _dataset(path):
 
 
 def _read_dataset(path):
-    """The dataset of a file; of an OME-Zarr, a level that is not too large."""
-    from vtk_mls import io
+    """The dataset of a file, at its first time; of an OME-Zarr, a level that is not too large."""
+    from vtk_mls.editor import time_steps
     from vtk_mls.files.image_files import read_ome_zarr
     from vtk_mls.files.ome_zarr import is_ome_zarr
     from vtk_mls.files.vtk_io import failures_named
 
     if not is_ome_zarr(path):
-        return io.read_dataset(path)
+        return time_steps.read(path)
     with failures_named(path):
         return read_ome_zarr(path, MAX_POINTS)
 
@@ -150,9 +150,8 @@ def _show(options, datasets, state, paths, *more):
     address, server = (options.host, options.port), _web_server()
     opens_browser = not options.no_browser
     with temporary_folder() as temporary:
-        server.serve(
-            datasets, state, paths, temporary, options.output, address, opens_browser, *more
-        )
+        served = datasets, state, paths, temporary, options.output
+        server.serve(*served, address, opens_browser, *more)
 
 
 def _web_server():

@@ -12,7 +12,7 @@ from vtk_mls.model.cuts import BY_NUMBERS, Obstacle
 
 _HINT = (
     "The blue sheet cuts{edge}, and the mouse moves it; C: another shape. Drag handles away from "
-    "it to open the cut (Ctrl + drag beside handles selects several)."
+    "it to open the cut. Ctrl, or the page's button with a check mark, selects several by a drag."
 )
 _EDGE = " up to its red edge (I changes it)"
 _GROWTH, _MIN_LENGTH, _MAX_LENGTH = 1.25, 0.1, 0.5  # of lengths of a cut, relative to the data

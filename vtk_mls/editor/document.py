@@ -13,13 +13,7 @@ NO_SURFACE = "There is no surface at this place: click on the data, or in a slic
 
 
 class Document:
-    """A `State` with undo, selection and autosave.
-
-    Parameters
-    ----------
-    view : View
-    state : State
-    autosave : Autosave or None
+    """A `State` in a `View`, with undo, selection, and an `Autosave` or None.
 
     Attributes
     ----------
@@ -229,23 +223,18 @@ class Document:
         """A sentence that offers the unsaved edits of an earlier session; empty without any."""
         return "" if self._autosave is None else self._autosave.offer
 
-    def restore_unsaved(self):
-        """Commit the state that is offered."""
+    def answer_offer(self, is_accepted):
+        """Commit the state that is offered, or delete it."""
         if not self.offer:
-            self.say("There are no unsaved edits to restore.")
-            return
-        self.clear_selection()
-        if self.change(self._autosave.offered):
-            self._autosave.offered = None  # its file holds the state until a save
-            self.say("The unsaved edits are restored; Z returns to the other handles.")
-
-    def delete_unsaved(self):
-        """Delete the state that is offered."""
-        if not self.offer:
-            self.say("There are no unsaved edits to delete.")
-            return
-        self._autosave.delete_offer()
-        self.say("The unsaved edits are deleted.")
+            self.say(f"There are no unsaved edits to {'restore' if is_accepted else 'delete'}.")
+        elif not is_accepted:
+            self._autosave.delete_offer()
+            self.say("The unsaved edits are deleted.")
+        else:
+            self.clear_selection()
+            if self.change(self._autosave.offered):
+                self._autosave.offered = None  # its file holds the state until a save
+                self.say("The unsaved edits are restored; Z returns to the other handles.")
 
     def note_save(self):
         """The state was saved: end the offer of unsaved edits."""

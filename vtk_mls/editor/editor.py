@@ -4,7 +4,6 @@ import numpy as np
 
 from vtk_mls.editor.distortion import TEXTS
 from vtk_mls.editor.document import NO_SURFACE, Document
-from vtk_mls.editor.first_handles import handles_on
 from vtk_mls.editor.keys import Keyboard
 from vtk_mls.editor.matching.mouse import MatchingMouse
 from vtk_mls.editor.matching.pair_edits import PairEdits
@@ -15,6 +14,8 @@ from vtk_mls.editor.sessions import Saving
 from vtk_mls.editor.shape_edits import ShapeEdits
 from vtk_mls.editor.slices import ALL, ONLY_3D, SLICES
 from vtk_mls.editor.state import State
+from vtk_mls.model.options import ALPHA, NU
+from vtk_mls.rendering.first_handles import handles_on
 
 _TIMER_MILLISECONDS = 15
 _LATTICE_COUNTS = 3, 4, 5, 2  # handles along each axis
@@ -44,10 +45,7 @@ class Editor(ShapeEdits, PairEdits, Saving):
     ----------
     document : Document
         The state with its history and selection.
-    view : MatchingView
-    scene : Scene
-    slices : Slices
-    saver : Saver
+    view, scene, slices, saver : MatchingView, Scene, Slices, Saver
     is_narrow : bool
         Whether the window has no room for several slices.
 
@@ -172,10 +170,6 @@ class Editor(ShapeEdits, PairEdits, Saving):
         self._cancel_tools()
         self.select([])
 
-    def hover(self, row):
-        """Highlight a handle as under the mouse, or none for None."""
-        self.document.hover(row)
-
     def add(self, point):
         """Add a handle at a point (3,) of the deformed data."""
         deformation = self.state.deformation()
@@ -241,7 +235,8 @@ class Editor(ShapeEdits, PairEdits, Saving):
 
     def change_alpha(self, factor):
         """Multiply alpha: handles act more locally for factors above 1."""
-        self.change(self.state.with_alpha_times(factor))
+        alpha = self.state.alpha
+        self.change(self.state.changed(alpha=ALPHA.limited(alpha * factor, alpha)))
 
     def change_smoothing(self, factor):
         """Multiply the smoothing length: handles are met less exactly for factors above 1."""
@@ -254,7 +249,8 @@ class Editor(ShapeEdits, PairEdits, Saving):
 
     def change_nu(self, factor):
         """Multiply nu - 1: influence fades faster around cuts for factors above 1."""
-        self.change(self.state.with_nu_times(factor))
+        nu = self.state.nu
+        self.change(self.state.changed(nu=NU.limited(1 + (nu - 1) * factor, nu)))
 
     def compare(self):
         """Show the data undeformed, or deformed again; not an edit."""
@@ -268,6 +264,12 @@ class Editor(ShapeEdits, PairEdits, Saving):
         """Draw the data with one of their presets of colors and opacities."""
         self.say(self.view.set_preset(index))
         self.document.draw()
+
+    def show_step(self, index):
+        """Show another time step of the first dataset, which is saved from then on."""
+        self.scene.replace(self.saver.take_step(index))
+        self.set_look(self.view.preset)
+        self.document.show()
 
     def change_distortion(self):
         """Show the deformed grid, the change of volume, both, or neither, in this order."""
@@ -320,11 +322,11 @@ class Editor(ShapeEdits, PairEdits, Saving):
     def accept(self):
         """End the curve that is drawn; without one, restore the unsaved edits that are offered."""
         if not self.end_curve():
-            self.document.restore_unsaved()
+            self.document.answer_offer(True)
 
     def decline(self):
         """Delete the unsaved edits that are offered."""
-        self.document.delete_unsaved()
+        self.document.answer_offer(False)
 
     def _lattice(self, count, regions=()):
         """Points (n, 3) of a lattice over the data, outside of regions."""

@@ -3,19 +3,8 @@
 from vtk_mls.editor.commands import actions
 from vtk_mls.editor.mouse import Observer
 
-_CHARACTERS = {
-    "plus": "+",
-    "KP_Add": "+",
-    "equal": "=",
-    "minus": "-",
-    "KP_Subtract": "-",
-    "space": " ",
-    "bracketleft": "[",
-    "bracketright": "]",
-    "comma": ",",
-    "period": ".",
-    "question": "?",
-}
+_NAMES = "plus KP_Add equal minus KP_Subtract space bracketleft bracketright comma period question"
+_CHARACTERS = dict(zip(_NAMES.split(), "++=-- [],.?"))
 
 
 def name_of(interactor):

@@ -55,14 +55,12 @@ class Mouse(Observer):
             "MouseMoveEvent": self._move,
             "LeftButtonReleaseEvent": self._release,
             "LeaveEvent": self._leave,
-            "MouseWheelForwardEvent": self._turn_wheel,
-            "MouseWheelBackwardEvent": self._turn_wheel,
-            "RightButtonPressEvent": self._press_other_button,
-            "RightButtonReleaseEvent": self._release_other_button,
-            "MiddleButtonPressEvent": self._press_other_button,
-            "MiddleButtonReleaseEvent": self._release_other_button,
             "LeftButtonDoubleClickEvent": self._double_click,
+            **{f"MouseWheel{way}Event": self._turn_wheel for way in ("Forward", "Backward")},
         }
+        for name in ("Right", "Middle"):
+            handlers[f"{name}ButtonPressEvent"] = self._press_other_button
+            handlers[f"{name}ButtonReleaseEvent"] = self._release_other_button
         super().__init__(interactor, handlers)
         self._style = interactor.GetInteractorStyle()
         # the style takes all events from its button press to the release
@@ -220,12 +218,11 @@ class Mouse(Observer):
 
     def _release_other_button(self, interactor, event):
         if self._adjusted_pixel is not None:
-            self._adjusted_pixel = None
             self._document.move_slices(self._slices.point)
-            self._abort(event)
-        elif self._panned_pixel is not None:
-            self._panned_pixel = None
-            self._abort(event)
+        elif self._panned_pixel is None:
+            return
+        self._adjusted_pixel = self._panned_pixel = None
+        self._abort(event)
 
     def _double_click(self, interactor, event):
         """Enlarge a pane, without the effect of the first click."""

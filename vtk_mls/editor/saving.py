@@ -15,7 +15,7 @@ from vtk_mls import Aborted, io
 from vtk_mls.base.messages import message_handlers
 from vtk_mls.base.sampling import AUTOMATIC
 from vtk_mls.blocks import image_job as job
-from vtk_mls.editor import script
+from vtk_mls.editor import script, time_steps
 from vtk_mls.editor.grips import names_of
 from vtk_mls.editor.handle_polydata import handle_polydata
 from vtk_mls.editor.polydata import configured
@@ -46,17 +46,11 @@ def picture_of(window):
 class Saver:
     """Saves edits in a folder.
 
-    Parameters
-    ----------
-    datasets : list of vtkDataSet
-    paths : list of path
-        Files of the datasets. Datasets without a file are saved, too.
-
     Attributes
     ----------
     datasets : list of vtkDataSet
     paths : list of Path
-        Files of the datasets, absolute.
+        Files of the datasets, absolute. Datasets without a file are saved, too.
     target : Target or None
         What the data are to match. Images are saved on its grid if it is an image.
     uses_target_grid : bool
@@ -68,6 +62,8 @@ class Saver:
     within : Path
     copies_data : bool
         Whether to copy the files of the datasets, for files that are temporary.
+    times : tuple of float
+        Time steps of the first dataset, of which that with the index `step` is saved; or ().
     files : list of Path
         Files of the last save.
     warnings : list of str
@@ -77,10 +73,11 @@ class Saver:
     """
 
     def __init__(self, datasets, paths=()):
-        self.datasets, self.paths = datasets, [Path(path).resolve() for path in paths]
+        self.datasets, self.paths = [*datasets], [Path(path).resolve() for path in paths]
         self.target, self.uses_target_grid, self.session = None, True, None
         self.folder, self.within, self.copies_data, self.files = None, Path(), False, []
         self.progress, self._done, self._sources = None, 0, []
+        self.times, self.step = time_steps.times_of(self.paths[0]) if self.paths else (), 0
         self.warnings, self._warnings = [], []
 
     def set_output(self, path):
@@ -89,6 +86,11 @@ class Saver:
             self.session = Path(path)
             path = os.fspath(path)[: -len(session_files.ENDING)]
         self.folder = Path(path)
+
+    def take_step(self, index):
+        """Save another time step; its dataset."""
+        self.step, self.datasets[0] = index, time_steps.read(self.paths[0], index)
+        return self.datasets[0]
 
     @property
     def grid(self):
@@ -207,6 +209,9 @@ class Saver:
         if index >= len(self.paths):
             return _write_dataset(self.datasets[index], folder, f"data-{index + 1}", ".vti")
         path = self.paths[index]
+        if index == 0 and len(self.times) > 1:
+            stem, ending = self._name(0)
+            return _write_dataset(self.datasets[0], folder, f"{stem}-step-{self.step + 1}", ending)
         if not self.copies_data:
             return os.fspath(path)
         with replacing(folder / path.name) as new:

@@ -82,6 +82,12 @@ class Scene:
         """Draw each dataset with one of its presets; their names."""
         return ", ".join(item.set_preset(index) for item in self.items)
 
+    def replace(self, dataset):
+        """Draw another dataset instead of the first."""
+        self.items[0].detach()
+        self.renderer.RemoveViewProp(self.items[0].prop)
+        self.items[0] = _item(dataset, self.renderer)
+
     def set_coarseness(self, pixels):
         """Set the pixels between rays along both axes."""
         has_offset = any(self.renderer.GetOrigin())

@@ -1,25 +1,17 @@
-"""An image in slices, and the surface that rays hit."""
+"""An image in slices."""
 
 from functools import cached_property
 
 import numpy as np
-from vtkmodules.vtkCommonCore import VTK_BIT, VTK_DOUBLE, VTK_UNSIGNED_CHAR
-from vtkmodules.vtkCommonDataModel import vtkImageData
 
-from vtk_mls.base.interpolation import sample
-from vtk_mls.base.linear_algebra import unit
 from vtk_mls.base.sampling import corner_median, corners_of
-from vtk_mls.editor import label_picking, transfer_functions
+from vtk_mls.editor import label_picking
 from vtk_mls.files import metadata
-from vtk_mls.rendering.material import material_at
-from vtk_mls.rendering.volume_ray import light_along
+from vtk_mls.rendering import transfer_functions
+from vtk_mls.rendering.image_values import colors_of, scalar_image
+from vtk_mls.rendering.surfaces import VolumeSurface
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
-
-STEP = 0.5  # between samples along a ray, in voxels
-_SURFACE_OPACITY = 0.5  # accumulated along a ray up to the surface that the mouse picks
-_MIN_OPACITY = 0.05  # of a whole ray; with less than 1, the surface is at half of it
-_MAX_SAMPLES = 64  # along each axis, for the search of visible voxels
 
 
 class SceneImage:
@@ -29,6 +21,8 @@ class SceneImage:
     where `flat_axis` is None. Without finite values, ValueError.
     """
 
+    prop = None  # in 3-D
+
     def __init__(self, image):
         self._image, self._deformation = scalar_image(image), None
         self._grid = ImageGeometry.of_image(self._image).grid
@@ -36,7 +30,7 @@ class SceneImage:
         self._values = arrays.to_numpy(scalars).reshape(self._grid.shape)
         if not np.isfinite(self._values).any():
             raise ValueError("the image has no finite values to show")
-        self._colors = _colors_of(image)
+        self._colors = colors_of(image)
         flat = [axis for axis in (2, 1, 0) if self._grid.dimensions[axis] == 1]
         is_aligned = (self._grid.direction == np.eye(3)).all()
         self.flat_axis = flat[0] if flat and is_aligned else None
@@ -149,137 +143,3 @@ class SceneImage:
 
     def _surface_of(self, deformation):
         return VolumeSurface(self._grid, self._values, self._preset, deformation)
-
-
-class VolumeSurface:
-    """The visible part of an image with values (nz, ny, nx).
-
-    Rays and `values_at` see it deformed; `bounds` and `nearest` are those of the undeformed image.
-    """
-
-    def __init__(self, grid, values, preset, deformation=None):
-        self._grid, self._values, self._preset = grid, values, preset
-        self._deformation = deformation
-
-    @cached_property
-    def _visible_voxels(self):
-        """Points (n, 3) of a coarse grid that are not transparent, and the largest spacing."""
-        steps = [max(1, n // _MAX_SAMPLES) for n in self._grid.dimensions]
-        values = self._values[tuple(slice(None, None, step) for step in steps[::-1])]
-        is_visible = transfer_functions.opacity(self._preset, values.ravel()) > 0
-        index = np.argwhere(is_visible.reshape(values.shape))[:, ::-1]
-        return self._grid.at(index * steps), float(np.abs(self._grid.spacing * steps).max())
-
-    @property
-    def bounds(self):
-        """Corners (2, 3) of a box around the visible voxels; without any, around the image."""
-        points, _ = self._visible_voxels
-        points = points if len(points) else self._grid.corners()
-        return np.array([points.min(axis=0), points.max(axis=0)])
-
-    def nearest(self, points):
-        """The visible voxels nearest to `points` (n, 3): (n, 3); points among them stay."""
-        voxels, spacing = self._visible_voxels
-        if len(voxels) == 0:
-            return points
-        nearest = np.array(points)
-        for row, point in enumerate(points):
-            squares = ((voxels - point) ** 2).sum(axis=1)
-            if squares.min() > spacing**2:
-                nearest[row] = voxels[squares.argmin()]
-        return nearest
-
-    def hit(self, near, far):
-        """Where the ray from `near` to `far` (3,) meets the surface: (fraction, point), or None."""
-        spacing = np.abs(self._grid.spacing)
-        ends, step = np.stack([near, far]), STEP * spacing.min()
-        light = light_along(self._opacity_at, ends, self._deformed_box(), step, spacing.mean())
-        if light is None:
-            return None
-        fractions, opacities = light[0], 1 - light[1]
-        if opacities[-1] < _MIN_OPACITY:
-            return None
-        fraction = np.interp(min(_SURFACE_OPACITY, opacities[-1] / 2), opacities, fractions)
-        return fraction, near + fraction * (far - near)
-
-    def normal(self, point):
-        """The outward unit normal (3,) at a point; None without a gradient."""
-        distance = 2 * float(np.abs(self._grid.spacing).mean())
-        steps = distance * np.concatenate([np.eye(3), -np.eye(3)])
-        opacities = self._opacity_at(point + steps)
-        slope = opacities[3:] - opacities[:3]
-        return unit(slope) if slope.any() else None
-
-    def values_at(self, points, values=None):
-        """Which points (n, 3) of the deformed space have material, and their values (n,).
-
-        Other `values` (nz, ny, nx, c) than those of the image give values (n, c).
-        """
-        origins, has_material = material_at(self._deformation, points)
-        index = self._grid.index_of(origins)
-        index[:, np.array(self._grid.dimensions) == 1] = 0  # a flat image is as thick as needed
-        method = "nearest" if self._preset.is_nearest else "linear"
-        values = sample(self._values if values is None else values, index, method, 0, self._grid)
-        return self._grid.covers(index) & has_material, values
-
-    def _opacity_at(self, points):
-        has_material, values = self.values_at(points)
-        return np.where(has_material, transfer_functions.opacity(self._preset, values), 0)
-
-    def _deformed_box(self):
-        """Corners (2, 3) of a box that contains the deformed volume."""
-        corners = self._grid.corners()
-        if self._deformation is not None:
-            size = np.ptp(corners, axis=0).max()
-            moved = self._deformation.deformed
-            corners = np.vstack([corners, moved - 0.2 * size, moved + 0.2 * size])
-        return np.stack([corners.min(axis=0), corners.max(axis=0)])
-
-
-def _colors_of(image):
-    """Colors (nz, ny, nx, 3), 0 to 255, along axes of the world; None for other values."""
-    _, array = _numeric_array(image)
-    values = arrays.to_numpy(array)
-    if values.ndim == 1 or values.dtype != np.uint8 or values.shape[1] not in (3, 4):
-        return None
-    _, reorder = arrays.along_world_axes(ImageGeometry.of_image(image).grid)
-    return reorder(values[:, :3].reshape(*image.GetDimensions()[::-1], 3))
-
-
-def scalar_image(image):
-    """A copy of a vtkImageData with one scalar per point and axes along those of the world.
-
-    The scalars are the active ones, or the first array; the mean of several components. Axes are
-    permuted and mirrored, as VTK 9.7 lights volumes without their direction matrix: if that mirrors
-    axes, as in most NIfTI files, surfaces towards the light are dark. Without numbers at its
-    points, ValueError.
-    """
-    name, values, vtk_type = _scalars(image)
-    grid, reorder = arrays.along_world_axes(ImageGeometry.of_image(image).grid)
-    copy = vtkImageData()
-    ImageGeometry.of_grid(grid).apply_to(copy)
-    scalars = arrays.from_numpy(np.ascontiguousarray(reorder(values)).ravel(), vtk_type)
-    scalars.SetName(name)
-    copy.GetPointData().SetScalars(scalars)
-    return copy
-
-
-def _numeric_array(image):
-    """The name of the active scalars, or of the first array, and the array."""
-    data = image.GetPointData()
-    candidates = [data.GetScalars(), *map(data.GetArray, range(data.GetNumberOfArrays()))]
-    numeric = [array for array in candidates if array is not None and arrays.is_numeric(array)]
-    if not numeric:
-        raise ValueError("the image has no values at its points to show; only those of cells")
-    return numeric[0].GetName() or "values", numeric[0]
-
-
-def _scalars(image):
-    """The name of an array, its values (nz, ny, nx), and their VTK type."""
-    name, array = _numeric_array(image)
-    values, vtk_type = arrays.to_numpy(array), array.GetDataType()
-    if values.ndim > 1:
-        values, vtk_type = values.mean(axis=1, dtype=float), VTK_DOUBLE
-    elif vtk_type == VTK_BIT:
-        vtk_type = VTK_UNSIGNED_CHAR
-    return name, values.reshape(image.GetDimensions()[::-1]), vtk_type

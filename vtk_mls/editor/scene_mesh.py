@@ -1,26 +1,23 @@
-"""A mesh in the scene, and the surface that rays hit."""
+"""A mesh in the scene."""
 
 from functools import cached_property
 
 import numpy as np
-from vtkmodules.vtkCommonCore import mutable, vtkIdList
-from vtkmodules.vtkCommonDataModel import vtkPolyData, vtkStaticCellLocator
+from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkPolyDataNormals
 from vtkmodules.vtkFiltersGeometry import vtkGeometryFilter
-from vtkmodules.vtkFiltersModeling import vtkSelectEnclosedPoints
 from vtkmodules.vtkRenderingCore import vtkActor, vtkDataSetMapper, vtkPolyDataMapper
 
 from vtk_mls import Deformation, Solid
-from vtk_mls.base.linear_algebra import unit
 from vtk_mls.editor.polydata import configured
 from vtk_mls.rendering import DeformedMesh, mesh_paint, volume_colors
 from vtk_mls.rendering.rest_surface import DETERMINANT
+from vtk_mls.rendering.surfaces import SurfaceLocator
 from vtk_mls.vtk.shape_surfaces import triangles_of
 
 _COLOR = (0.86, 0.80, 0.70)
 OUTLINE_COLOR = (0.95, 0.80, 0.55)
 _SEE_THROUGH = 0.4  # opacity
-_TOLERANCE = 1e-6  # of ray intersections, relative to the length of the ray
 
 
 class SceneMesh:
@@ -37,6 +34,7 @@ class SceneMesh:
         self.preset_names = ["plain", *colored, "see-through"]
         self._range = scalars.GetRange() if scalars else (0, 1)
         self._actor, self._mapper = vtkActor(), _mapper_of(mesh)
+        self.prop = self._actor
         self._actor.SetMapper(self._mapper)
         self._has_volume_colors, self._lines = False, None
         self.set_preset(0)
@@ -140,67 +138,6 @@ class SceneMesh:
         self._color()
         self._draw_lines(None)
         self._deformed.detach()
-
-
-class SurfaceLocator:
-    """Finds points on the surface of a vtkDataSet; later changes of it have no effect."""
-
-    def __init__(self, mesh):
-        self._surface = vtkPolyData()
-        if not isinstance(mesh, vtkPolyData):
-            extract = configured(vtkGeometryFilter(), InputData=mesh)
-            extract.Update()
-            mesh = extract.GetOutput()
-        self._surface.ShallowCopy(mesh)
-
-    @cached_property
-    def _locator(self):
-        locator = configured(vtkStaticCellLocator(), DataSet=self._surface)
-        locator.BuildLocator()
-        return locator
-
-    def hit(self, near, far):
-        """Where the ray from `near` to `far` (3,) meets the surface: (fraction, point), or None."""
-        if self._surface.GetNumberOfCells() == 0:
-            return None
-        fraction, point, parametric = mutable(0.0), [0.0] * 3, [0.0] * 3
-        is_hit = self._locator.IntersectWithLine(
-            near, far, _TOLERANCE, fraction, point, parametric, mutable(0), mutable(0)
-        )
-        return (float(fraction), np.array(point)) if is_hit else None
-
-    def nearest(self, points):
-        """The nearest points to `points` (n, 3): (n, 3); points in a closed surface stay."""
-        surface, enclosed = self._surface, vtkSelectEnclosedPoints()
-        if surface.GetNumberOfCells() == 0:
-            rows = [surface.FindPoint(point) for point in points]
-            return np.array([p if i < 0 else surface.GetPoint(i) for i, p in zip(rows, points)])
-        is_closed = bool(enclosed.IsSurfaceClosed(surface))
-        enclosed.Initialize(surface)
-        nearest = np.array(points)
-        for row, point in enumerate(points):
-            if not (is_closed and enclosed.IsInsideSurface(*point)):
-                nearest[row], _ = self._closest(point)
-        enclosed.Complete()
-        return nearest
-
-    def normal(self, point):
-        """The unit normal (3,) of the nearest cell; None for degenerate cells."""
-        if self._surface.GetNumberOfCells() == 0:
-            return None
-        ids = vtkIdList()
-        self._surface.GetCellPoints(self._closest(point)[1], ids)
-        if ids.GetNumberOfIds() < 3:
-            return None
-        a, b, c = (np.array(self._surface.GetPoint(ids.GetId(i))) for i in range(3))
-        normal = np.cross(b - a, c - a)
-        return unit(normal) if normal.any() else None
-
-    def _closest(self, point):
-        """The closest point (3,), and the id of its cell."""
-        closest, cell = [0.0] * 3, mutable(0)
-        self._locator.FindClosestPoint(point, closest, cell, mutable(0), mutable(0.0))
-        return closest, int(cell)
 
 
 def _mapper_of(mesh):

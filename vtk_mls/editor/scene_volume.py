@@ -8,10 +8,12 @@ from vtkmodules.vtkRenderingVolume import vtkGPUVolumeRayCastMapper
 
 from vtk_mls import Deformation
 from vtk_mls.editor.polydata import configured
-from vtk_mls.editor.scene_image import STEP, SceneImage
+from vtk_mls.editor.scene_image import SceneImage
 from vtk_mls.rendering import DeformedVolume
+from vtk_mls.rendering.surfaces import STEP
 
 _COARSE_STEP = 1.2  # between samples along a ray, in voxels
+_COARSE_PIXELS = 4  # between rays, from which on steps are longer still
 _MAX_STEP_FACTOR = 3  # of longer steps instead of fewer rays
 
 
@@ -23,7 +25,7 @@ class SceneVolume(SceneImage):
         self._mapper = configured(vtkGPUVolumeRayCastMapper(), InputData=self._image)
         configured(self._mapper, AutoAdjustSampleDistances=False, UseJittering=True)
         self.set_coarseness(1)
-        self._volume = configured(vtkVolume(), Mapper=self._mapper)
+        self.prop = self._volume = configured(vtkVolume(), Mapper=self._mapper)
         material = self._volume.GetProperty()
         material.SetScalarOpacityUnitDistance(float(np.abs(self._grid.spacing).mean()))
         configured(material, Ambient=0.35, Diffuse=0.75, Specular=0.15, SpecularPower=20)
@@ -57,7 +59,7 @@ class SceneVolume(SceneImage):
         `has_offset`: the renderer does not begin in the corner of the window. VTK 9.6 draws nothing
         there with fewer rays, so only the steps are longer.
         """
-        step = STEP if pixels <= 1 else _COARSE_STEP
+        step = STEP if pixels <= 1 else _COARSE_STEP * max(1, pixels / _COARSE_PIXELS)
         if has_offset:
             step, pixels = step * min(max(pixels, 1), _MAX_STEP_FACTOR), 1
         self._mapper.SetSampleDistance(step * float(np.abs(self._grid.spacing).min()))

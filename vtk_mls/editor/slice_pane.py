@@ -89,7 +89,8 @@ class SlicePane:
         meshes = [(item.mesh(), getattr(item, "outline_color", None)) for item in items]
         self._draw_outlines([*meshes, *((surface, OUTLINE_COLOR) for surface in surfaces)])
         self._draw_cross(point)
-        self._label.SetText(vtkCornerAnnotation.UpperRight, self._title())
+        title = f"{'xyz'[self.axis]} = {self._position:.4g}"
+        self._label.SetText(vtkCornerAnnotation.UpperRight, title)
         self.renderer.ResetCameraClippingRange()
 
     def show_handles(self, positions, colors, are_visible, names=None, nodes=()):
@@ -106,9 +107,6 @@ class SlicePane:
         self._balls.GetPointData().SetScalars(polydata.colors(colors))
         self._handles.SetVisibility(are_visible)
         self.renderer.ResetCameraClippingRange()
-
-    def _title(self):
-        return f"{'xyz'[self.axis]} = {self._position:.4g} (LPS)"
 
     def _grid(self, count):
         """A grid over the whole pane, as material may move far."""
@@ -193,6 +191,7 @@ def _label(axis):
     """The position of the slice, and letters of directions at the edges."""
     label = configured(vtkCornerAnnotation(), LinearFontScaleFactor=5, MaximumFontSize=13)
     label.GetTextProperty().SetColor(_AXIS_COLORS[axis])
+    label.SetText(vtkCornerAnnotation.LowerRight, "LPS")
     right = np.cross(UP[axis], EYE[axis])
     for edge, direction in (("Right", right), ("Upper", UP[axis])):
         opposite = {"Right": "Left", "Upper": "Lower"}[edge]

@@ -175,20 +175,12 @@ class State(_Options):
         kind = names[(index + 1) % len(names)]
         return replace(self, kind=kind, degree=options.DEGREE.default)
 
-    def with_alpha_times(self, factor):
-        """A copy whose alpha is multiplied, within the range of its slider."""
-        return replace(self, alpha=options.ALPHA.limited(self.alpha * factor, self.alpha))
-
     def with_smoothing_times(self, factor, minimum):
         """A copy whose smoothing is multiplied: from 0 up to `minimum`, from there down to 0."""
         value = self.smoothing * factor
         if value < 0.99 * minimum:
             value = minimum if factor > 1 else 0.0
         return replace(self, smoothing=float(f"{value:.3g}"))
-
-    def with_nu_times(self, factor):
-        """A copy whose nu - 1 is multiplied, within the range of its slider."""
-        return replace(self, nu=options.NU.limited(1 + (self.nu - 1) * factor, self.nu))
 
     def moved(self, rows, positions):
         """A copy with grips `rows` at other positions (m, 3); anchored ones stay."""

@@ -24,12 +24,7 @@ _MOVING, _RESTING, _FILE = (0.04, 8.0), (2.0, 3.0), (20.0, 3.0)
 
 
 class View:
-    """Draws states in the window of an interactor.
-
-    Parameters
-    ----------
-    interactor : vtkRenderWindowInteractor
-    datasets : list of vtkDataSet
+    """Draws states of a list of vtkDataSet in the window of a vtkRenderWindowInteractor.
 
     Attributes
     ----------

@@ -20,26 +20,10 @@ _OFFSCREEN_CLASSES = "vtkEGLRenderWindow", "vtkOSOpenGLRenderWindow"  # without 
 
 
 def show(datasets, state, paths, folder=None, target=None, session=None):
-    """Edit until the window is closed.
+    """Edit datasets, from a `State` on, until the window is closed; OSError without a display.
 
-    Parameters
-    ----------
-    datasets : list of vtkDataSet
-    state : State
-        The initial state.
-    paths : list of path
-        Of the datasets.
-    folder : path, optional
-        Where to save; by default a new one, as of `Saver`.
-    target : Target, optional
-        What the data are to match.
-    session : (path, dict), optional
-        The session file that is open, and its views.
-
-    Raises
-    ------
-    OSError
-        If there is no display.
+    `paths` are those of the datasets, `folder` is where to save (None: a new one, as of `Saver`),
+    `target` a `Target` to match, and `session` the session file that is open, and its views.
     """
     window = _window()
     if target is not None:  # check the driver now, as the first pair would freeze the window for it

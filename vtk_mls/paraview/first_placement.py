@@ -11,14 +11,14 @@ from contextlib import suppress
 import numpy as np
 from vtkmodules.vtkCommonDataModel import vtkDataSet, vtkImageData
 
-from vtk_mls.editor.first_handles import handles_on
-from vtk_mls.editor.scene_image import VolumeSurface, scalar_image
-from vtk_mls.editor.scene_mesh import SurfaceLocator
-from vtk_mls.editor.transfer_functions import presets_of
 from vtk_mls.filters.control_point_source import lattice
 from vtk_mls.paraview import undo
 from vtk_mls.paraview.handle_lists import lattice_bounds, pending_rows
 from vtk_mls.paraview.server_manager import blocks_of, input_data, input_of, is_remote
+from vtk_mls.rendering.first_handles import handles_on
+from vtk_mls.rendering.image_values import scalar_image
+from vtk_mls.rendering.surfaces import SurfaceLocator, VolumeSurface
+from vtk_mls.rendering.transfer_functions import presets_of
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 

@@ -22,13 +22,8 @@ def icon_button(icon, title, click, density="comfortable", **options):
 
 def select(name, label, items, edit):
     """A list of choices that sets a value; `items` are as of VSelect."""
-    v.VSelect(
-        items=items,
-        model_value=(name,),
-        update_modelValue=(edit, f"['{name}', $event]"),
-        label=label,
-        **_FIELD,
-    )
+    change = edit, f"['{name}', $event]"
+    v.VSelect(items=items, model_value=(name,), update_modelValue=change, label=label, **_FIELD)
 
 
 def text_field(value, label, change, **options):
@@ -41,16 +36,9 @@ def toggle(name, choices, edit, method):
 
     The tool tips have the keys of a method of the editor.
     """
-    with v.VBtnToggle(
-        model_value=(name,),
-        update_modelValue=(edit, f"['{name}', $event]"),
-        mandatory=True,
-        divided=True,
-        variant="outlined",
-        density="compact",
-        color="primary",
-        classes="d-flex",
-    ):
+    look = {"variant": "outlined", "density": "compact", "color": "primary", "classes": "d-flex"}
+    look.update(mandatory=True, divided=True, update_modelValue=(edit, f"['{name}', $event]"))
+    with v.VBtnToggle(model_value=(name,), **look):
         for value, text in choices:
             title = with_key(text, method, value)
             v.VBtn(text, value=value, classes="flex-grow-1", size="small", title=title)

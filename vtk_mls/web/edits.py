@@ -49,6 +49,8 @@ def _apply(editor, name, value):
         _set_cut(editor, value)
     elif name == "preset":
         editor.set_look(int(value))
+    elif name == "step" and 0 <= int(value) < len(editor.saver.times):
+        editor.show_step(int(value))
     elif name == "distortion":
         editor.set_distortion(int(value))
     elif name == "select":

@@ -1,7 +1,5 @@
 """The layout of the page: a bar with a menu, the picture, a panel."""
 
-from contextlib import nullcontext
-
 import numpy as np
 from trame.ui.vuetify3 import VAppLayout
 from trame.widgets import html
@@ -97,40 +95,23 @@ def _bar(edit, begin):
     for icon, title, name, classes in _TOOLS:
         icon_button(icon, with_key(title, name), (edit, f"['{name}']"), classes=classes)
     v.VDivider(vertical=True, inset=True, classes="mx-2 d-none d-md-block")
-    icon_button(
-        ("theme === 'dark' ? 'mdi-weather-sunny' : 'mdi-weather-night'",),
-        "Light or dark",
-        "theme = theme === 'dark' ? 'light' : 'dark'",
-        classes="d-none d-sm-inline-flex",
-    )
-    v.VBtn(
-        "Save",
-        prepend_icon="mdi-content-save-outline",
-        variant="flat",
-        color="primary",
-        classes="mx-2",
-        loading=("is_saving",),
-        title=with_key("Handles, deformed data, displacement field, picture, script", "save"),
-        click=(begin, "['save']"),
-    )
-    icon_button(
-        "mdi-tune-variant",
-        "Panel",
-        f"{_IS_NARROW} ? (has_sheet = !has_sheet) : (has_panel = !has_panel)",
-    )
+    icon = "theme === 'dark' ? 'mdi-weather-sunny' : 'mdi-weather-night'"
+    change = "theme = theme === 'dark' ? 'light' : 'dark'"
+    icon_button((icon,), "Light or dark", change, classes="d-none d-sm-inline-flex")
+    title = with_key("Handles, deformed data, displacement field, picture, script", "save")
+    look = {"variant": "flat", "color": "primary", "classes": "mx-2", "title": title}
+    icon, click = "mdi-content-save-outline", (begin, "['save']")
+    v.VBtn("Save", prepend_icon=icon, click=click, loading=("is_saving",), **look)
+    change = f"{_IS_NARROW} ? (has_sheet = !has_sheet) : (has_panel = !has_panel)"
+    icon_button("mdi-tune-variant", "Panel", change)
 
 
 def _views(edit):
-    icon_button(
-        "mdi-fit-to-page-outline",
-        with_key("Show everything", "reset_camera"),
-        (edit, "['reset_camera']"),
-    )
-    icon_button(
-        ("selects_several ? 'mdi-checkbox-multiple-marked' : 'mdi-checkbox-multiple-outline'",),
-        "Select several handles (Ctrl)",
-        "selects_several = !selects_several",
-    )
+    title, click = with_key("Show everything", "reset_camera"), (edit, "['reset_camera']")
+    icon_button("mdi-fit-to-page-outline", title, click, variant="text")
+    icon = "selects_several ? 'mdi-checkbox-multiple-marked' : 'mdi-checkbox-multiple-outline'"
+    title, click = "Select several handles (Ctrl)", "selects_several = !selects_several"
+    icon_button((icon,), title, click, variant="text")
 
 
 def _panes(edit, names):
@@ -154,20 +135,12 @@ def _stage(edit, begin):
         save=(begin, "['save']"),
         menu="has_menu = !has_menu",
     )
-    v.VProgressLinear(
-        v_if="is_saving || is_busy",
-        model_value=("progress",),
-        indeterminate=("!is_saving || progress === 0",),
-        color="primary",
-        height=4,
-        absolute=True,
-        style="z-index: 5;",
-    )
-    html.Div(
-        "{{ target_name }}",
-        v_if="target_name",
-        classes=("['mls-side', { 'is-over': comparison !== 'beside' }]",),
-    )
+    look = {"color": "primary", "height": 4, "absolute": True, "style": "z-index: 5;"}
+    is_endless = "!is_saving || progress === 0"
+    look["indeterminate"] = (is_endless,)
+    v.VProgressLinear(v_if="is_saving || is_busy", model_value=("progress",), **look)
+    classes = "['mls-side', { 'is-over': comparison !== 'beside' }]"
+    html.Div("{{ target_name }}", v_if="target_name", classes=(classes,))
     _volume_colors()
 
 
@@ -187,13 +160,9 @@ def _notes(edit, begin):
     """Status, message, and the progress of work."""
     html.Div("{{ status }}", classes="mls-status")
     with html.Div(classes="mls-messages"):
-        html.Div(
-            "{{ message }}",
-            v_if="message && message !== offer",
-            classes="mls-message",
-            raw_attrs=_STATUS,
-            click=(edit, "['say', '']"),
-        )
+        options = {"click": (edit, "['say', '']"), "raw_attrs": _STATUS}
+        is_shown = "message && message !== offer"
+        html.Div("{{ message }}", v_if=is_shown, classes="mls-message", **options)
     with html.Div(v_if="is_saving", classes="mls-task", raw_attrs=_STATUS):
         html.Span("{{ task }} {{ progress }} %")
         v.VBtn("Stop", size="x-small", variant="tonal", click=(begin, "['stop']"))
@@ -219,8 +188,8 @@ def _menu(edit, begin):
     menu = v.VMenu(v_model=("has_menu", False), activator="parent")
     with menu, v.VList(density="compact", classes="mls-menu"):
         for title, rows in commands.MENUS.items():
-            group = {"v_if": "has_target"} if title == "Landmarks" else {}
-            with v.Template(**group) if group else nullcontext():
+            is_shown = "has_target" if title == "Landmarks" else "true"
+            with v.Template(v_if=is_shown):
                 v.VListSubheader(title)
                 for row in rows:
                     if row.method != "quit":
@@ -256,17 +225,10 @@ def _saved_files():
                 raw_attrs=["download"],
                 append_icon="mdi-download",
             )
-        html.Div(
-            "These files lack the last edits: save again to include them.",
-            v_if="!is_saved",
-            classes="text-caption text-secondary px-6",
-        )
+        warning = "These files lack the last edits: save again to include them."
+        html.Div(warning, v_if="!is_saved", classes="text-caption text-secondary px-6")
         with v.VCardActions():
-            v.VBtn(
-                "All files (.zip)",
-                href=f"saved/{ALL}",
-                raw_attrs=["download"],
-                prepend_icon="mdi-folder-zip-outline",
-            )
+            link = {"href": f"saved/{ALL}", "raw_attrs": ["download"]}
+            v.VBtn("All files (.zip)", prepend_icon="mdi-folder-zip-outline", **link)
             v.VSpacer()
             v.VBtn("Close", click="has_files = false")

@@ -7,7 +7,7 @@ from vtk_mls.editor.commands import with_key
 from vtk_mls.editor.matching.target import MODES
 from vtk_mls.web.controls import icon_button, slider, small_button, toggle
 
-_HEIGHT, _NARROW_HEIGHT = 176, 132  # of the table, pixels
+_HEIGHT, _NARROW_HEIGHT = 176, 120  # of the table, pixels
 _IS_NARROW = "$vuetify.display.width < (has_panel ? 1150 : 700)"  # beside the panel
 # Title, key, whether narrow pages show it.
 _COLUMNS = (
@@ -44,46 +44,29 @@ def build(edit, begin):
 
 def _comparison(edit):
     toggle("comparison", [(mode, mode.capitalize()) for mode in MODES], edit, "compare_by")
-    slider(
-        "share",
-        "Share of the target",
-        (0, 1, 0.05),
-        edit,
-        v_if="comparison === 'fade'",
-        style="width: 140px; flex: none;",
-        title=with_key("Share of the target", "change_share"),
-    )
-    for icon, text, step in (
-        ("mdi-chevron-up", "Previous pair", -1),
-        ("mdi-chevron-down", "Next pair", 1),
-    ):
-        title, click = with_key(text, "jump_by", step), (edit, f"['jump_by', {step}]")
-        icon_button(icon, title, click, "default", size="x-small", variant="tonal")
+    text, options = "Share of the target", {"style": "width: 90px; flex: none;"}
+    options.update(v_if="comparison === 'fade'", title=with_key(text, "change_share"))
+    slider("share", text, (0, 1, 0.05), edit, **options)
+    with html.Div(classes="mls-tools"):
+        for icon, text, step in (("up", "Previous pair", -1), ("down", "Next pair", 1)):
+            title, click = with_key(text, "jump_by", step), (edit, f"['jump_by', {step}]")
+            options = {"size": "x-small", "variant": "tonal"}
+            icon_button(f"mdi-chevron-{icon}", title, click, "default", **options)
 
 
 def _errors():
-    html.Span(
-        "median error {{ median_error }} {{ unit }} {{ choice }}",
-        v_if="median_error",
-        classes="text-caption",
-        title="Each pair predicted from the others",
-    )
+    """The median error; phones keep its line, so that the picture above keeps its size."""
+    text = "median_error ? `median error ${median_error} ${unit} ${choice}` : ''"
+    title = "Each pair predicted from the others"
+    html.Span(f"{{{{ {text} }}}}", classes="mls-errors text-caption", title=title)
 
 
 def _refinement(begin):
-    for text, name, condition in (
-        ("Refine", "refine", "is_saving || !selected.length"),
-        ("Refine all", "refine_all", "is_saving || !pairs.length"),
-    ):
-        small_button(
-            text,
-            "mdi-crosshairs-gps",
-            (begin, f"['{name}']"),
-            disabled=(condition,),
-            title=with_key(
-                "Move landmarks on the target to the best match of the images around them", "refine"
-            ),
-        )
+    tip = "Move landmarks on the target to the best match of the images around them"
+    for text, rows in (("Refine", "selected"), ("Refine all", "pairs")):
+        click = begin, f"['{text.lower().replace(' ', '_')}']"
+        options = {"disabled": (f"is_saving || !{rows}.length",), "title": with_key(tip, "refine")}
+        small_button(text, "mdi-crosshairs-gps", click, **options)
 
 
 def _table(edit):
@@ -123,21 +106,15 @@ def _table(edit):
 
 def _cells(edit):
     with _cell("enabled"):
-        html.Input(
-            type="checkbox",
-            checked=("item.enabled",),
-            title=with_key("Leave the pair out, or include it", "toggle_enabled"),
-            raw_attrs=[_label("Use")],
-            change=(edit, "['enable', [item.row, $event.target.checked]]"),
-        )
+        change = edit, "['enable', [item.row, $event.target.checked]]"
+        title = with_key("Leave the pair out, or include it", "toggle_enabled")
+        options = {"checked": ("item.enabled",), "title": title, "raw_attrs": [_label("Use")]}
+        html.Input(type="checkbox", change=change, **options)
     with _cell("name"):
-        html.Input(
-            classes="mls-name",
-            value=("item.name",),
-            raw_attrs=[_label("Name of")],
-            focus=(edit, "['select', [item.row]]"),
-            change=(edit, "['name', [item.row, $event.target.value]]"),
-        )
+        change = edit, "['name', [item.row, $event.target.value]]"
+        options = {"classes": "mls-name", "raw_attrs": [_label("Name of")]}
+        focus = edit, "['select', [item.row]]"
+        html.Input(value=("item.name",), focus=focus, change=change, **options)
     for key in _ALIGNED_RIGHT:
         with _cell(key):
             html.Span(f"{{{{ item.{key} === null ? '' : Number(item.{key}.toPrecision(3)) }}}}")

@@ -35,6 +35,9 @@ def build(edit, begin):
         _handles(edit)
         _shapes(edit)
         _section("Look")
+        with html.Div(v_if="times.length > 1", title="The step that is shown, and saved"):
+            items = ("times.map((title, value) => ({ title, value }))",)
+            select("step", "Time step: time", items, edit)
         with html.Div(title=with_key("Colors and opacities", "change_look")):
             items = ("presets.map((title, value) => ({ title, value }))",)
             select("preset", "Colors and opacities", items, edit)
@@ -49,10 +52,22 @@ def _section(title):
     html.Div(title, classes="mls-section mt-2")
 
 
+def _column(gap):
+    """Options of a Div whose contents are below each other."""
+    return {"classes": "d-flex flex-column", "style": f"gap: {gap}px;"}
+
+
+def _command(edit, text, icon, name, tip, **options):
+    """A wide button that calls a method of the editor, with its key in the tool tip."""
+    wide_button(text, icon, (edit, f"['{name}']"), title=with_key(tip, name), **options)
+
+
 def _options(edit, section):
     for option in options.OPTIONS:
         if option.section == section:
-            with html.Div(title=_tool_tip(option), **_condition(option)):
+            name, *values = option.needs or ("1", 1)
+            # shown while it has an effect
+            with html.Div(title=_tool_tip(option), v_if=f"{values}.includes({name})"):
                 if option.slider:
                     _slider(edit, option)
                 elif option.choices:
@@ -73,43 +88,21 @@ def _select(edit, option):
     select(option.name, option.label, (f"{option.name}_choices", items), edit)
 
 
-def _condition(option):
-    """When a control is shown: while the option has an effect."""
-    if not option.needs:
-        return {}
-    name, *values = option.needs
-    return {"v_if": f"{values}.includes({name})"}
-
-
 def _slider(edit, option):
-    with html.Div(**_condition(option)):
-        with html.Div(classes="d-flex text-body-2"):
-            html.Span(option.label)
-            v.VSpacer()
-            html.Span(f"{{{{ Number({option.name}).toFixed(2) }}}}", classes="text-primary")
-        slider(option.name, option.label, option.slider, edit)
+    with html.Div(classes="d-flex text-body-2"):
+        html.Span(option.label)
+        v.VSpacer()
+        html.Span(f"{{{{ Number({option.name}).toFixed(2) }}}}", classes="text-primary")
+    slider(option.name, option.label, option.slider, edit)
 
 
 def _cut(edit):
     toggle("cut", _CUTS, edit, "change_cut")
-    with html.Div(v_if=f"{_EDGED}.includes(cut)"):
-        wide_button(
-            "Another part",
-            "mdi-rotate-3d-variant",
-            (edit, "['change_half']"),
-            title=with_key("Turn the cut about its normal, or let it grow", "change_half"),
-        )
-    wide_button(
-        "Draw a line and cut along it",
-        "mdi-content-cut",
-        (edit, "['incise']"),
-        title=with_key("Click on the surface, then here again", "incise"),
-    )
-    with html.Div(
-        v_if="cut !== 'none' || has_lines",
-        classes="d-flex flex-column",
-        style="gap: 14px;",
-    ):
+    tip, is_shown = "Turn the cut about its normal, or let it grow", f"{_EDGED}.includes(cut)"
+    _command(edit, "Another part", "mdi-rotate-3d-variant", "change_half", tip, v_if=is_shown)
+    tip = "Click on the surface, then here again"
+    _command(edit, "Draw a line and cut along it", "mdi-content-cut", "incise", tip)
+    with html.Div(v_if="cut !== 'none' || has_lines", **_column(14)):
         _options(edit, "cut")
 
 
@@ -122,7 +115,7 @@ def _handles(edit):
             ("Fix", "mdi-pin-outline", "fix", "Fix, or free", _IS_NOTHING_SELECTED),
             ("Turn", "mdi-rotate-orbit", "turn_handle", "By a box", _IS_NOTHING_SELECTED),
             ("Delete", "mdi-delete-outline", "delete", "Delete", _IS_NOTHING_SELECTED),
-            ("All", "mdi-select-all", "select_all", "Select all handles", ""),
+            ("Select all", "mdi-select-all", "select_all", "Select all handles", ""),
             ("Deselect", "mdi-select-off", "deselect", "Clear the selection", _IS_NOTHING_SELECTED),
             ("Lattice", "mdi-grid", "lay_lattice", "Lay a lattice, again a finer one", ""),
         ):
@@ -138,11 +131,7 @@ def _handles(edit):
 
 def _selected(edit):
     """Fields of the one selected handle: name, rest and present position."""
-    with html.Div(
-        v_if="selected.length === 1 && rows[selected[0]]",
-        classes="d-flex flex-column",
-        style="gap: 8px;",
-    ):
+    with html.Div(v_if="selected.length === 1 && rows[selected[0]]", **_column(8)):
         change = edit, "['name', [selected[0], $event.target.value]]"
         is_point = "rows[selected[0]].is_point"
         text_field("rows[selected[0]].name", "Name", change, v_if=is_point)
@@ -163,33 +152,19 @@ def _position(edit, column, name, suffix):
 
 
 def _shapes(edit):
-    wide_button(
-        "Make rigid: click on a mesh or label",
-        "mdi-bone",
-        (edit, "['make_rigid']"),
-        title=with_key("Then move and turn it by its box", "make_rigid"),
-    )
-    wide_button(
-        "{{ is_drawing ? 'End the curve' : 'Draw a curve' }}",
-        "mdi-vector-polyline",
-        (edit, "['draw_curve']"),
-        title=with_key("Click its nodes on the surface or in slices", "draw_curve"),
-    )
-    wide_button(
+    tip = "Then move and turn it by its box"
+    _command(edit, "Make rigid: click on a mesh or label", "mdi-bone", "make_rigid", tip)
+    text = "{{ is_drawing ? 'End the curve' : 'Draw a curve' }}"
+    tip = "Click its nodes on the surface or in slices"
+    _command(edit, text, "mdi-vector-polyline", "draw_curve", tip)
+    text, tip = (
         "Straighten the curve",
-        "mdi-ray-start-end",
-        (edit, "['straighten']"),
-        v_if="has_curve",
-        title=with_key(
-            "To a line of the same length: the selected curve, or the only one", "straighten"
-        ),
+        "To a line of its length: the selected curve, or the only one",
     )
-    wide_button(
-        "{{ has_mask ? 'Act everywhere' : 'Act in a ball only' }}",
-        "mdi-circle-expand",
-        (edit, "['change_mask']"),
-        title=with_key("A ball around the selected handle; drag its violet points", "change_mask"),
-    )
+    _command(edit, text, "mdi-ray-start-end", "straighten", tip, v_if="has_curve")
+    text = "{{ has_mask ? 'Act everywhere' : 'Act in a ball only' }}"
+    tip = "A ball around the selected handle; drag its violet points"
+    _command(edit, text, "mdi-circle-expand", "change_mask", tip)
 
 
 def _table(edit):
@@ -209,33 +184,18 @@ def _table(edit):
 
 def _files(edit, begin):
     wide_button("Saved files ...", "mdi-download", "has_files = true", v_if="files.length")
-    v.VCheckbox(
-        v_if="has_target",
-        model_value=("target_grid",),
-        update_modelValue=(edit, "['target_grid', $event]"),
-        label="Save images on the target's grid",
-        density="compact",
-        hide_details=True,
-    )
+    change, text = (edit, "['target_grid', $event]"), "Save images on the target's grid"
+    options = {"density": "compact", "hide_details": True, "update_modelValue": change}
+    v.VCheckbox(v_if="has_target", model_value=("target_grid",), label=text, **options)
     for kind, title, icon, limit in (
         ("handles", "Open handles ...", "mdi-vector-point", MAX_HANDLE_BYTES),
         ("data", "Open an image or a mesh ...", "mdi-folder-open-outline", MAX_DATA_BYTES),
         ("target", "Open a target to match ...", "mdi-image-multiple-outline", MAX_DATA_BYTES),
         ("session", "Open session ...", "mdi-folder-clock-outline", MAX_HANDLE_BYTES),
     ):
-        HtmlElement(
-            "mls-send",
-            kind=kind,
-            label=title,
-            icon=icon,
-            limit=(str(limit),),
-            answer=(edit, "['say', $event]"),
-            __properties=["kind", "label", "icon", "limit"],
-            __events=["answer"],
-        )
-    wide_button(
-        "Save session",
-        "mdi-content-save-move-outline",
-        (begin, "['save_session']"),
-        title="Data, pairs, options, cuts and views in one file, .mls.json",
-    )
+        values = {"kind": kind, "label": title, "icon": icon, "limit": (str(limit),)}
+        names = {"__properties": [*values], "__events": ["answer"]}
+        HtmlElement("mls-send", answer=(edit, "['say', $event]"), **values, **names)
+    title = "Data, pairs, options, cuts and views in one file, .mls.json"
+    click = begin, "['save_session']"
+    wide_button("Save session", "mdi-content-save-move-outline", click, title=title)

@@ -49,6 +49,8 @@ def values_of(editor, previous):
         has_panes=editor.slices.flat_axis is None,
         unit=_unit_of(editor),
         target_grid=editor.saver.uses_target_grid,
+        times=[f"{i}: {time:g}" for i, time in enumerate(editor.saver.times, 1)],
+        step=editor.saver.step,
     )
     if editor.document.grabbed is None or "rows" not in previous:
         values["rows"] = _rows(state)

@@ -23,6 +23,11 @@ from vtk_mls.web.transfers import Transfers
 LOOPBACK, PORT = "127.0.0.1", 8080
 _LOCAL_HOSTS = LOOPBACK, "localhost", "::1"
 _ALL_ADDRESSES = "0.0.0.0", "::"
+_REMOTE_WARNING = (
+    "vtk-mls: `--host {host}` lets other machines reach the page: whoever has its address with the "
+    "token can edit and download files, and nothing is encrypted. In an untrusted network omit "
+    f"`--host`, and use ssh -L {PORT}:{LOOPBACK}:{PORT}."
+)
 _WATCH_SECONDS = 0.5
 _PAGE = "vtk_mls_page"  # path of the page's own files
 # Titles of the long tasks, which the page can stop, by the methods of the editor.
@@ -45,14 +50,9 @@ class Page:
         self._picture = Picture(self.session)
         self._transfers = Transfers(self.session, folder, self._note_upload)
         self._server = get_server("vtk-mls", client_type="vue3")
-        self._server.enable_module(
-            {
-                "serve": {_PAGE: str(Path(__file__).with_name("page"))},
-                "scripts": [f"{_PAGE}/picture.js"],
-                "styles": [f"{_PAGE}/page.css"],
-                "vue_use": ["vtkMlsPage"],
-            }
-        )
+        files = {"scripts": [f"{_PAGE}/picture.js"], "styles": [f"{_PAGE}/page.css"]}
+        files["serve"] = {_PAGE: str(Path(__file__).with_name("page"))}
+        self._server.enable_module({**files, "vue_use": ["vtkMlsPage"]})
         self._server.state.update(
             {
                 "trame__favicon": f"{_PAGE}/icon.svg",
@@ -98,18 +98,16 @@ class Page:
             self._loop = asyncio.get_running_loop()
             self._watching = self._loop.create_task(self._watch())
             address = f"http://{_address_name(host)}:{self._server.port}/?token={token}"
-            print(
-                f"The page is at {address}\n(Ctrl-C ends it; unsaved handles are kept.)", flush=True
-            )
+            text = f"The page is at {address}\n(Ctrl-C ends it; unsaved handles are kept.)"
+            print(text, flush=True)
             if opens_browser:
                 self._loop.run_in_executor(None, browsers.open_page, address)
 
         self._server.controller.on_server_bind.add(bind)
         self._server.controller.on_server_ready.add(begin)
         page_layout.build(self._server, self._edit, self._begin)
-        self._server.start(
-            port=port, host=host, open_browser=False, show_connection_info=False, timeout=0
-        )
+        is_quiet = {"open_browser": False, "show_connection_info": False}
+        self._server.start(port=port, host=host, timeout=0, **is_quiet)
 
     async def _watch(self):
         """Show when the editor takes long, as when it compiles kernels."""
@@ -178,28 +176,19 @@ class Page:
             state.update(values)
 
 
-def serve(
-    datasets,
-    state,
-    paths,
-    temporary,
-    folder=None,
-    address=(LOOPBACK, None),
-    opens_browser=False,
-    target=None,
-    session=None,
-):
+def serve(datasets, state, paths, temporary, folder, address, opens_browser, *more):
     """Edit on a page until the process is ended; OSError if the address cannot be listened on.
 
-    Arguments are as of `window.show`, and `temporary`, a folder for uploads. The address is (host,
-    port); None is port 8080, or a free port if that is in use.
+    Arguments, and `more` of them, are as of `window.show`; `temporary` is a folder for uploads. The
+    address is (host, port); None is port 8080, or a free port if that is in use.
     """
     host, port = address
     port = _free_port(host, port)
     folder = None if folder is None else Path(folder)
     page = Page(Path(temporary), folder or Path())
-    page.open(datasets, state, paths, folder, target, session)
-    _warn_if_remote(host)
+    page.open(datasets, state, paths, folder, *more)
+    if host not in _LOCAL_HOSTS:
+        print(_REMOTE_WARNING.format(host=host), file=sys.stderr, flush=True)
     page.serve(host, port, opens_browser)
 
 
@@ -213,17 +202,6 @@ def _print_failure(future):
     """Print the traceback of an error that the editor does not show."""
     if future.exception() is not None:
         traceback.print_exception(future.exception())
-
-
-def _warn_if_remote(host):
-    if host not in _LOCAL_HOSTS:
-        print(
-            f"vtk-mls: `--host {host}` lets other machines reach the page: whoever has its address "
-            "with the token can edit and download files, and nothing is encrypted. In an untrusted "
-            f"network omit `--host`, and use ssh -L {PORT}:{LOOPBACK}:{PORT}.",
-            file=sys.stderr,
-            flush=True,
-        )
 
 
 def _address_name(host):

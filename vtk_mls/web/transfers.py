@@ -13,7 +13,7 @@ from aiohttp import web
 from vtk_mls import io
 from vtk_mls.base import child_process
 from vtk_mls.base.errors import InputError
-from vtk_mls.editor import State, sessions
+from vtk_mls.editor import State, sessions, time_steps
 from vtk_mls.editor.autosave import Autosave
 from vtk_mls.editor.handle_polydata import handle_values
 from vtk_mls.editor.matching.target import Target
@@ -22,11 +22,8 @@ from vtk_mls.files.paths import replacing
 
 ALL = "all.zip"
 MAX_DATA_BYTES, MAX_HANDLE_BYTES = 2 << 30, 64 << 20  # in an upload
-_READERS = {
-    "data": "vtk_mls.io:read_dataset",
-    "target": "vtk_mls.io:read_dataset",
-    "handles": "vtk_mls.io:read_control_points",
-}
+_READ_STEP = "vtk_mls.editor.time_steps:read"
+_READERS = {"data": _READ_STEP, "target": _READ_STEP, "handles": "vtk_mls.io:read_control_points"}
 _KINDS = *_READERS, "session"
 _READING_TIMEOUT = 300  # seconds
 
@@ -141,7 +138,7 @@ class Transfers:
         editor.show_views(session.views)
 
     async def _show_dataset(self, kind, path, digest):
-        dataset = await asyncio.to_thread(io.read_dataset, path)
+        dataset = await asyncio.to_thread(time_steps.read, path)
         if not dataset.IsA("vtkDataSet"):
             raise ValueError(f"`{path.name}` has blocks; single images and meshes are shown")
         if kind == "target":

@@ -3,7 +3,7 @@
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
 from vtk_mls import landmarks
-from vtk_mls.editor.scene_image import scalar_image
+from vtk_mls.rendering.image_values import scalar_image
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 
