@@ -163,13 +163,9 @@ def _least_determinants(engine, transform, grid, voxels, progress):
     """The smallest determinant (m,) of the map at the corners and centers of voxels (m,)."""
     ids = _corner_ids(grid, voxels)
     corners, rows = np.unique(ids, return_inverse=True)
-    at_corners, at_centers = (
-        np.linalg.det(engine.jacobian(transform, points, part))
-        for points, part in zip(
-            (grid.points_of(corners), grid.cells.points_of(voxels)), progress.divided(1, 1)
-        )
-    )
-    return np.minimum(at_corners[rows.reshape(ids.shape)].min(axis=1), at_centers)
+    points = np.concatenate([grid.points_of(corners), grid.cells.points_of(voxels)])
+    found = np.linalg.det(engine.jacobian(transform, points, progress))
+    return np.minimum(found[rows.reshape(ids.shape)].min(axis=1), found[len(corners) :])
 
 
 def _holding(grid, points):
