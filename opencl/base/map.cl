@@ -48,6 +48,13 @@ inline weight_jacobian_t step_jacobian(const map_t *map, const fit_t *fit) {
   return limited_jacobian(map, fit->point.v, unlimited_displacement(map, fit), jacobian);
 }
 
+// det(I + a).
+inline real determinant_of(const mat *a) {
+  const vec x = {1 + a->a[0], a->a[1], a->a[2]}, y = {a->a[3], 1 + a->a[4], a->a[5]},
+            z = {a->a[6], a->a[7], 1 + a->a[8]};
+  return dot3(x, cross3(y, z));
+}
+
 #include STEP_FILE
 
 // d(G - v)/dv of the material at v, at a fixed origin.

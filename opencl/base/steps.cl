@@ -64,13 +64,6 @@ inline mat mat_composed(const mat *a, const mat *b) {
   return c;
 }
 
-// det(I + a).
-inline real determinant_of(const mat *a) {
-  const vec x = {1 + a->a[0], a->a[1], a->a[2]}, y = {a->a[3], 1 + a->a[4], a->a[5]},
-            z = {a->a[6], a->a[7], 1 + a->a[8]};
-  return dot3(x, cross3(y, z));
-}
-
 // The Jacobians of all steps by the chain rule. The steps are fitted again, because a work item cannot
 // store their fits. `least_determinant` becomes the smallest determinant of a step.
 inline weight_jacobian_t composed_jacobian(const map_t *map, const fit_t *fit,

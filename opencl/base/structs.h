@@ -183,12 +183,11 @@ typedef struct {
   float min_distance, far_factor;
 } layers_t;
 
-// Points of a displacement field along the axes; the steps between neighbors, three floats each, and
-// the factor of displacements, in a unit in which a voxel has the volume 1. A voxel is doubtful if its
-// smallest tetrahedron is not above `share` of all six.
+// Points of a displacement field along the axes; the steps between neighbors, three floats each; 1 / the
+// volume of a voxel. A voxel is doubtful if its smallest tetrahedron is not above `share` of all six.
 typedef struct {
   int size[3];
-  float axes[9], density, share;
+  float axes[9], inverse_volume, share;
 } voxels_t;
 
 // Layers of an array: points along the axes, first layer in memory, layers `start` to `stop` to

@@ -11,9 +11,16 @@
 #define COMPONENT(a, b, c, n)                                                          \
   __builtin_shufflevector(__builtin_shufflevector(a, b, EACH_LANE(IN_FIRST_TWO, n)), c, \
                           EACH_LANE(OR_IN_THIRD, n))
+// The lanes after the first, and `last`.
+#define AFTER(n) ((n) + 1)
+#define NEXT(a, last) __builtin_shufflevector(a, (real)(last), EACH_LANE(AFTER, 0))
+#define FETCH(from) __builtin_prefetch((const void *)(size_t)(from))
+#else
+#define NEXT(a, last) (last)
+#define FETCH(from)
 #endif
 
-// Displacements of LANES points of a row from x on; the last is repeated.
+// Displacements of LANES points of a row from x on; the last of the row is repeated.
 HOT vec load_displacements(__global const float *row, int x, int count) {
   vec d;
 #if LANES > 1
@@ -35,72 +42,74 @@ HOT vec load_displacements(__global const float *row, int x, int count) {
   return d;
 }
 
-// Positions of the points x and x + 1 of a row of voxels, relative to the undeformed point x.
-typedef struct { vec at[2]; } row_t;
+// The deformed edge from a point to the next along an axis.
+HOT vec edge(vec from, vec to, const float *axis) {
+  const vec a = {axis[0], axis[1], axis[2]};
+  return vec_add(vec_sub(to, from), a);
+}
+
+// A row of voxels: displacements of the points x, and the edges from these to the points x + 1.
+typedef struct { vec displacement, edge; } row_t;
 
 HOT row_t load_row(const voxels_t *voxels, __global const float *row, int x) {
-  const vec step = {voxels->axes[0], voxels->axes[1], voxels->axes[2]};
-  row_t points;
-  points.at[0] = vec_scale(voxels->density, load_displacements(row, x, voxels->size[0]));
-  points.at[1] =
-      vec_madd(voxels->density, load_displacements(row, x + 1, voxels->size[0]), step);
-  return points;
+  const vec from = load_displacements(row, x, voxels->size[0]);
+  __global const float *last = row + 3 * min(x + LANES, voxels->size[0] - 1);
+  const vec to = {NEXT(from.x, last[0]), NEXT(from.y, last[1]), NEXT(from.z, last[2])};
+  return (row_t){from, edge(from, to, voxels->axes)};
 }
 
-typedef struct { real smallest, sum; } volumes_t;
-
-// Adds a tetrahedron between the edges a and b around the diagonal.
-HOT void add_volume(volumes_t *volumes, vec diagonal, vec a, vec b) {
-  const real volume = dot3(diagonal, cross3(a, b));
-  volumes->smallest = fast_min(volumes->smallest, volume);
-  volumes->sum += volume;
-}
-
-// Whether the smallest of the six volumes is not above `share` of their sum; also for NaN. The rows are
-// at y and y + 1 (`next`) of the lower and the upper layer.
-HOT integer is_doubtful(const voxels_t *voxels, const row_t *lower, const row_t *next_lower,
-                        const row_t *upper, const row_t *next_upper) {
-  const float *a = voxels->axes;
-  const vec from = lower->at[0];  // and as it is seen from the other rows
-  const vec from_y = {from.x - a[3], from.y - a[4], from.z - a[5]};
-  const vec from_z = {from.x - a[6], from.y - a[7], from.z - a[8]};
-  const vec from_yz = {from_y.x - a[6], from_y.y - a[7], from_y.z - a[8]};
-  const vec diagonal = vec_sub(next_upper->at[1], from_yz);
-  const vec x = vec_sub(lower->at[1], from), xy = vec_sub(next_lower->at[1], from_y),
-            y = vec_sub(next_lower->at[0], from_y), yz = vec_sub(next_upper->at[0], from_yz),
-            z = vec_sub(upper->at[0], from_z), xz = vec_sub(upper->at[1], from_z);
-  volumes_t volumes = {FLT_MAX, 0};
-  add_volume(&volumes, diagonal, x, xy);
-  add_volume(&volumes, diagonal, xy, y);
-  add_volume(&volumes, diagonal, y, yz);
-  add_volume(&volumes, diagonal, yz, z);
-  add_volume(&volumes, diagonal, z, xz);
-  add_volume(&volumes, diagonal, xz, x);
-  return !(volumes.smallest > voxels->share * volumes.sum);
+// Whether the smallest volume of six tetrahedra is not above `share` of their sum, relative to the
+// undeformed volume; also for NaN. Each lies between two neighbors of x, xy, y, yz, z and xz, around the
+// diagonal. `next_z` is the edge z of the next row.
+HOT integer is_doubtful(const voxels_t *voxels, vec x, vec y, vec z, vec next_x, vec upper_x, vec next_z,
+                        vec next_upper_x) {
+  const vec xy = vec_add(y, next_x), xz = vec_add(z, upper_x), yz = vec_add(y, next_z);
+  const vec diagonal = vec_scale(voxels->inverse_volume, vec_add(yz, next_upper_x));
+  const vec by_x = cross3(diagonal, x), by_y = cross3(diagonal, y), by_z = cross3(diagonal, z);
+  const real volumes[6] = {dot3(by_x, xy),  -dot3(by_y, xy), dot3(by_y, yz),
+                           -dot3(by_z, yz), dot3(by_z, xz),  -dot3(by_x, xz)};
+  real smallest = volumes[0], sum = volumes[0];
+  UNROLL_ALL for (int i = 1; i < 6; ++i) {
+    smallest = fast_min(smallest, volumes[i]);
+    sum += volumes[i];
+  }
+  return !(smallest > voxels->share * sum);
 }
 
 // Writes 1 for each doubtful voxel, and 0 for the others. A work item computes LANES voxels along x in
-// VOXEL_ROWS rows.
+// VOXEL_ROWS rows; the last of a row begin so that they end with it.
 __kernel EXPLICIT_VECTORS void doubtful_voxels(
     const voxels_t voxels, __global const float *restrict displacement,
     __global uchar *restrict result) {
   const int nx = voxels.size[0] - 1, ny = voxels.size[1] - 1, nz = voxels.size[2] - 1;
   const int strips = (nx + LANES - 1) / LANES, stacks = (ny + VOXEL_ROWS - 1) / VOXEL_ROWS;
   const long item = get_global_id(0);
-  const int x = (int)(item % strips) * LANES, begin = (int)(item / strips % stacks) * VOXEL_ROWS;
+  const int x = max(min((int)(item % strips) * LANES, nx - LANES), 0);
+  const int begin = (int)(item / strips % stacks) * VOXEL_ROWS, end = min(begin + VOXEL_ROWS, ny);
   const int z = (int)(item / strips / stacks);
   if (z >= nz) return;
-  const int lanes = min(LANES, nx - x), end = min(begin + VOXEL_ROWS, ny);
   const long row = 3L * voxels.size[0], layer = row * voxels.size[1];
   __global const float *from = displacement + row * begin + layer * z;
+  __global uchar *to = result + x + nx * (begin + (long)ny * z);
   row_t lower = load_row(&voxels, from, x), upper = load_row(&voxels, from + layer, x);
-  for (int y = begin; y < end; ++y) {
+  vec along_z = edge(lower.displacement, upper.displacement, voxels.axes + 6);
+  for (int y = begin; y < end; ++y, to += nx) {
     from += row;
-    const row_t next_lower = load_row(&voxels, from, x), next_upper = load_row(&voxels, from + layer, x);
-    const integer doubtful = is_doubtful(&voxels, &lower, &next_lower, &upper, &next_upper);
-    lower = next_lower;
+    for (int c = 0; c < 3; ++c) FETCH(from + 2 * row + layer + 3 * x + c * LANES);
+    const row_t next = load_row(&voxels, from, x), next_upper = load_row(&voxels, from + layer, x);
+    const vec next_z = edge(next.displacement, next_upper.displacement, voxels.axes + 6);
+    const integer doubtful = is_doubtful(
+        &voxels, lower.edge, edge(lower.displacement, next.displacement, voxels.axes + 3), along_z,
+        next.edge, upper.edge, next_z, next_upper.edge);
+    lower = next;
     upper = next_upper;
-    __global uchar *to = result + x + nx * (y + (long)ny * z);
-    for (int l = 0; l < lanes; ++l) to[l] = (uchar)(LANE_INT(doubtful, l) & 1);
+    along_z = next_z;
+#if LANES > 1
+    if (nx >= LANES) {
+      GLUE(vstore, LANES)(GLUE(convert_uchar, LANES)(doubtful & 1), 0, to);
+      continue;
+    }
+#endif
+    for (int l = 0; l < min(LANES, nx); ++l) to[l] = (uchar)(LANE_INT(doubtful, l) & 1);
   }
 }

@@ -3,6 +3,7 @@
 Run `python tests/fuzz/folds.py SECONDS [SEED]`. Each scene has 6 to 60 handles in the unit box,
 some squeezed or turned as a cluster, or on lines. It prints each scene whose first number of steps
 was too small, in which the check missed a fold, or whose certificate is wrong; then the counts.
+Every tenth scene also deforms a mesh of 12,000 tetrahedra.
 """
 
 from __future__ import annotations
@@ -13,12 +14,17 @@ import warnings
 from dataclasses import dataclass
 
 import numpy as np
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkCommonDataModel import VTK_TETRA
+from vtkmodules.vtkFiltersSources import vtkCellTypeSource
 
 from vtk_mls import Deformation, Grid
+from vtk_mls.filters import MLSDeform
 from vtk_mls.queries import certificate
 
 KINDS = "rigid", "affine", "similarity", "spline"
 MOVES = "apart", "some", "squeezed", "turned", "line"
+_USUAL = "field folds", "meshes", "inverted"
 
 
 @dataclass
@@ -108,7 +114,7 @@ def difference_determinants(deformation, points, h):
     return np.linalg.det(np.stack(columns, axis=-1))
 
 
-def examine(found, n=48, device=None, with_differences=True):
+def examine(found, n=48, device=None):
     """What is found for a Scene on a grid of n^3 points: a dict of counts."""
     d = Deformation(found.rest, found.deformed, steps="auto", device=device, **found.options)
     grid = Grid((n,) * 3, (0, 0, 0), (1 / (n - 1),) * 3)
@@ -130,10 +136,31 @@ def examine(found, n=48, device=None, with_differences=True):
         "reported": d.smallest_determinant,
         "residual": float(np.abs(d.residuals()).max()),
     }
-    if with_differences:
-        worst = grid.cells.points_of(np.argsort(centers)[:200])
-        result["differences"] = float(difference_determinants(d, worst, 1e-5).min())
-    return result
+    worst = grid.cells.points_of(np.argsort(centers)[:200])
+    return result | {"differences": float(difference_determinants(d, worst, 1e-5).min())}
+
+
+def inverted_tetrahedra(found, rng):
+    """Numbers of tetrahedra that automatic steps invert, and of those that are marked wrongly."""
+    source, deform = vtkCellTypeSource(), MLSDeform()
+    source.SetCellType(VTK_TETRA)
+    source.SetBlocksDimensions(10, 10, 10)
+    source.Update()
+    before = vtk_to_numpy(source.GetOutput().GetPoints().GetData())
+    before[:] = 0.1 * (before + rng.uniform(-0.1, 0.1, before.shape))
+    cells = vtk_to_numpy(source.GetOutput().GetCells().GetConnectivityArray()).reshape(-1, 4)
+    deform.SetInputData(source.GetOutput())
+    deform.SetRestPoints(found.rest)
+    deform.SetDeformedPoints(found.deformed)
+    deform.SetSteps(0)
+    for name, value in found.options.items():
+        getattr(deform, f"Set{name.capitalize()}")(value)
+    deform.Update()
+    after = vtk_to_numpy(deform.GetOutput().GetPoints().GetData())
+    volumes = [np.linalg.det(x[cells[:, 1:]] - x[cells[:, :1]]) for x in (before, after)]
+    inverted = ~(volumes[0] * volumes[1] > 0)
+    marked = vtk_to_numpy(deform.GetOutput().GetCellData().GetArray("Folded")) > 0
+    return int(inverted.sum()), int((inverted != marked).sum())
 
 
 def main(seconds, seed=0):
@@ -141,26 +168,32 @@ def main(seconds, seed=0):
     totals = dict.fromkeys(
         ("raised", "at 256", "map folds", "missed", "certificate", "not met", "field folds"), 0
     )
+    totals |= {"meshes": 0, "inverted": 0, "not marked": 0}
     steps = []
     while time.time() - start < seconds:
         found = scene(rng)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            result = examine(found, with_differences=False)
+            result = examine(found)
+            if count % 10 == 0:
+                result["inverted"], result["not marked"] = inverted_tetrahedra(found, rng)
         count += 1
         steps.append(result["steps"])
         now = {
             "raised": result["steps"] > result["first"],
             "at 256": result["steps"] == 256,
-            "map folds": result["map folds"] > 0,
+            "map folds": result["map folds"] > 0 or result["differences"] <= 0,
             "missed": result["not found by the check"] > 0,
             "certificate": result["certificate differs"],
             "not met": result["residual"] > 1e-5,
             "field folds": result["field folds"] > 0,
+            "meshes": "inverted" in result,
+            "inverted": result.get("inverted", 0) > 0,
+            "not marked": result.get("not marked", 0) > 0,
         }
         for name, value in now.items():
             totals[name] += bool(value)
-        if any(value for name, value in now.items() if name != "field folds"):
+        if any(value for name, value in now.items() if name not in _USUAL):
             print(count, found.move, len(found.rest), found.options, result, flush=True)
     print(
         f"{count} scenes: {totals}; steps: median {np.median(steps):.0f}, mean {np.mean(steps):.1f}"

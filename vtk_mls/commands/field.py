@@ -90,12 +90,11 @@ def run(options):
     set_up(field, options)
     field.SetGenerateJacobianDeterminant(options.jacobian)
     update(field, options)
-    if options.spacing_factor is not None:
-        _space(field, options)
+    proof = None if options.spacing_factor is None else _space(field, options)
     output = field.GetOutput()
     if options.jacobian:
         output.GetPointData().SetActiveScalars("JacobianDeterminant")
-    notes = remarks.field_notes(field)
+    notes = remarks.field_notes(field, proof=proof)
     with step("write", options.output):
         if options.jacobian:
             io.write_dataset(output, options.output)
@@ -118,7 +117,7 @@ def _check_convention(options):
 
 
 def _space(field, options):
-    """Multiply the spacing of the output by `--spacing-factor`."""
+    """Multiply the spacing of the output by `--spacing-factor`; its Certificate, if known."""
     import numpy as np
     from vtkmodules.vtkCommonDataModel import vtkImageData
 
@@ -126,26 +125,28 @@ def _space(field, options):
     from vtk_mls.vtk.arrays import ImageGeometry
 
     grid = ImageGeometry.of_image(field.GetOutput()).grid
-    factor = _spacing_factor(field, grid, options)
+    factor, proof = _spacing_factor(field, grid, options)
     if factor == 1:
-        return
+        return proof
     size = (np.array(grid.dimensions) - 1) / factor
     finer = Grid(np.floor(size + 1e-6) + 1, grid.origin, factor * grid.spacing, grid.direction)
     image = vtkImageData()
     ImageGeometry.of_grid(finer).apply_to(image)
     field.SetInputData(0, image)
     update(field, options)
+    return None
 
 
 def _spacing_factor(field, grid, options):
-    """The number that `--spacing-factor` gives or finds."""
+    """The number that `--spacing-factor` gives or finds, and the Certificate that it needed."""
     given = options.spacing_factor
     if given == "auto" and not (options.inverse or options.jacobian or min(grid.dimensions) == 1):
-        spacing = remarks.certificate(field, grid).spacing
-        return 1 if spacing is None else float(spacing[0] / grid.spacing[0])
+        proof = remarks.certificate(field, grid)
+        finer = grid.spacing if proof.spacing is None else proof.spacing
+        return float(finer[0] / grid.spacing[0]), proof
     with suppress(ValueError):
         if 0 < float(given) < math.inf:
-            return float(given)
+            return float(given), None
     raise ValueError(
         "`--spacing-factor` must be a positive number, or auto for backward displacements in "
         f"space, got `{given:.60}`"

@@ -2,6 +2,7 @@
 
 from functools import partial
 
+from vtk_mls.base.progress import SILENT
 from vtk_mls.base.sampling import AUTOMATIC
 from vtk_mls.commands import data_options, remarks
 from vtk_mls.commands.running import files_named, kind_used, progress_bar, set_up
@@ -85,8 +86,8 @@ def field(options, algorithm):
 def _apply(options, algorithm, image):
     """Set a filter up, and run it on a cell of the image's grid, without values, as of other files.
 
-    So options have the same errors and warnings. The output has the whole grid, for remarks; a
-    large grid has fewer points there.
+    So options have the same errors and warnings. The output has the whole grid, for remarks, and
+    automatic steps are those that it needs; a large grid has fewer points there.
     """
     from vtkmodules.vtkCommonDataModel import vtkImageData
 
@@ -106,6 +107,7 @@ def _apply(options, algorithm, image):
     pipeline.request_extent(algorithm.GetOutputInformation(0), pipeline.first_cell(geometry))
     with step("deform", options.input), files_named(options):
         update(algorithm)
+        algorithm.updated_deformation()._prepare(geometry.grid, SILENT)
     algorithm.GetOutput().Initialize()
     geometry.apply_to(algorithm.GetOutput())
 

@@ -18,32 +18,33 @@ def notes(algorithm):
     return next(filter(None, found), "") + _far(algorithm)
 
 
-def field_notes(algorithm, is_whole=True):
-    """The same of an MLSDisplacementField: of a whole field its certificate."""
+def field_notes(algorithm, is_whole=True, proof=None):
+    """The same of an MLSDisplacementField: of a whole field its certificate, `proof` if known."""
     from vtk_mls.vtk import arrays
 
-    note = _far(algorithm, is_field=True)
-    if algorithm.GetGenerateJacobianDeterminant() or algorithm.GetInverse():
-        return note  # these count folds themselves
+    note, deformation = _far(algorithm, is_field=True), algorithm.updated_deformation()
     grid = arrays.ImageGeometry.of_image(algorithm.GetOutput()).grid
-    if not is_whole or min(grid.dimensions) == 1:
-        return folds(algorithm.updated_deformation(), grid) + note
-    return f"; interpolated linearly, {certificate(algorithm, grid)}{note}"
+    is_flat, is_inverse = min(grid.dimensions) == 1, algorithm.GetInverse()
+    if algorithm.GetGenerateJacobianDeterminant() or (is_inverse and (is_flat or deformation.cuts)):
+        return note  # these count folds themselves
+    if not is_whole or is_flat:
+        return folds(deformation, grid) + note
+    return f"; interpolated linearly, {proof or certificate(algorithm, grid)}{note}"
 
 
 def certificate(algorithm, grid):
     """The certificate of the output of an MLSDisplacementField, which is on `grid`."""
+    from vtk_mls.queries.certificate import certificate_of_inverse
     from vtk_mls.queries.fields import DisplacementField
     from vtk_mls.vtk import arrays
 
-    output = algorithm.GetOutput()
-    displacement, distance = (
-        None if array is None else arrays.to_numpy(array)
-        for array in map(output.GetPointData().GetArray, ("BackwardDisplacement", "VoidDistance"))
-    )
-    distance = None if distance is None else distance.reshape(grid.shape)
-    field = DisplacementField(displacement.reshape(*grid.shape, 3), grid, distance)
-    return algorithm.updated_deformation().certificate(field)
+    deformation, data = algorithm.updated_deformation(), algorithm.GetOutput().GetPointData()
+    displacement = arrays.to_numpy(data.GetScalars()).reshape(*grid.shape, 3)
+    if algorithm.GetInverse():
+        return certificate_of_inverse(deformation, DisplacementField(displacement, grid))
+    distance = data.GetArray("VoidDistance")
+    distance = None if distance is None else arrays.to_numpy(distance).reshape(grid.shape)
+    return deformation.certificate(DisplacementField(displacement, grid, distance))
 
 
 def warn(path, sentence):

@@ -94,16 +94,16 @@ class Engine:
         return result
 
     @_exclusive
-    def least_determinant(self, deformation, points, progress=SILENT, step=None):
-        if deformation.steps_used == 1:
+    def least_determinant(self, deformation, points, progress=SILENT):
+        if deformation.steps_used == 1 and deformation.cuts:
             return np.linalg.det(self.jacobian(deformation, points, progress))
         result = np.empty(len(points))
-        maps, index = self._maps(deformation), np.int32(-1 if step is None else step)
+        maps = self._maps(deformation)
         for part in progress.over(self.launcher.slabs(len(points), deformation, 60)):
             for map_ in maps:
                 rows = _rows_in(map_.region, deformation.moved_planes, points, part)
                 local, found = map_.local_points(points[rows]), np.empty(len(points[rows]), "f4")
-                map_.launch_at("step_determinant", [local], [index], outputs=[found])
+                map_.launch_at("step_determinant", [local], outputs=[found])
                 result[rows] = found
         return result
 

@@ -23,11 +23,8 @@ class Engine(Protocol):
         and G(v).
         """
 
-    def least_determinant(self, deformation, points, progress, step=None):
-        """The smallest determinant (m,) float64 of the Jacobians of the steps at `points` (m, 3).
-
-        With a `step` that of this one, and the points are of the stage that it leads from.
-        """
+    def least_determinant(self, deformation, points, progress):
+        """The smallest determinants (m,) float64 of the Jacobians of steps at `points` (m, 3)."""
 
     def jacobian(self, deformation, points, progress, origins=None):
         """Jacobians dG_i/dv_j (m, 3, 3) float64 at `points` v (m, 3).

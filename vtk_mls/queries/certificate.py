@@ -10,6 +10,7 @@ their corners and centers.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -151,25 +152,25 @@ def check(engine, transform, field, progress=SILENT):
     in_map = np.sort(np.concatenate([np.zeros(0, np.int64), *in_map]))
     if is_flat:
         return FoldCheck(in_map, in_map, left_out, smallest)
-    volume = np.linalg.det(grid.index_to_world)
-    is_folded = np.zeros(len(doubtful), bool)
-    for part, _ in SILENT.chunks(len(doubtful), _MAX_VOXELS):
-        found = volumes(_positions(field, _corner_ids(grid, doubtful[part]))) * volume
+    return FoldCheck(_folded(field, doubtful), in_map, left_out, smallest)
+
+
+def _folded(field, voxels):
+    """Those of voxels (m,) that have a tetrahedron without a positive volume."""
+    volume, is_folded = np.linalg.det(field.grid.index_to_world), np.zeros(len(voxels), bool)
+    for part, _ in SILENT.chunks(len(voxels), _MAX_VOXELS):
+        found = volumes(_positions(field, _corner_ids(field.grid, voxels[part]))) * volume
         is_folded[part] = ~(found > 0).all(axis=1)
-    return FoldCheck(doubtful[is_folded], in_map, left_out, smallest)
+    return voxels[is_folded]
 
 
 def _least_determinants(engine, transform, grid, voxels, progress):
     """The smallest determinant (m,) of the map at the corners and centers of voxels (m,)."""
     ids = _corner_ids(grid, voxels)
     corners, rows = np.unique(ids, return_inverse=True)
-    at_corners, at_centers = (
-        np.linalg.det(engine.jacobian(transform, points, part))
-        for points, part in zip(
-            (grid.points_of(corners), grid.cells.points_of(voxels)), progress.divided(1, 1)
-        )
-    )
-    return np.minimum(at_corners[rows.reshape(ids.shape)].min(axis=1), at_centers)
+    points = np.concatenate([grid.points_of(corners), grid.cells.points_of(voxels)])
+    found = np.linalg.det(engine.jacobian(transform, points, progress))
+    return np.minimum(found[rows.reshape(ids.shape)].min(axis=1), found[len(corners) :])
 
 
 def _holding(grid, points):
@@ -192,14 +193,35 @@ def certificate(engine, transform, field, progress=SILENT):
     """The `Certificate` of a DisplacementField of a transform."""
     checking, refining = progress.divided(1, 1)
     folds = check(engine, transform, field, checking)
-    grid, spacing = field.grid, None
-    if len(folds.indices) and not len(folds.map_indices):
-        for count, part in zip(_HALVINGS, refining.divided(*np.power(_HALVINGS, 3))):
-            if not _folds_between(engine, transform, grid, folds.indices, count, part):
-                spacing = grid.spacing / count
-                break
-    checked = grid.cells.size - folds.left_out
+    spacing, checked = None, field.grid.cells.size - folds.left_out
+    if not len(folds.map_indices):
+        moved = partial(engine.backward, transform)
+        spacing = _finer_spacing(moved, field.grid, folds.indices, refining)
     return Certificate(folds.indices, folds.map_indices, checked, folds.left_out, spacing)
+
+
+def certificate_of_inverse(transform, field):
+    """The `Certificate` of a field of displacements to where the material of a grid goes.
+
+    The transform has no cuts. The determinant of the map is not checked.
+    """
+    grid, engine = field.grid, transform._engine
+    flags = engine.doubtful_voxels(field.displacement, grid.index_to_world, SILENT)
+    folded = _folded(field, np.flatnonzero(flags.view(bool)))
+
+    def moved(points, progress):
+        return points + engine.forward(transform, points, progress)[0]
+
+    spacing = _finer_spacing(moved, grid, folded, SILENT)
+    return Certificate(folded, NO_FOLDS.map_indices, grid.cells.size, spacing=spacing)
+
+
+def _finer_spacing(moved, grid, folded, progress):
+    """The largest spacing with which none of some voxels folds; None without one."""
+    for count, part in zip(_HALVINGS, progress.divided(*np.power(_HALVINGS, 3))):
+        if len(folded) and not _folds_between(moved, grid, folded, count, part):
+            return grid.spacing / count
+    return None
 
 
 def certificate_of_mesh(transform, points, tetrahedra, progress=SILENT):
@@ -251,19 +273,22 @@ def _near_cuts(engine, field, voxels):
     return is_near, int(touched.sum() + (is_near & ~touched[voxels]).sum())
 
 
-def _folds_between(engine, transform, grid, voxels, count, progress):
-    """Whether a field with `count` times as many points along each edge folds in some voxels."""
+def _folds_between(moved, grid, voxels, count, progress):
+    """Whether a field with `count` times as many points along each edge folds in some voxels.
+
+    `moved` is a function of points (m, 3) and a Progress.
+    """
     axis = np.arange(count + 1) / count
     inner = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1)[..., ::-1]
     volume = np.linalg.det(grid.index_to_world)
     for part, share in progress.chunks(len(voxels), max(1, (1 << 20) // inner[..., 0].size)):
         first = np.stack(np.unravel_index(voxels[part], grid.cells.shape)[::-1], axis=-1)
         points = grid.at(first[:, None] + inner.reshape(-1, 3))
-        moved = engine.backward(transform, points.reshape(-1, 3), share) - grid.origin
-        moved = moved.reshape(-1, *inner.shape)
+        found = moved(points.reshape(-1, 3), share) - grid.origin
+        found = found.reshape(-1, *inner.shape)
         corners = np.stack(
             [
-                moved[:, c : c + count, b : b + count, a : a + count].reshape(-1, 3)
+                found[:, c : c + count, b : b + count, a : a + count].reshape(-1, 3)
                 for a, b, c in _CORNERS
             ],
             axis=1,

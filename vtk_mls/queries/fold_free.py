@@ -16,14 +16,10 @@ MIN_DETERMINANT = 0.1
 _LATTICE = 20  # points along each axis of a box or grid; their middles are sampled, too
 _MARGIN = 0.5  # around the handles, as a fraction of their box
 _MAX_POINTS = 1 << 18
-# Next to handles, as fractions of the way to each of the nearest others: on the way and on the
-# other side, and beside the way.
-_FRACTIONS = -0.25, 0.1, 0.25, 0.5
-_LATERAL = 0.15, 0.35, 0.6
-_NEIGHBORS = 4
-_MAX_HANDLES = 1024  # the first to fold: those with the longest steps relative to the distance
-# Around handles, at a quarter of the distance to the nearest other and at its doubles: this finds
-# folds around clusters, which are larger or smaller than the lattice. Between handles: on the way.
+_MAX_HANDLES = 1 << 12
+# Around handles, the first to fold, at a quarter of the distance to the nearest other and at its
+# doubles: this finds folds around clusters, which are larger or smaller than the lattice. Between
+# handles: on the way.
 _MAX_CENTERS = 128
 _MAX_PAIRS = 1024
 _WAY = 0.1, 0.25, 0.5, 0.75, 0.9
@@ -42,9 +38,10 @@ def enough_steps(engine, deformation, where=None, progress=SILENT):
     a Grid or points (m, 3) of the deformed space, by default a box around the handles.
     """
     counts = [2**i for i in range(MAX_STEPS.bit_length())]
+    samples = _samples(deformation, where)
     for count, part in zip(counts, progress.divided(*counts)):
         candidate = deformation.in_steps(count)
-        smallest = smallest_step_determinant(engine, candidate, where, part)
+        smallest = _smallest_in_steps(engine, candidate, samples, part, MIN_DETERMINANT)
         if smallest > MIN_DETERMINANT or candidate.steps_used >= MAX_STEPS:
             break
     if smallest <= MIN_DETERMINANT:
@@ -104,36 +101,30 @@ def smallest_determinant(engine, deformation):
     return float(_determinants(engine, deformation, points).min())
 
 
-def smallest_step_determinant(engine, deformation, where=None, progress=SILENT):
-    """The smallest determinant of the Jacobian of a step, as of `enough_steps`.
+def smallest_step_determinant(engine, deformation):
+    """The smallest determinant of the Jacobian of a step, at the samples of `enough_steps`."""
+    return _smallest_in_steps(engine, deformation, _samples(deformation, None), SILENT, -np.inf)
 
-    It is sampled at points of the deformed space, which are followed through all steps, around the
-    smallest ones found, and for each step at points near the handles.
+
+def _smallest_in_steps(engine, deformation, samples, progress, limit):
+    """The smallest determinant of the Jacobian of a step, or one that is not above `limit`.
+
+    It is sampled at points of the deformed space, which are followed through all steps, and around
+    the smallest ones found.
     """
-    whole, near = progress.divided(3, 1)
-    points, radius = _samples(deformation, where)
-    values = engine.least_determinant(deformation, points, whole)
+    points, radius = samples
+    values = engine.least_determinant(deformation, points, progress)
     smallest = values.min()
     rng = np.random.default_rng(0)
     for _ in range(_ROUNDS):
+        if smallest <= limit:
+            break
         best = np.argsort(values)[:_BEST]
         radius = np.repeat(radius[best] / 2, _TRIALS)
         points = np.repeat(points[best], _TRIALS, axis=0)
         points = points + radius[:, None] * rng.normal(size=points.shape)
         values = engine.least_determinant(deformation, points, SILENT)
         smallest = min(smallest, values.min())
-    if deformation.in_rest_frame and deformation.obstacles:
-        return float(smallest)  # positions after all steps decide what cuts separate
-    for k in near.over(range(deformation.steps_used)):
-        points = np.concatenate(
-            [
-                _near_handles(region.control_points.steps(deformation.steps_used)[k].handles)
-                for region in deformation.regions
-            ]
-        )
-        if len(points) > 0:
-            found = engine.least_determinant(deformation, points, SILENT, k)
-            smallest = min(smallest, found.min())
     return float(smallest)
 
 
@@ -179,21 +170,14 @@ def _product(axes):
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
 
 
-def _distances(handles):
-    """Rows (k,) of some handles and their distances (k, n) from all others, infinite for none."""
-    deformed = handles.positions[1]
-    rows = np.arange(len(deformed))[:: -(-len(deformed) // (4 * _MAX_HANDLES))]
-    distance = np.linalg.norm(deformed[rows, None] - deformed, axis=2)
-    distance[distance == 0] = np.inf  # the handle itself, and others at its place
-    return rows, distance
-
-
 def _around_handles(handles, size):
     """Points (m, 3) around and between handles, and their distances (m,) from other points."""
     rest, deformed = handles.positions
     if len(deformed) < 2:
         return np.zeros((0, 3)), np.zeros(0)
-    rows, distance = _distances(handles)
+    rows = np.arange(len(deformed))[:: -(-len(deformed) // _MAX_HANDLES)]
+    distance = np.linalg.norm(deformed[rows, None] - deformed, axis=2)
+    distance[distance == 0] = np.inf  # the handle itself, and others at its place
     nearest = np.minimum(distance.min(axis=1), size)
     displacement = rest - deformed
     strain = np.linalg.norm(displacement[rows, None] - displacement, axis=2) / distance
@@ -217,22 +201,3 @@ def _around_handles(handles, size):
             [np.broadcast_to(radii[..., None], keep.shape)[keep] / 2, np.tile(length, len(_WAY))]
         ),
     )
-
-
-def _near_handles(handles):
-    """Points (m, 3) of the later stage of a step between close handles, and on the other side."""
-    rest, deformed = handles.positions
-    if len(deformed) < 2:
-        return np.zeros((0, 3))
-    rows, distance = _distances(handles)
-    count = min(_NEIGHBORS, len(deformed) - 1)
-    nearest = np.argpartition(distance, count - 1, axis=1)[:, :count]
-    moved = np.linalg.norm(rest - deformed, axis=1)[rows]
-    first = np.argsort(distance.min(axis=1) / np.maximum(moved, 1e-300))[:_MAX_HANDLES]
-    start = deformed[rows[first]][:, None]
-    away = deformed[nearest[first]] - start
-    on_way = [start + share * away for share in _FRACTIONS]
-    length = np.linalg.norm(away, axis=2, keepdims=True)
-    sides = np.concatenate([np.eye(3), -np.eye(3)])
-    lateral = [start + away / 2 + share * length * side for share in _LATERAL for side in sides]
-    return np.concatenate(on_way + lateral).reshape(-1, 3)

@@ -67,7 +67,7 @@ def jacobian(deformation, points, progress=SILENT, origins=None):
     return result
 
 
-def least_determinant(deformation, points, progress=SILENT, step=None):
+def least_determinant(deformation, points, progress=SILENT):
     if deformation.steps_used == 1:
         return np.linalg.det(jacobian(deformation, points, progress))
     result = np.empty(len(points))
@@ -75,11 +75,7 @@ def least_determinant(deformation, points, progress=SILENT, step=None):
         v = points[part]
         for region in deformation.regions:
             rows = part.start + np.flatnonzero(region.holds(deformation.moved_planes, v))
-            if step is None:
-                _, _, fit = _fit_in_region(deformation, region, points[rows])
-            else:
-                steps = region.control_points.steps(deformation.steps_used)
-                fit = StepFit(deformation, steps[step], points[rows])
+            _, _, fit = _fit_in_region(deformation, region, points[rows])
             result[rows] = fit.least_determinant()
     return result
 

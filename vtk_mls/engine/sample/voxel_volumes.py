@@ -15,8 +15,7 @@ def doubtful_voxels(launcher, displacement, axes, progress):
     """`certificate.doubtful_voxels`."""
     memory, (nz, ny, nx, _) = launcher.memory, displacement.shape
     result = buffer_pool.empty((nz - 1, ny - 1, nx - 1), np.uint8)
-    volume, constants = np.linalg.det(axes), tuple(launcher.sums(double=False))
-    density = np.sign(volume) * abs(volume) ** (-1 / 3)  # mirrors the axes of mirrored voxels
+    constants = tuple(launcher.sums(double=False))
     lanes, limit = dict(constants)["LANES"], MAX_LAUNCH_VOXELS
     if not memory.in_place:
         limit = min(limit, int(memory.limit / 2 / 13))
@@ -26,8 +25,8 @@ def doubtful_voxels(launcher, displacement, axes, progress):
         voxels = filled(
             "voxels_t",
             size=(nx, ny, stop - start + 1),
-            axes=density * axes.T.ravel(),
-            density=density,
+            axes=axes.T.ravel(),
+            inverse_volume=1 / np.linalg.det(axes),
             share=certificate.DOUBTFUL / 6,
         )
         columns = -(-(nx - 1) // lanes) * -(-(ny - 1) // CONSTANTS["VOXEL_ROWS"])
