@@ -48,7 +48,7 @@ import runpy
 runpy.run_path(sys.argv[1])
 """
 # The command, whose child runs another program before its own.
-_PARENT = """
+PARENT = """
 import sys
 from vtk_mls.base import child_process
 child_process.interpreter = lambda: [sys.executable, "-c", {child!r}]
@@ -76,7 +76,7 @@ def run(*arguments, code=None, child=None, **environment):
 
     It runs the command, or the program `code`; the program `child` is run in the command's child.
     """
-    code = _PARENT.format(child=child) if child else code
+    code = PARENT.format(child=child) if child else code
     command = [sys.executable, *(["-c", code] if code else ["-m", "vtk_mls"]), *arguments]
     path = os.pathsep.join([str(PROJECT), *filter(None, [os.environ.get("PYTHONPATH")])])
     done = subprocess.run(
@@ -92,3 +92,11 @@ def run(*arguments, code=None, child=None, **environment):
 def run_script(path):
     """A Python script in a process of its own, as of `run`."""
     return run(str(path), code="import runpy, sys; runpy.run_path(sys.argv[1])")
+
+
+def write_collection(entries, name="in.pvd"):
+    """The name of a collection of ParaView, of times and files."""
+    lines = [f'<DataSet timestep="{time}" file="{file}"/>' for time, file in entries]
+    text = f'<VTKFile type="Collection"><Collection>{"".join(lines)}</Collection></VTKFile>'
+    Path(name).write_text(text)
+    return name

@@ -220,6 +220,8 @@ def test_paraview_is_not_started_for_nothing(monkeypatch, capsys):
         monkeypatch.delenv(name, raising=False)
     assert main(["paraview", "nope.vti"]) == 1
     assert "there is no file `nope.vti`" in capsys.readouterr().err
+    assert main(["paraview", "."]) == 1
+    assert capsys.readouterr().err == "vtk-mls: `.` is a folder; expected a file\n"
     if sys.platform == "linux":
         assert main(["paraview"]) == 1
         assert "there is no display" in capsys.readouterr().err
@@ -274,13 +276,3 @@ def test_usage(capsys):
     with pytest.raises(SystemExit, match="0"):
         main(["--version"])
     assert capsys.readouterr().out == f"vtk-mls {__version__}\n"
-
-
-def test_the_supervised_command_reports_doubtful_files(files):
-    """Though nothing is shown that libraries print while they read."""
-    rows = np.hstack([REST, DEFORMED, REST])
-    header = "px,py,pz,qx,qy,qz,x_std,y_std,z_std"
-    np.savetxt("pairs.csv", rows, delimiter=",", header=header, comments="")
-    status, _, odd = run("deform", "in.vti", "pairs.csv", "out.vti", "--device", FAST)
-    assert (status, odd.count("\n")) == (0, 1)
-    assert "`pairs.csv`: the columns `x_std,y_std,z_std` are ignored" in odd

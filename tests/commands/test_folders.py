@@ -101,12 +101,6 @@ def test_a_file_is_no_folder(folder, capsys):
         assert capsys.readouterr().err == "vtk-mls: `in.vti` is a file; expected a folder\n"
 
 
-def test_paraview_opens_no_folder(folder, monkeypatch, capsys):
-    monkeypatch.setattr("vtk_mls.paraview.installation.find", lambda folder: None)
-    assert main(["paraview", "dir"]) == 1
-    assert capsys.readouterr().err == "vtk-mls: `dir` is a folder; expected a file\n"
-
-
 def test_files_by_their_names(folder):
     assert existing_file("in.vti") == Path("in.vti")
     with pytest.raises(FileNotFoundError, match="no file is named, got an empty name"):

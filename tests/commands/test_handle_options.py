@@ -25,6 +25,7 @@ def bones(files):
     handles = joined(moved(ball((1, 0, 0), 2), MOTION), polyline(CORNERS, kind="Verts"))
     io.write_dataset(handles, "bones.vtp")
     io.write_dataset(ball((1, 0, 0), 1.2), "marrow.vtp")
+    Path("in.csv").write_text("1,0,0\n0.5,0.5,-0.5\n")
     return files
 
 
@@ -47,7 +48,6 @@ def test_a_bone_stays_rigid(bones, caplog):
 
 
 def test_points_move_with_a_bone(bones):
-    Path("in.csv").write_text("1,0,0\n0.5,0.5,-0.5\n")
     assert main(["points", "in.csv", "bones.vtp", "out.csv", *CELLS, "--device", FAST]) == 0
     found = io.read_landmarks("out.csv").positions
     expected = [MOTION.TransformPoint(point) for point in [(1, 0, 0), (0.5, 0.5, -0.5)]]
@@ -76,7 +76,6 @@ def test_overlapping_bones_are_reported(bones, caplog, capsys):
     assert deform("marrow.vtp", "pushed.vtp", "out.vtp", *CELLS) == 0
     sentence = "rigid regions overlap where they were moved to: 1 and 2"
     assert caplog.messages == [sentence]
-    Path("in.csv").write_text("1,0,0\n0.5,0.5,-0.5\n")
     assert main(["points", "in.csv", "pushed.vtp", "out.csv", *CELLS, "--device", "reference"]) == 0
     assert f"; {sentence}" in capsys.readouterr().out
 
@@ -155,7 +154,6 @@ def test_bad_limits(bones, command, case, capsys):
     image = io.read_dataset("in.vti")
     image.GetPointData().SetActiveScalars("labels")
     io.write_dataset(image, "labels.vti")
-    Path("in.csv").write_text("1,0,0\n0.5,0.5,-0.5\n")
     source, output = ("in.csv", "out.csv") if command == "points" else ("in.vti", "out.vti")
     assert main([command, source, "handles.csv", output, *options, "--device", FAST]) == 1
     error = capsys.readouterr().err
@@ -168,7 +166,6 @@ def test_bad_limits(bones, command, case, capsys):
 def test_bad_surfaces_name_the_file(bones, command, capsys):
     triangle = polyline([(0, 0, 0), (1, 0, 0), (0, 1, 0)], (0, 0, 1), "Polys")
     io.write_dataset(triangle, "open.vtp")
-    Path("in.csv").write_text("1,0,0\n0.5,0.5,-0.5\n")
     source, output = ("in.csv", "out.csv") if command == "points" else ("in.vti", "out.vti")
     assert main([command, source, "open.vtp", output, *CELLS, "--device", FAST]) == 1
     error = capsys.readouterr().err

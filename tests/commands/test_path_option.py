@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from command_fixtures import write_collection
 from pipelines import values_of
 from turned_column import CENTER, LEGS, REST, turned
 from vtk_fixtures import FAST, add_array
@@ -37,9 +38,7 @@ def column(files):
     for ending in (".csv", ".vtp"):
         for number, places in enumerate(PLACES):
             write_points(f"turn_{number}{ending}", places)
-    entries = [f'<DataSet timestep="{t / 10}" file="turn_{t}.vtp"/>' for t in range(1, LEGS + 1)]
-    text = f'<VTKFile type="Collection"><Collection>{"".join(entries)}</Collection></VTKFile>'
-    Path("turn.pvd").write_text(text)
+    write_collection([(t / 10, f"turn_{t}.vtp") for t in range(1, LEGS + 1)], "turn.pvd")
     return files
 
 
@@ -125,10 +124,7 @@ def test_bad_series_are_errors(column, options, match, capsys):
     write_points("less_0.csv", REST)
     write_points("less_1.csv", REST[:-1])
     write_points("less_2.csv", REST)
-    Path("double.pvd").write_text(
-        '<VTKFile type="Collection"><Collection><DataSet timestep="1" file="turn_1.vtp"/>'
-        '<DataSet timestep="1" file="turn_2.vtp"/></Collection></VTKFile>'
-    )
+    write_collection([(1, "turn_1.vtp"), (1, "turn_2.vtp")], "double.pvd")
     assert main(["field", "in.vti", "rest.csv", "field.vti", *options]) == 1
     (line,) = capsys.readouterr().err.splitlines()
     assert match in line

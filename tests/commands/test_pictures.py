@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 import vtkmodules.vtkRenderingOpenGL2
 import vtkmodules.vtkRenderingVolumeOpenGL2  # noqa: F401  (registers the volume mappers)
+from pipelines import picture_of
 from vtk_fixtures import FAST
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPiecewiseFunction, vtkPlane
-from vtkmodules.vtkFiltersCore import vtkClipPolyData, vtkContourFilter, vtkCutter
-from vtkmodules.vtkFiltersGeneral import vtkClipDataSet
+from vtkmodules.vtkFiltersCore import vtkContourFilter, vtkCutter
 from vtkmodules.vtkFiltersGeometry import vtkGeometryFilter
 from vtkmodules.vtkRenderingCore import (
     vtkActor,
@@ -22,15 +22,14 @@ from vtkmodules.vtkRenderingCore import (
     vtkRenderWindow,
     vtkVolume,
     vtkVolumeProperty,
-    vtkWindowToImageFilter,
 )
 from vtkmodules.vtkRenderingVolume import (
     vtkFixedPointVolumeRayCastMapper,
     vtkGPUVolumeRayCastMapper,
 )
 
-from vtk_mls import Deformation, HalfPlane
-from vtk_mls.filters import MLSControlPoints, MLSDeform
+from vtk_mls import HalfPlane
+from vtk_mls.filters import MLSDeform
 
 SIZE, MIDDLE, ZOOM = 41, 20.0, 4  # voxels along an edge, their center, pixels per voxel
 OPAQUE = 255
@@ -50,29 +49,18 @@ def _ball():
     return image
 
 
-def _deformation():
-    """A cut from above to below the middle, pulled apart to both sides."""
+@cache
+def _opened(background):
+    """The ball, with a cut from above to below the middle, pulled apart to both sides."""
     rest = np.array([(x, y, z) for x in (12, 28) for y in (12, 28) for z in (8, 32)], float)
     apart = np.where(rest[:, 2] > MIDDLE, 9 * np.sign(rest[:, 0] - MIDDLE), 0)
-    cut = HalfPlane((MIDDLE, MIDDLE, 14), (1, 0, 0), (0, 0, 1))
-    return Deformation(rest, rest + apart[:, None] * (1, 0, 0), cuts=cut, device=FAST)
-
-
-@cache
-def _opened(background, hides_void=True, void_values="background"):
-    """The ball, cut and pulled apart."""
-    deformation = _deformation()
-    handles = MLSControlPoints()
-    handles.SetRestPoints(deformation.rest.tolist())
-    handles.SetDeformedPoints(deformation.deformed.tolist())
     deform = MLSDeform()
     deform.SetDevice(FAST)
     deform.SetInputData(_ball())
-    deform.SetInputConnection(1, handles.GetOutputPort())
-    deform.AddCut(*deformation.cuts)
+    deform.SetRestPoints(rest)
+    deform.SetDeformedPoints(rest + apart[:, None] * (1, 0, 0))
+    deform.AddCut(HalfPlane((MIDDLE, MIDDLE, 14), (1, 0, 0), (0, 0, 1)))
     deform.SetBackground(background)
-    deform.SetHideVoid(hides_void)
-    deform.SetVoidValues(void_values)
     deform.Update()
     return deform.GetOutputDataObject(0)
 
@@ -97,9 +85,8 @@ def _volume(image, mapper):
 
 def _surface(image, first=None):
     surface = vtkGeometryFilter()
-    if first is None:
-        surface.SetInputData(image)
-    else:
+    surface.SetInputData(image)
+    if first is not None:
         first.SetInputData(image)
         surface.SetInputConnection(first.GetOutputPort())
     mapper = vtkPolyDataMapper()
@@ -117,11 +104,6 @@ def _contour():
     return contour
 
 
-def _output_of(algorithm):
-    algorithm.Update()
-    return algorithm.GetOutput()
-
-
 def _slice():
     plane = vtkPlane()
     plane.SetOrigin(MIDDLE, MIDDLE + 0.3, MIDDLE)
@@ -131,15 +113,9 @@ def _slice():
     return cutter
 
 
-def _clip():
-    clip = vtkClipDataSet()
-    clip.SetInputArrayToProcess(0, 0, 0, 0, "VoidDistance")
-    return clip
-
-
 def _lit(prop):
     """Where something is drawn (z, x), seen along y, one value for each voxel."""
-    window, renderer, grab = vtkRenderWindow(), vtkRenderer(), vtkWindowToImageFilter()
+    window, renderer = vtkRenderWindow(), vtkRenderer()
     window.SetOffScreenRendering(True)
     window.SetMultiSamples(0)
     window.SetSize(SIZE * ZOOM, SIZE * ZOOM)
@@ -153,11 +129,7 @@ def _lit(prop):
     camera.SetViewUp(0, 0, 1)
     renderer.ResetCameraClippingRange()
     window.Render()
-    grab.SetInput(window)
-    grab.ReadFrontBufferOff()
-    grab.Update()
-    pixels = vtk_to_numpy(grab.GetOutput().GetPointData().GetScalars())
-    pixels = pixels.reshape(SIZE, ZOOM, SIZE, ZOOM, 3)
+    pixels = picture_of(window).reshape(SIZE, ZOOM, SIZE, ZOOM, 3)
     return pixels.max(axis=(1, 3, 4)) > 30
 
 
@@ -189,46 +161,3 @@ def test_nothing_is_drawn_in_the_void(way):
     after = _lit(prop(_opened(background)))
     assert not after[gap].any()
     assert np.count_nonzero(after) > 300
-
-
-def test_a_contour_of_continued_values_is_clipped_without_steps():
-    """Against that of values with a background, which goes on into the void, in steps."""
-    stepped, continued = (
-        _opened(0, hides_void=False, void_values=way) for way in ("background", "continued")
-    )
-
-    def ends(image, clipped):
-        """How far from the face the contour ends, in voxels."""
-        surface = _contour()
-        surface.SetInputData(image)
-        surface.SetInputArrayToProcess(0, 0, 0, 0, "density")
-        surface = _output_of(surface)
-        if clipped:
-            clip = vtkClipPolyData()
-            surface.GetPointData().SetActiveScalars("VoidDistance")
-            clip.SetInputData(surface)
-            surface = _output_of(clip)
-        points = vtk_to_numpy(surface.GetPoints().GetData()).astype(float)
-        void_distance = _deformation().void_distance(points[points[:, 2] > 18])
-        assert len(void_distance) > 500
-        return -void_distance.min()
-
-    assert ends(stepped, clipped=False) > 0.3
-    assert ends(continued, clipped=True) < 0.03
-    gap = _gap()
-    assert _lit(_surface(continued))[gap].all()
-    assert not _lit(_surface(continued, _clip()))[gap].any()
-
-
-def test_the_face_by_the_distance_has_no_steps():
-    contour = vtkContourFilter()
-    contour.SetInputData(_opened(0, hides_void=False))
-    contour.SetInputArrayToProcess(0, 0, 0, 0, "VoidDistance")
-    contour.SetValue(0, 0)
-    contour.Update()
-    points = vtk_to_numpy(contour.GetOutput().GetPoints().GetData()).astype(float)
-    inner = points[(points[:, 2] > 18) & (np.abs(points[:, 1:] - MIDDLE) < 15).all(axis=1)]
-    assert len(inner) > 500
-    # in voxels, from the face that the map itself has
-    error = np.sqrt(np.mean(_deformation().void_distance(inner) ** 2))
-    assert error < 0.02

@@ -8,7 +8,7 @@ import pytest
 import SimpleITK as sitk
 from vtk_fixtures import DEFORMED, FAST, REST
 
-from vtk_mls import Deformation, Grid, HalfPlane, Plane
+from vtk_mls import Deformation, Grid, Plane
 from vtk_mls.commands.cli import main
 from vtk_mls.files import control_point_files, formats
 from vtk_mls.files.landmarks import Landmarks
@@ -49,18 +49,6 @@ def test_landmarks_of_every_format_move_with_the_material(landmarks, suffix, opt
     if suffix not in (".txt", ".pts", ".tag"):
         assert landmarks.descriptions == ["first", "", "", "", "last"]
     assert capsys.readouterr().out == f"out{suffix}: 5 points, rigid\n"
-
-
-def test_options_of_the_map_count(landmarks):
-    kind = ["--kind=polynomial", "--degree=1", "--alpha=1.5"]
-    cut = ["--cut-half-plane=4,4,4,0,0,1,1,0,0", "--nu=7", "--cut-frame=deformed"]
-    arguments = ["in.csv", "handles.csv", "out.csv", "--inverse", *kind, *cut]
-    assert main(["points", *arguments, "--device", "reference"]) == 0
-    cut = HalfPlane((4, 4, 4), (0, 0, 1), (1, 0, 0))
-    options = {"degree": 1, "alpha": 1.5, "cuts": cut, "nu": 7, "cut_frame": "deformed"}
-    value = Deformation(REST, DEFORMED, "polynomial", **options, device="reference")
-    landmarks = control_point_files.read_landmarks("out.csv").positions
-    np.testing.assert_allclose(landmarks, value.backward(PLACES), rtol=1e-12)
 
 
 def test_what_itk_reads_goes_back_by_the_displacement_field(landmarks):

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command_fixtures import AT, run
+from command_fixtures import AT, run, write_collection
 from pipelines import Source
 from vtk_fixtures import FAST, add_array, make_image
 from vtkmodules.vtkCommonCore import vtkPoints
@@ -60,18 +60,11 @@ def write_steps(names, make=mesh):
     return names
 
 
-def write_pvd(entries, name="in.pvd"):
-    lines = [f'<DataSet timestep="{time}" file="{file}"/>' for time, file in entries]
-    text = f'<VTKFile type="Collection"><Collection>{"".join(lines)}</Collection></VTKFile>'
-    Path(name).write_text(text)
-    return name
-
-
 def write_input(how):
     """The input of a series of `mesh` at TIMES."""
     if how == ".pvd":
         names = write_steps(["b.vtu", "a.vtu", "c.vtu"])
-        return write_pvd([(10, "c.vtu"), (0.5, "b.vtu"), (2.0, names[1])])
+        return write_collection([(10, "c.vtu"), (0.5, "b.vtu"), (2.0, names[1])])
     if how == ".series":
         names = write_steps(["1.vtu", "2.vtu", "3.vtu"])
         files = [{"name": name, "time": time} for name, time in zip(names, TIMES)]
@@ -126,7 +119,7 @@ def test_a_series_of_images_and_of_blocks(capsys):
     ]
     np.testing.assert_allclose(values, TIMES)
     write_steps(["1.vtu", "2.vtu", "3.vtu"])
-    write_pvd([(0, "1.vtu"), (0, "2.vti"), (1, "3.vtu")])
+    write_collection([(0, "1.vtu"), (0, "2.vti"), (1, "3.vtu")])
     assert deform("in.pvd") == 0
     (first, read_blocks), (second, read_mesh) = series.read_steps("out.pvd")
     assert (first, second) == (0, 1)
@@ -151,7 +144,7 @@ def test_what_holds_for_all_time_steps_is_reported_once(caplog):
 
 def test_one_time_step_fits_into_any_file():
     write_steps(["1.vtu"])
-    assert deform(write_pvd([(7, "1.vtu")]), "out.vtu") == 0
+    assert deform(write_collection([(7, "1.vtu")]), "out.vtu") == 0
     np.testing.assert_allclose(points_of(io.read_dataset("out.vtu")), moved(TIMES[0]), atol=1e-5)
     assert deform("1.vtu", "out.pvd") == 0
     assert [time for time, _ in series.read_steps("out.pvd")] == [0]
@@ -194,7 +187,7 @@ def test_errors_are_one_sentence_and_leave_nothing(folder, capsys, text, sentenc
     Path("broken.vtu").write_text("<VTKFile")
     if text.endswith((".vtu", ".pvd")):
         time = "nan" if text == "nan.vtu" else "1"
-        write_pvd([(0, "1.vtu"), (time, text)])
+        write_collection([(0, "1.vtu"), (time, text)])
     else:
         Path("in.pvd").write_text(text)
     Path("out.pvd").write_text("the old one")
@@ -283,7 +276,8 @@ def write_moving(how):
     for number, move in enumerate(MOVES):
         rest, deformed = handles_at(move)
         io.write_handles(f"h{number}.vtp", rest, deformed)
-    return write_pvd([(t, f"h{number}.vtp") for number, t in enumerate(HANDLE_TIMES)], "h.pvd")
+    entries = [(t, f"h{number}.vtp") for number, t in enumerate(HANDLE_TIMES)]
+    return write_collection(entries, "h.pvd")
 
 
 def image_at(time):
@@ -309,7 +303,7 @@ def test_still_data_at_the_times_of_handles(capsys):
 def test_data_in_time_take_the_last_handles_before(capsys):
     """The same bytes as each step deformed by the handles of one time."""
     write_steps(["1.mha", "2.mha", "3.mha"], image_at)
-    write_pvd([(1.0, "1.mha"), (2.0, "2.mha"), (3.0, "3.mha")])
+    write_collection([(1.0, "1.mha"), (2.0, "2.mha"), (3.0, "3.mha")])
     arguments = ["--device", FAST, "--allow-identity", "--background", "0"]
     assert main(["deform", "in.pvd", write_moving("collection"), "out.mha", *arguments]) == 0
     found = [read() for _, read in series.read_steps("out.mha")]

@@ -1,12 +1,11 @@
 """Images with a time axis are deformed volume by volume into files of the same kind."""
 
-from pathlib import Path
-
 import nibabel
 import nrrd
 import numpy as np
 import pytest
 import SimpleITK
+from command_fixtures import write_collection
 from vtk_fixtures import DEFORMED, FAST, REST
 
 from vtk_mls import io
@@ -153,12 +152,9 @@ def test_a_series_of_files_becomes_one_file(rng, capsys):
 
 def test_uneven_times_need_a_collection(rng, capsys):
     source = itk_image(rng)
-    lines = []
-    for number, time in enumerate((0, 1, 5)):
+    for number in range(COUNT):
         SimpleITK.WriteImage(source[:, :, :, number], f"{number}.mha")
-        lines.append(f'<DataSet timestep="{time}" file="{number}.mha"/>')
-    text = f'<VTKFile type="Collection"><Collection>{"".join(lines)}</Collection></VTKFile>'
-    Path("in.pvd").write_text(text)
+    write_collection([(0, "0.mha"), (1, "1.mha"), (5, "2.mha")])
     assert deform("in.pvd", "out.mha") == 1
     assert "its time steps must be equal, got times 0, 1, 5" in capsys.readouterr().err
 
@@ -172,9 +168,7 @@ def test_a_volume_takes_the_handles_of_its_time_however_it_is_rounded(step, endi
     image.header["pixdim"][4] = step
     nibabel.save(image, "in.nii.gz")
     nibabel.save(nibabel.Nifti1Image(volume[..., 0], np.eye(4)), "one.nii.gz")
-    lines = [f'<DataSet timestep="{n * step:.3f}" file="one.nii.gz"/>' for n in range(COUNT)]
-    text = f'<VTKFile type="Collection"><Collection>{"".join(lines)}</Collection></VTKFile>'
-    Path("in.pvd").write_text(text)
+    write_collection([(f"{n * step:.3f}", "one.nii.gz") for n in range(COUNT)])
     rows = [
         [n * step, *p, *(p + n * (q - p))] for n in range(COUNT) for p, q in zip(REST, DEFORMED)
     ]

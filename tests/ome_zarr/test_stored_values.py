@@ -200,18 +200,8 @@ def test_masks_of_bool_are_labels(rng):
 @pytest.mark.parametrize("axes", ["yx", "cyx", "tyx", "tcyx"])
 def test_the_field_of_a_flat_image(axes, monkeypatch):
     monkeypatch.setattr(blocks, "MAX_VALUES", 3 * 8 * 10)
-    lead, flat = axes[:-2], SHAPE[1:]
-    shape = (*[2] * len(lead), *flat)
-    file = zarr.open_group("in.ome.zarr", mode="w", zarr_format=3)
-    file.create_array("0", shape=shape, dtype="u1", chunks=(*[1] * len(lead), 8, 10))
-    kinds = {"c": "channel", "t": "time"}
-    scale = {"type": "scale", "scale": [*[1.0] * len(lead), *SPACING[1:]]}
-    entry = {
-        "axes": [{"name": name, "type": kinds.get(name, "space")} for name in axes],
-        "datasets": [{"path": "0", "coordinateTransformations": [scale]}],
-    }
-    file.attrs["ome"] = {"version": "0.5", "multiscales": [entry]}
+    write("in.ome.zarr", [np.zeros((*[2] * len(axes[:-2]), *SHAPE[1:]), "u1")], axes=axes)
     assert main(["field", "in.ome.zarr", "handles.csv", "field.ome.zarr"]) == 0
-    grid = Grid((*flat[::-1], 1), (0, 0, 0), (*SPACING[:0:-1], 1))
+    grid = Grid((*SHAPE[:0:-1], 1), (*ORIGIN[:0:-1], 0), (*SPACING[:0:-1], 1))
     field = D.displacement_field(grid).displacement[0]
     np.testing.assert_array_equal(np.moveaxis(level("field.ome.zarr"), 0, -1), field)
