@@ -262,7 +262,9 @@ def test_the_demo_leaves_a_cut_brain(tmp_path, capsys):
     assert main(["demo", str(tmp_path / "demo")]) == 0
     names = {"brain.vti", "handles.vtp", "cut.vti", "cut.png"}
     assert {path.name for path in (tmp_path / "demo").iterdir()} == names
-    cut = io.read_dataset(tmp_path / "demo" / "cut.vti")
+    brain, cut = (io.read_dataset(tmp_path / "demo" / f"{name}.vti") for name in ("brain", "cut"))
+    assert brain.GetDimensions() == (197, 233, 189)
+    assert brain.GetPointData().GetScalars().GetName() == "T1"
     void = arrays.to_numpy(cut.GetPointData().GetArray("Void"))
     assert 0.01 < void.mean() < 0.2
     assert "vtk-mls view" in capsys.readouterr().out

@@ -78,13 +78,6 @@ def test_the_field_is_that_of_the_filter():
     assert found.dimensions == (5, 6, 7)
 
 
-def test_blocks_are_deformed_one_by_one():
-    blocks = pyvista.MultiBlock({name: make() for name, make in DATASETS.items()})
-    found = blocks.mls.deform(REST, DEFORMED)
-    for name in DATASETS:
-        assert found[name] == blocks[name].mls.deform(REST, DEFORMED)
-
-
 def test_a_surface_cuts():
     image = DATASETS["image"]()
     plane = pyvista.Plane(center=(0, 0, 5), direction=(1, 0, 0), i_size=10, j_size=100)
@@ -206,15 +199,6 @@ def test_control_points_of_a_selection(kind):
 def test_invalid_control_points_are_named(handles, error, sentence):
     with pytest.raises(error, match=sentence):
         DATASETS["surface"]().mls.deform(handles())
-
-
-def test_images_that_touch_are_warned_about(caplog):
-    parts = [pyvista.ImageData(dimensions=(5, 5, 5), origin=(4 * i, 0, i)) for i in (0, 1)]
-    pyvista.MultiBlock(parts).mls.deform(REST, DEFORMED)
-    assert caplog.text.count("what crosses a border between them is lost") == 1
-    caplog.clear()
-    parts[0].mls.deform(REST, DEFORMED)
-    assert not caplog.text
 
 
 def test_an_initial_transform_is_an_option():

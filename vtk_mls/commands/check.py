@@ -12,7 +12,6 @@ _MAX_ROWS = 20  # in the terminal, beside outliers
 
 
 def add(commands):
-    """Add the command to its parent's parsers."""
     check = commands.add_parser(
         "check",
         help="find bad pairs of landmarks, and the settings that suit them",
@@ -31,7 +30,6 @@ def add(commands):
 
 
 def run(options):
-    """Run the command."""
     from vtk_mls.files.paths import check_replaceable, replacing
     from vtk_mls.landmarks import report
     from vtk_mls.landmarks.page import page

@@ -80,11 +80,8 @@ def _parser():
     )
     parser.add_argument("--version", action="version", version=f"vtk-mls {__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
-    deform.add(commands)
-    field.add(commands)
-    points.add(commands)
-    check.add(commands)
-    view.add(commands)
+    for command in (deform, field, points, check, view):
+        command.add(commands)
     info = commands.add_parser(
         "doctor",
         aliases=["info"],

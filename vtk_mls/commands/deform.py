@@ -10,7 +10,6 @@ _MULTI_ARRAY_FORMATS = (".vti", ".vtk", ".pvd")
 
 
 def add(commands):
-    """Add the command to its parent's parsers."""
     deform = commands.add_parser(
         "deform",
         help="deform an image or a mesh file",
@@ -76,7 +75,6 @@ def add(commands):
 
 
 def run(options):
-    """Run the command."""
     from vtk_mls.commands import series
     from vtk_mls.files.paths import check_apart, check_replaceable
     from vtk_mls.filters import MLSDeform

@@ -9,7 +9,6 @@ from vtk_mls.commands.supervision import step
 
 
 def add(commands):
-    """Add the command to its parent's parsers."""
     field = commands.add_parser(
         "field",
         help="write the displacement field of a deformation, a transform for other programs",
@@ -67,7 +66,6 @@ def add(commands):
 
 
 def run(options):
-    """Run the command."""
     from vtk_mls import io
     from vtk_mls.files.paths import check_apart
     from vtk_mls.filters import MLSDisplacementField

@@ -7,7 +7,6 @@ from vtk_mls.files.paths import existing_file
 
 
 def add(commands):
-    """Add the command to its parent's parsers."""
     paraview = commands.add_parser(
         "paraview",
         help="start ParaView with the plugin loaded",
@@ -32,7 +31,6 @@ def add(commands):
 
 
 def run(options):
-    """Run the command."""
     from vtk_mls.paraview import installation
 
     paraview = installation.find(options.paraview)

@@ -9,7 +9,6 @@ from vtk_mls.commands.supervision import step
 
 
 def add(commands):
-    """Add the command to its parent's parsers."""
     points = commands.add_parser(
         "points",
         help="move a file of landmarks with the material",
@@ -39,7 +38,6 @@ def add(commands):
 
 
 def run(options):
-    """Run the command."""
     from vtk_mls import io
     from vtk_mls.files import control_point_files
     from vtk_mls.filters import MLSDeform

@@ -13,7 +13,6 @@ _WEB_PACKAGES = "aiohttp", "trame", "trame_client", "trame_vuetify"  # of the ex
 
 
 def add(commands):
-    """Add the command to its parent's parsers."""
     view = commands.add_parser(
         "view",
         help="deform an image or a mesh by the mouse, in a browser",
@@ -72,7 +71,6 @@ def add(commands):
 
 
 def run(options):
-    """Run the command."""
     from vtk_mls.files import session_files
 
     if options.output is not None and session_files.is_session(options.output):
