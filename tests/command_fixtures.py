@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -12,6 +13,7 @@ import pytest
 from vtk_fixtures import DEFORMED, REST, add_array, make_image
 
 from vtk_mls import io
+from vtk_mls.commands.cli import main
 from vtk_mls.vtk.arrays import ImageGeometry
 
 PROJECT = Path(__file__).resolve().parents[1]
@@ -69,6 +71,21 @@ def files(tmp_path, monkeypatch):
     io.write_dataset(image, "in.vti")
     np.savetxt("handles.csv", np.hstack([REST, DEFORMED]), delimiter=",", fmt="%.17g")
     return tmp_path
+
+
+@pytest.fixture
+def refused(capsys):
+    """A function of the words of a command, which must end in one sentence: it returns that."""
+
+    def sentence(*words):
+        capsys.readouterr()
+        assert main([*map(str, words)]) == 1
+        printed = capsys.readouterr()
+        assert printed.out == ""
+        assert re.fullmatch("vtk-mls: [^\n]*\n", printed.err), printed.err
+        return printed.err.removeprefix("vtk-mls: ").rstrip("\n")
+
+    return sentence
 
 
 def run(*arguments, code=None, child=None, **environment):

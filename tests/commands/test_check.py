@@ -64,15 +64,10 @@ def test_the_options_to_take_are_those_of_deform(pairs, capsys):
         (["0,0,0,1,0,0", "0,0,0,2,0,0", "1,2,3,4,5,6", "3,2,1,5,5,5"], "p of `few.csv` must be"),
     ],
 )
-def test_wrong_pairs_are_one_sentence(files, capsys, lines, sentence):
+def test_wrong_pairs_are_one_sentence(files, refused, lines, sentence):
     (files / "few.csv").write_text("px,py,pz,qx,qy,qz\n" + "\n".join(lines) + "\n")
-    assert main(["check", "few.csv", DEVICE]) == 1
-    error = capsys.readouterr().err
-    assert error.startswith("vtk-mls: ")
-    assert sentence in error
-    assert error.count("\n") == 1
+    assert refused("check", "few.csv", DEVICE).startswith(sentence)
 
 
-def test_positions_without_partners(pairs, capsys):
-    assert main(["check", "p.mrk.json", DEVICE]) == 1
-    assert "and not where they go" in capsys.readouterr().err
+def test_positions_without_partners(pairs, refused):
+    assert "and not where they go" in refused("check", "p.mrk.json", DEVICE)

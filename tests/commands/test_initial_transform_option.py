@@ -61,7 +61,6 @@ def test_fields(initial):
     np.testing.assert_allclose(written.backward(v), chain.backward(v), atol=1e-4)
 
 
-def test_a_missing_file_is_named(initial, capsys):
-    arguments = ["deform", "in.vti", "handles.csv", "out.vti"]
-    assert main([*arguments, "--initial-transform", "no.h5"]) == 1
-    assert "there is no file `no.h5`" in capsys.readouterr().err
+def test_a_missing_file_is_named(initial, refused):
+    arguments = "deform", "in.vti", "handles.csv", "out.vti", "--initial-transform", "no.h5"
+    assert refused(*arguments) == "there is no file `no.h5`"

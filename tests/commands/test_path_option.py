@@ -120,24 +120,21 @@ def test_points_are_paired_by_labels(column):
         (["--path", "turn_0.csv"], "the 36 positions of `turn_0.csv` are those of `rest.csv`"),
     ],
 )
-def test_bad_series_are_errors(column, options, match, capsys):
+def test_bad_series_are_errors(column, options, match, refused):
     write_points("less_0.csv", REST)
     write_points("less_1.csv", REST[:-1])
     write_points("less_2.csv", REST)
     write_collection([(1, "turn_1.vtp"), (1, "turn_2.vtp")], "double.pvd")
-    assert main(["field", "in.vti", "rest.csv", "field.vti", *options]) == 1
-    (line,) = capsys.readouterr().err.splitlines()
-    assert match in line
+    assert match in refused("field", "in.vti", "rest.csv", "field.vti", *options)
     assert not Path("field.vti").exists()
 
 
-def test_a_bad_array_is_an_error(files, capsys):
+def test_a_bad_array_is_an_error(files, refused):
     polydata = vtkPolyData()
     fill_polydata(polydata, REST, PLACES[-1], None)
     add_array(polydata.GetPointData(), "Path", np.zeros((len(REST), 2)), 11)
     io.write_dataset(polydata, "bad.vtp")
-    assert main(["field", "in.vti", "bad.vtp", "field.vti"]) == 1
-    (line,) = capsys.readouterr().err.splitlines()
+    line = refused("field", "in.vti", "bad.vtp", "field.vti")
     assert "bad.vtp" in line
     assert "must have 3 components per intermediate place" in line
     assert "got 2 components" in line

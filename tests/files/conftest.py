@@ -1,10 +1,10 @@
 """Fixtures of file formats."""
 
 import pytest
-from command_fixtures import files
+from command_fixtures import files, refused
 from vtk_fixtures import messages
 
-__all__ = ["files", "messages"]
+__all__ = ["files", "messages", "refused"]
 
 
 @pytest.fixture

@@ -77,20 +77,18 @@ def test_what_makes_no_pairs(pair_by, rest, deformed, sentence):
         paired(_points("p", rest), _points("q", deformed), (), pair_by)
 
 
-def test_the_option_sets_how_points_make_pairs(files, capsys, caplog):
+def test_the_option_sets_how_points_make_pairs(files, refused, caplog):
     files.joinpath("p.csv").write_text("a,0,0,0\nb,9,0,0\nc,0,9,0\n")
     files.joinpath("q.csv").write_text("c,0,9,1\na,1,0,0\n")
     (files / "two.csv").write_text("a,0,0,0\nc,0,9,0\n")
     arguments = ["two.csv", "p.csv", "out.csv", "--deformed", "q.csv", "--device", FAST]
-    assert main(["points", *arguments]) == 1
-    assert "only `p.csv` has `b`" in capsys.readouterr().err
+    assert "only `p.csv` has `b`" in refused("points", *arguments)
     assert main(["points", *arguments, "--pair-by", "common"]) == 0
     assert caplog.messages == ["points without a partner are left out: only `p.csv` has `b`"]
     found = control_point_files.read_landmarks("out.csv").positions
     np.testing.assert_allclose(found, [(1, 0, 0), (0, 9, 1)], atol=1e-6)
     for command in (["points", "p.csv", "p.csv", "o.csv"], ["check", "p.csv"]):
-        assert main([*command, "--pair-by", "order"]) == 1
-        assert "name the second by --deformed" in capsys.readouterr().err
+        assert "name the second by --deformed" in refused(*command, "--pair-by", "order")
 
 
 def test_points_of_vtk_files_are_landmarks(files):
@@ -177,12 +175,11 @@ def test_the_command_takes_places_from_a_second_file(dragged, rest, capsys):
     assert np.ptp(values[0]) > 0
 
 
-def test_handles_far_from_the_data_name_all_files(dragged, capsys):
+def test_handles_far_from_the_data_name_all_files(dragged, refused):
     control_point_files.write("far.fcsv", REST, REST + 1e12, None, list("abcdefgh"))
     options = ["--deformed", "far.fcsv", "--device", FAST]
-    assert main(["deform", "in.vti", "rest.mrk.json", "out.vti", *options]) == 1
-    error = capsys.readouterr().err
-    assert "`rest.mrk.json` and `far.fcsv` must be where the data are" in error
+    error = refused("deform", "in.vti", "rest.mrk.json", "out.vti", *options)
+    assert error.startswith("`rest.mrk.json` and `far.fcsv` must be where the data are")
 
 
 def test_a_source_pairs_by_label_and_keeps_the_labels(dragged, messages, tmp_path):
