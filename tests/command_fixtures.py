@@ -94,10 +94,15 @@ def run(*arguments, code=None, child=None, **environment):
     It runs the command, or the program `code`; the program `child` is run in the command's child.
     """
     code = PARENT.format(child=child) if child else code
-    command = [sys.executable, *(["-c", code] if code else ["-m", "vtk_mls"]), *arguments]
-    path = os.pathsep.join([str(PROJECT), *filter(None, [os.environ.get("PYTHONPATH")])])
+    return python(*(["-c", code] if code else ["-m", "vtk_mls"]), *arguments, **environment)
+
+
+def python(*arguments, folder=None, path=PROJECT, **environment):
+    """Python in a process of its own, as of `run`, in a folder, with modules of a path."""
+    path = os.pathsep.join([str(path), *filter(None, [os.environ.get("PYTHONPATH")])])
     done = subprocess.run(
-        command,
+        [sys.executable, *map(str, arguments)],
+        cwd=folder,
         capture_output=True,
         text=True,
         env={**os.environ, "PYTHONPATH": path, **environment},
@@ -108,7 +113,7 @@ def run(*arguments, code=None, child=None, **environment):
 
 def run_script(path):
     """A Python script in a process of its own, as of `run`."""
-    return run(str(path), code="import runpy, sys; runpy.run_path(sys.argv[1])")
+    return python(path)
 
 
 def write_collection(entries, name="in.pvd"):

@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 import ast
-import os
 import re
-import subprocess
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
+from command_fixtures import PROJECT, python
 from vtk_fixtures import can_draw
 
-PROJECT = Path(__file__).resolve().parents[2]
 EXAMPLES = sorted(
     path for path in (PROJECT / "examples").glob("*.py") if "paraview" not in path.name
 )
@@ -32,27 +28,16 @@ def marked(path):
 def test_example(example, tmp_path):
     if re.search(r"vtkRenderWindow|Plotter\(", example.read_text()) and not can_draw():
         pytest.skip("VTK cannot draw here")
-    search = os.pathsep.join([str(PROJECT), os.environ.get("PYTHONPATH", "")])
-    done = subprocess.run(
-        [sys.executable, str(example)],
-        cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": search.rstrip(os.pathsep), "PYVISTA_OFF_SCREEN": "true"},
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=120,
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert done.stdout.strip()
-    assert "ERR|" not in done.stderr, done.stderr
+    status, out, err = python(example, folder=tmp_path, PYVISTA_OFF_SCREEN="true")
+    assert status == 0, out + err
+    assert out.strip()
+    assert "ERR|" not in err, err
 
 
 @pytest.mark.parametrize("name", ["vtk_live", "pyvista_deform"])
 def test_a_folder_is_no_picture(name):
-    command = [sys.executable, str(PROJECT / "examples" / f"{name}.py"), "."]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 1
-    assert done.stderr == "the picture must be a .png file, got `.`\n"
+    status, _, err = python(PROJECT / "examples" / f"{name}.py", ".")
+    assert (status, err) == (1, "the picture must be a .png file, got `.`\n")
 
 
 def test_a_curve_that_runs_back_is_refused():

@@ -6,27 +6,14 @@ from functools import cache
 
 import numpy as np
 import pytest
-import vtkmodules.vtkRenderingOpenGL2
-import vtkmodules.vtkRenderingVolumeOpenGL2  # noqa: F401  (registers the volume mappers)
-from pipelines import picture_of
+from drawing import Scene, image_of, volume_of
 from vtk_fixtures import FAST
-from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
-from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPiecewiseFunction, vtkPlane
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkCommonDataModel import vtkPlane
 from vtkmodules.vtkFiltersCore import vtkContourFilter, vtkCutter
 from vtkmodules.vtkFiltersGeometry import vtkGeometryFilter
-from vtkmodules.vtkRenderingCore import (
-    vtkActor,
-    vtkColorTransferFunction,
-    vtkPolyDataMapper,
-    vtkRenderer,
-    vtkRenderWindow,
-    vtkVolume,
-    vtkVolumeProperty,
-)
-from vtkmodules.vtkRenderingVolume import (
-    vtkFixedPointVolumeRayCastMapper,
-    vtkGPUVolumeRayCastMapper,
-)
+from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
+from vtkmodules.vtkRenderingVolume import vtkFixedPointVolumeRayCastMapper
 
 from vtk_mls import HalfPlane
 from vtk_mls.filters import MLSDeform
@@ -41,12 +28,7 @@ pytestmark = pytest.mark.usefixtures("opengl")
 def _ball():
     z, y, x = np.mgrid[:SIZE, :SIZE, :SIZE] - MIDDLE
     values = np.clip(OPAQUE - (np.sqrt(x * x + y * y + z * z) - 15) * 60, 0, OPAQUE)
-    image = vtkImageData()
-    image.SetDimensions(SIZE, SIZE, SIZE)
-    array = numpy_to_vtk(values.astype(np.uint8).ravel(), deep=True)
-    array.SetName("density")
-    image.GetPointData().SetScalars(array)
-    return image
+    return image_of(values.astype(np.uint8))
 
 
 @cache
@@ -63,24 +45,6 @@ def _opened(background):
     deform.SetBackground(background)
     deform.Update()
     return deform.GetOutputDataObject(0)
-
-
-def _volume(image, mapper):
-    opacity = vtkPiecewiseFunction()
-    opacity.AddPoint(60, 0)
-    opacity.AddPoint(128, 1)
-    white = vtkColorTransferFunction()
-    for value in (0, OPAQUE):
-        white.AddRGBPoint(value, 1, 1, 1)
-    appearance = vtkVolumeProperty()
-    appearance.SetColor(white)
-    appearance.SetScalarOpacity(opacity)
-    appearance.SetInterpolationTypeToLinear()
-    mapper.SetInputData(image)
-    volume = vtkVolume()
-    volume.SetMapper(mapper)
-    volume.SetProperty(appearance)
-    return volume
 
 
 def _surface(image, first=None):
@@ -115,21 +79,14 @@ def _slice():
 
 def _lit(prop):
     """Where something is drawn (z, x), seen along y, one value for each voxel."""
-    window, renderer = vtkRenderWindow(), vtkRenderer()
-    window.SetOffScreenRendering(True)
-    window.SetMultiSamples(0)
-    window.SetSize(SIZE * ZOOM, SIZE * ZOOM)
-    window.AddRenderer(renderer)
-    renderer.AddViewProp(prop)
-    camera = renderer.GetActiveCamera()
+    scene = Scene(prop, pixels=SIZE * ZOOM)
+    scene.renderer.SetBackground(0, 0, 0)
+    camera = scene.renderer.GetActiveCamera()
     camera.ParallelProjectionOn()
     camera.SetParallelScale(SIZE / 2)
     camera.SetFocalPoint(MIDDLE, MIDDLE, MIDDLE)
     camera.SetPosition(MIDDLE, MIDDLE - 100, MIDDLE)
-    camera.SetViewUp(0, 0, 1)
-    renderer.ResetCameraClippingRange()
-    window.Render()
-    pixels = picture_of(window).reshape(SIZE, ZOOM, SIZE, ZOOM, 3)
+    pixels = scene.picture().reshape(SIZE, ZOOM, SIZE, ZOOM, 3)
     return pixels.max(axis=(1, 3, 4)) > 30
 
 
@@ -144,8 +101,8 @@ def _gap():
 # With what in the void: hidden points and cells are left out even if opaque; contours and
 # VTK's fixed-point ray caster do not look at them, and draw the background, which is 0.
 DRAWN = {
-    "volume": (OPAQUE, lambda image: _volume(image, vtkGPUVolumeRayCastMapper())),
-    "fixed-point volume": (0, lambda image: _volume(image, vtkFixedPointVolumeRayCastMapper())),
+    "volume": (OPAQUE, volume_of),
+    "fixed-point volume": (0, lambda i: volume_of(i, mapper=vtkFixedPointVolumeRayCastMapper())),
     "contour": (0, lambda image: _surface(image, _contour())),
     "slice": (OPAQUE, lambda image: _surface(image, _slice())),
     "surface": (OPAQUE, _surface),
