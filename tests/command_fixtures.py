@@ -59,6 +59,12 @@ sys.exit(main())
 """
 
 
+@pytest.fixture(autouse=True)
+def numpy_computes(monkeypatch):
+    """Commands and filters use the specification, unless a test names a device."""
+    monkeypatch.setenv("VTK_MLS_DEVICE", "reference")
+
+
 @pytest.fixture
 def files(tmp_path, monkeypatch):
     """A folder with in.vti and handles.csv, as the current one."""

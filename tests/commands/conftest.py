@@ -1,6 +1,6 @@
 """Fixtures of the command line."""
 
-from command_fixtures import files, refused
+from command_fixtures import files, numpy_computes, refused
 from vtk_fixtures import messages
 
-__all__ = ["files", "messages", "refused"]
+__all__ = ["files", "messages", "numpy_computes", "refused"]

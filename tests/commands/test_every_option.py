@@ -142,7 +142,6 @@ def inputs(tmp_path_factory):
 def folder(inputs, monkeypatch):
     """The current folder, with all inputs."""
     monkeypatch.chdir(inputs)
-    monkeypatch.setenv("VTK_MLS_DEVICE", "reference")
     return inputs
 
 

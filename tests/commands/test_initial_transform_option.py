@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from vtk_fixtures import DEFORMED, FAST, REST
+from vtk_fixtures import DEFORMED, REST
 
 from vtk_mls import Chain, Deformation, Field, Grid, io
 from vtk_mls.commands.cli import main
@@ -23,11 +23,11 @@ def initial(files):
 
 
 def chained(initial):
-    return Chain([initial, Deformation(REST, DEFORMED, device=FAST)])
+    return Chain([initial, Deformation(REST, DEFORMED, device="reference")])
 
 
 def command(name, *arguments):
-    return main([name, *arguments, "--device", FAST, "--initial-transform", "warp.nrrd"])
+    return main([name, *arguments, "--initial-transform", "warp.nrrd"])
 
 
 def test_handles_at_rest_leave_the_initial_transform(initial, capsys):

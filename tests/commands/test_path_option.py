@@ -8,7 +8,7 @@ import pytest
 from command_fixtures import write_collection
 from pipelines import values_of
 from turned_column import CENTER, LEGS, REST, turned
-from vtk_fixtures import FAST, add_array
+from vtk_fixtures import add_array
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
 from vtk_mls import Deformation, io
@@ -43,13 +43,13 @@ def column(files):
 
 
 def field(*arguments):
-    assert main(["field", "in.vti", *arguments, "--device", FAST]) == 0
+    assert main(["field", "in.vti", *arguments]) == 0
     return values_of(io.read_dataset("field.vti"), "BackwardDisplacement").reshape(-1, 3)
 
 
 def expected(places=PLACES):
     grid = ImageGeometry.of_image(io.read_dataset("in.vti")).grid
-    d = Deformation(REST, places[-1], path=places[1:-1], device=FAST)
+    d = Deformation(REST, places[-1], path=places[1:-1], device="reference")
     return d.displacement_field(grid).displacement.reshape(-1, 3)
 
 
@@ -68,12 +68,12 @@ def test_a_part_of_a_turn(column):
 
 
 def test_points_and_meshes_turn(column):
-    series = ["--path", "turn_*.vtp", "--device", FAST]
+    series = ["--path", "turn_*.vtp"]
     assert main(["points", "rest.csv", "rest.csv", "out.csv", *series]) == 0
     np.testing.assert_allclose(io.read_landmarks("out.csv").positions, PLACES[-1], atol=1e-5)
     off = REST[:8] + (0.3, 0.2, 0)
     write_points("off.csv", off)
-    d = Deformation(REST, PLACES[-1], path=PLACES[1:-1], device=FAST)
+    d = Deformation(REST, PLACES[-1], path=PLACES[1:-1], device="reference")
     for handles in (["rest.csv", *series], ["column.vtp", *series[2:]]):
         io.write_handles("column.vtp", REST, PLACES[-1], between=PLACES[1:-1])
         assert main(["points", "off.csv", handles[0], "out.csv", *handles[1:]]) == 0

@@ -6,7 +6,7 @@ import json
 import numpy as np
 import pytest
 import SimpleITK as sitk
-from vtk_fixtures import DEFORMED, FAST, REST
+from vtk_fixtures import DEFORMED, REST
 
 from vtk_mls import Deformation, Grid, Plane
 from vtk_mls.commands.cli import main
@@ -31,7 +31,7 @@ def landmarks(files):
 
 
 def _points(*arguments):
-    return main(["points", *arguments, "--device", FAST])
+    return main(["points", *arguments])
 
 
 @pytest.mark.parametrize("suffix", formats.endings(reads=(formats.POINTS,)))
@@ -39,7 +39,7 @@ def _points(*arguments):
 def test_landmarks_of_every_format_move_with_the_material(landmarks, suffix, option, capsys):
     assert _points(f"in{suffix}", "handles.csv", f"out{suffix}", option) == 0
     cuts = [Plane((4, 4, 4), (0, 0, 1))] if "cut" in option else []
-    value = Deformation(REST, DEFORMED, cuts=cuts, device=FAST)
+    value = Deformation(REST, DEFORMED, cuts=cuts, device="reference")
     expected = (value.backward if option == "--inverse" else value.forward)(PLACES)
     landmarks = control_point_files.read_landmarks(f"out{suffix}")
     np.testing.assert_allclose(landmarks.positions, expected, rtol=1e-12)
@@ -58,7 +58,7 @@ def test_what_itk_reads_goes_back_by_the_displacement_field(landmarks):
     moved = [[float(row[axis]) for axis in "xyz"] for row in rows]
     assert [(row["t"], row["label"]) for row in rows] == [("0", label) for label in LABELS]
     grid = Grid((81, 81, 81), (0, 0, 0), (0.1, 0.1, 0.1))
-    value = Deformation(REST, DEFORMED, device=FAST)
+    value = Deformation(REST, DEFORMED, device="reference")
     field = value.displacement_field(grid.dimensions, grid.origin, grid.spacing).displacement
     image = sitk.GetImageFromArray(field.astype(np.float64), isVector=True)
     image.SetSpacing(grid.spacing.tolist())
@@ -122,4 +122,4 @@ def test_points_in_a_void_are_reported(files, name, fate, capsys):
 def test_errors_are_one_sentence(landmarks, arguments, sentence, refused):
     np.savetxt("places.txt", PLACES)
     np.savetxt("far.csv", np.hstack([REST, DEFORMED]) * 1e40, delimiter=",")
-    assert refused("points", *arguments, "--device", FAST).startswith(sentence)
+    assert refused("points", *arguments).startswith(sentence)

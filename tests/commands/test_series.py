@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from command_fixtures import AT, run, write_collection
 from pipelines import Source
-from vtk_fixtures import FAST, add_array, make_image
+from vtk_fixtures import add_array, make_image
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkUnstructuredGrid
 from vtkmodules.vtkIOHDF import vtkHDFWriter
@@ -87,7 +87,7 @@ def write_input(how):
 
 
 def deform(name, output="out.pvd", *options):
-    return main(["deform", name, "handles.csv", output, "--device", FAST, *options])
+    return main(["deform", name, "handles.csv", output, *options])
 
 
 @pytest.mark.parametrize("how", [".pvd", ".series", "pattern", ".vtkhdf"])
@@ -137,8 +137,7 @@ def test_what_holds_for_all_time_steps_is_reported_once(caplog):
         return volume
 
     write_steps(["1.vti", "2.vti", "3.vti"], image)
-    arguments = ["deform", "?.vti", "handles.csv", "out.pvd", "--background", "300"]
-    assert main([*arguments, "--device", "reference"]) == 0
+    assert deform("?.vti", "out.pvd", "--background", "300") == 0
     assert [record.getMessage()[:12] for record in caplog.records] == ["`background`"]
 
 
@@ -191,7 +190,7 @@ def test_errors_are_one_sentence_and_leave_nothing(folder, refused, text, senten
         Path("in.pvd").write_text(text)
     Path("out.pvd").write_text("the old one")
     before = sorted(folder.rglob("*"))
-    assert sentence in refused("deform", "in.pvd", "handles.csv", "out.pvd", "--device", FAST)
+    assert sentence in refused("deform", "in.pvd", "handles.csv", "out.pvd")
     assert sorted(folder.rglob("*")) == before
     assert Path("out.pvd").read_text() == "the old one"
 
@@ -243,7 +242,7 @@ usual = series.io.read_dataset
 series.io.read_dataset = lambda path: meet() if "9" in str(path) else usual(path)
 # here"""
     child = AT.format(place="nothing", code=code).replace("# here", stop)
-    arguments = ["deform", "step_*.vtu", "handles.csv", "out.pvd", "--device", "reference"]
+    arguments = ["deform", "step_*.vtu", "handles.csv", "out.pvd"]
     assert run(*arguments, child=child)[0] == status
     assert sorted(folder.rglob("*")) == before
 
@@ -285,9 +284,8 @@ def image_at(time):
 
 def test_still_data_at_the_times_of_handles(capsys):
     io.write_dataset(mesh(0), "in.vtu")
-    arguments = ["--device", FAST]
     for how in ("table", "collection"):
-        assert main(["deform", "in.vtu", write_moving(how), "out.pvd", *arguments]) == 0
+        assert main(["deform", "in.vtu", write_moving(how), "out.pvd"]) == 0
         assert "3 time steps, rigid, handles at 3 times" in capsys.readouterr().out
         steps = series.read_steps("out.pvd")
         assert tuple(time for time, _ in steps) == HANDLE_TIMES
@@ -300,7 +298,7 @@ def test_data_in_time_take_the_last_handles_before(capsys):
     """The same bytes as each step deformed by the handles of one time."""
     write_steps(["1.mha", "2.mha", "3.mha"], image_at)
     write_collection([(1.0, "1.mha"), (2.0, "2.mha"), (3.0, "3.mha")])
-    arguments = ["--device", FAST, "--allow-identity", "--background", "0"]
+    arguments = ["--allow-identity", "--background", "0"]
     assert main(["deform", "in.pvd", write_moving("collection"), "out.mha", *arguments]) == 0
     found = [read() for _, read in series.read_steps("out.mha")]
     for number, handles in enumerate((0, 1, 1)):

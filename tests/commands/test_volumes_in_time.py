@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import SimpleITK
 from command_fixtures import write_collection
-from vtk_fixtures import DEFORMED, FAST, REST
+from vtk_fixtures import DEFORMED, REST
 
 from vtk_mls import io
 from vtk_mls.commands import series
@@ -41,7 +41,7 @@ def itk_image(rng, components=1):
 
 
 def deform(source, target, *options):
-    options = ["--device", FAST, "--background", "0", *options]  # auto is that of the first step
+    options = ["--background", "0", *options]  # auto is that of the first step
     return main(["deform", source, "handles.csv", target, *options])
 
 
@@ -143,7 +143,7 @@ def test_a_series_of_files_becomes_one_file(rng, refused):
         expected = np.asarray(nibabel.load("alone.nii.gz").dataobj)
         np.testing.assert_array_equal(np.asarray(found.dataobj)[..., number], expected)
     SimpleITK.WriteImage(source[:8, :, :, 0], "in_99.nii.gz")
-    error = refused("deform", "in_*.nii.gz", "handles.csv", "other.nii.gz", "--device", FAST)
+    error = refused("deform", "in_*.nii.gz", "handles.csv", "other.nii.gz")
     assert error.startswith("`other.nii.gz` must get images of one grid")
     error = refused("deform", "in_*.nii.gz", "handles.csv", "out.vti")
     assert "only these files can hold: .pvd .mha .mhd" in error
@@ -173,7 +173,7 @@ def test_a_volume_takes_the_handles_of_its_time_however_it_is_rounded(step, endi
     ]
     header = "time,px,py,pz,qx,qy,qz"
     np.savetxt("moving.csv", rows, "%.17g", ",", header=header, comments="")
-    options = ["--background", "0", "--device", FAST]
+    options = ["--background", "0"]
     assert main(["deform", f"in.{ending}", "moving.csv", "out.pvd", *options]) == 0
     for n, (_, read) in enumerate(series.read_steps("out.pvd")):
         np.savetxt("handles.csv", np.hstack([REST, REST + n * (DEFORMED - REST)]), "%.17g", ",")

@@ -1,10 +1,10 @@
 """Fixtures of file formats."""
 
 import pytest
-from command_fixtures import files, refused
+from command_fixtures import files, numpy_computes, refused
 from vtk_fixtures import messages
 
-__all__ = ["files", "messages", "refused"]
+__all__ = ["files", "messages", "numpy_computes", "refused"]
 
 
 @pytest.fixture

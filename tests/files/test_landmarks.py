@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 from pipelines import control_points, update
-from vtk_fixtures import DEFORMED, FAST, REST
+from vtk_fixtures import DEFORMED, REST
 from vtkmodules.vtkIOXML import vtkXMLPolyDataReader, vtkXMLPolyDataWriter
 
 from vtk_mls import io
@@ -81,7 +81,7 @@ def test_the_option_sets_how_points_make_pairs(files, refused, caplog):
     files.joinpath("p.csv").write_text("a,0,0,0\nb,9,0,0\nc,0,9,0\n")
     files.joinpath("q.csv").write_text("c,0,9,1\na,1,0,0\n")
     (files / "two.csv").write_text("a,0,0,0\nc,0,9,0\n")
-    arguments = ["two.csv", "p.csv", "out.csv", "--deformed", "q.csv", "--device", FAST]
+    arguments = ["two.csv", "p.csv", "out.csv", "--deformed", "q.csv"]
     assert "only `p.csv` has `b`" in refused("points", *arguments)
     assert main(["points", *arguments, "--pair-by", "common"]) == 0
     assert caplog.messages == ["points without a partner are left out: only `p.csv` has `b`"]
@@ -93,7 +93,7 @@ def test_the_option_sets_how_points_make_pairs(files, refused, caplog):
 
 def test_points_of_vtk_files_are_landmarks(files):
     io.write_handles("in.vtp", REST, REST)
-    arguments = ["points", "in.vtp", "handles.csv", "out.csv", "--device", FAST]
+    arguments = ["points", "in.vtp", "handles.csv", "out.csv"]
     assert main(arguments) == 0
     found = control_point_files.read_landmarks("out.csv").positions
     np.testing.assert_allclose(found, DEFORMED, atol=1e-6)
@@ -148,7 +148,7 @@ def dragged(files):
 
 @pytest.mark.parametrize("rest", ["rest.mrk.json", "rest.vtp", "handles.csv", "ras.txt"])
 def test_the_command_takes_places_from_a_second_file(dragged, rest, capsys):
-    options = ["--device", "reference"]
+    options = []
     if rest == "rest.vtp":
         writer = vtkXMLPolyDataWriter()
         writer.SetInputData(io.read_control_points("rest.mrk.json"))
@@ -165,7 +165,7 @@ def test_the_command_takes_places_from_a_second_file(dragged, rest, capsys):
         options += ["--handles-space", "ras"]
     assert main(["deform", "in.vti", rest, "out.vti", "--deformed", "q.mrk.json", *options]) == 0
     np.savetxt("one.csv", np.hstack([REST, DEFORMED]), delimiter=",", fmt="%.17g")
-    options = ["--device", "reference", "--kind", "auto"]  # the default for marked pairs
+    options = ["--kind", "auto"]  # the default for marked pairs
     assert main(["deform", "in.vti", "one.csv", "expected.vti", *options]) == 0
     values = [
         arrays.to_numpy(io.read_dataset(name).GetPointData().GetArray("values"))
@@ -177,7 +177,7 @@ def test_the_command_takes_places_from_a_second_file(dragged, rest, capsys):
 
 def test_handles_far_from_the_data_name_all_files(dragged, refused):
     control_point_files.write("far.fcsv", REST, REST + 1e12, None, list("abcdefgh"))
-    options = ["--deformed", "far.fcsv", "--device", FAST]
+    options = ["--deformed", "far.fcsv"]
     error = refused("deform", "in.vti", "rest.mrk.json", "out.vti", *options)
     assert error.startswith("`rest.mrk.json` and `far.fcsv` must be where the data are")
 

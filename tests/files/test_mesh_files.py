@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from command_fixtures import WITHOUT, run
 from mesh_fixtures import explicit_structured
-from vtk_fixtures import FAST, add_array, make_image
+from vtk_fixtures import add_array, make_image
 from vtkmodules.vtkCommonDataModel import (
     vtkCompositeDataSet,
     vtkMultiBlockDataSet,
@@ -142,7 +142,7 @@ def write_tetrahedra(suffix):
 
 
 def deform(name, output):
-    assert main(["deform", name, "handles.csv", output, "--device", FAST]) == 0
+    assert main(["deform", name, "handles.csv", output]) == 0
 
 
 def points_of(dataset):
@@ -257,7 +257,7 @@ def test_a_name_that_xml_writes_otherwise():
 
 def test_the_field_of_blocks_is_over_all_of_them():
     write(vtkXMLMultiBlockDataWriter(), many_blocks(), "in.vtm")
-    arguments = ["field", "in.vtm", "handles.csv", "field.vti", "--device", FAST]
+    arguments = ["field", "in.vtm", "handles.csv", "field.vti"]
     assert main([*arguments, "--dimensions", "5,6,7"]) == 0
     field = io.read_dataset("field.vti")
     assert field.GetDimensions() == (5, 6, 7)
@@ -268,7 +268,7 @@ def test_the_field_of_blocks_is_over_all_of_them():
 
 def test_a_dataset_alone_is_not_written_as_blocks(refused):
     write(vtkXMLPPolyDataWriter(), sphere(), "in.pvtp")
-    error = refused("deform", "in.pvtp", "handles.csv", "out.vtm", "--device", FAST)
+    error = refused("deform", "in.pvtp", "handles.csv", "out.vtm")
     assert error.startswith("cannot write a vtkPolyData to `out.vtm`")
 
 
@@ -286,7 +286,7 @@ def test_a_dataset_alone_is_not_written_as_blocks(refused):
 )
 def test_missing_packages_are_named(folder, name, missing, sentence):
     (folder / name).write_text("something")
-    arguments = ["deform", name, "handles.csv", "out.vtu", "--device", "reference"]
+    arguments = ["deform", name, "handles.csv", "out.vtu"]
     status, _, error = run(*arguments, code=WITHOUT.format(names=[missing]))
     assert status == 1
     assert sentence in error
@@ -311,7 +311,7 @@ def test_a_piece_that_is_not_there_is_no_empty_block(folder):
 
 def test_meshio_that_gives_up_is_a_sentence(folder, capfd):
     (folder / "in.msh").write_text("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 2 x\n")
-    assert main(["deform", "in.msh", "handles.csv", "out.vtu", "--device", FAST]) == 1
+    assert main(["deform", "in.msh", "handles.csv", "out.vtu"]) == 1
     printed = capfd.readouterr()
     assert "`in.msh` cannot be used: meshio says: " in printed.err
     assert printed.out == ""

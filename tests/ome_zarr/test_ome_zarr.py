@@ -37,7 +37,6 @@ CHANNELS = [
 def folder(tmp_path, monkeypatch):
     """The current folder, with handles.csv."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("VTK_MLS_DEVICE", "reference")
     np.savetxt("handles.csv", HANDLES, delimiter=",")
     return tmp_path
 

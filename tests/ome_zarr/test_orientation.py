@@ -149,7 +149,6 @@ def test_label_images_take_what_their_image_states(rng, tmp_path):
 )
 def test_data_without_a_frame_are_reported(stated, rng, tmp_path, monkeypatch, caplog):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("VTK_MLS_DEVICE", "reference")
     np.savetxt("handles.csv", HANDLES, delimiter=",")
     stated = {name: {"orientation": text} for name, text in stated.items()}
     write("in.ome.zarr", [values(rng)], stated=stated)

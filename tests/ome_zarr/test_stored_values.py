@@ -23,7 +23,6 @@ REST = Deformation(HANDLES[:, :3], HANDLES[:, :3], device="reference")
 @pytest.fixture(autouse=True)
 def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("VTK_MLS_DEVICE", "reference")
     np.savetxt("handles.csv", HANDLES, delimiter=",")
 
 

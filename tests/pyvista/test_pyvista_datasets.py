@@ -15,6 +15,7 @@ from vtk_mls.filters import MLSControlPoints, MLSDeform, MLSDisplacementField, p
 pyvista = pytest.importorskip("pyvista", "0.48", reason="PyVista is not installed")
 mls = importlib.import_module("vtk_mls.pyvista")  # registers `mesh.mls`
 
+pytestmark = pytest.mark.usefixtures("numpy_computes")
 REST = np.array([(x, y, z) for x in (-5, 5) for y in (-5, 5) for z in (-5, 5)], float)
 DEFORMED = REST + (REST[:, :1] > 0) * [2.1, 0.7, 0]
 CUT = HalfPlane((0, 0, 0), (1, 0, 0), (0, 0, 1))

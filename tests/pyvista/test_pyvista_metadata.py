@@ -12,6 +12,7 @@ from vtk_mls import Plane
 pyvista = pytest.importorskip("pyvista", "0.48", reason="PyVista is not installed")
 importlib.import_module("vtk_mls.pyvista")  # registers `mesh.mls`
 
+pytestmark = pytest.mark.usefixtures("numpy_computes")
 REST = np.array([(x, y, z) for x in (-4, 4) for y in (-4, 4) for z in (-4, 4)], float)
 DEFORMED = REST + (REST[:, :1] > 0) * [1.1, 0.4, 0]
 CUT = Plane((0.1, 0, 0), (1, 0, 0))
