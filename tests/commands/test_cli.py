@@ -105,14 +105,6 @@ def test_numbers_that_begin_with_a_minus_are_no_option(files, cut, capsys):
     assert "expected one argument" in capsys.readouterr().err
 
 
-def test_progress_bar(files, capsys):
-    arguments = ["deform", "in.vti", "handles.csv", "out.vti", "--device", "reference"]
-    assert main([*arguments, "--progress"]) == 0
-    bars = capsys.readouterr().err.strip("\r\n").split("\r")
-    assert bars[-1] == f"[{'#' * 40}] 100%"
-    assert all(len(bar) == len(bars[-1]) for bar in bars)
-
-
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [

@@ -47,13 +47,6 @@ def test_a_bone_stays_rigid(bones, caplog):
     assert caplog.messages == []
 
 
-def test_points_move_with_a_bone(bones):
-    assert main(["points", "in.csv", "bones.vtp", "out.csv", *CELLS]) == 0
-    found = io.read_landmarks("out.csv").positions
-    expected = [MOTION.TransformPoint(point) for point in [(1, 0, 0), (0.5, 0.5, -0.5)]]
-    np.testing.assert_allclose(found, expected, atol=2e-5)
-
-
 def test_a_surface_at_rest_and_moved_are_a_pair_of_files(bones):
     bone = io.read_dataset("bones.vtp")
     rest, after = displaced(bone, 0), displaced(bone, 0)

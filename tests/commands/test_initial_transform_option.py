@@ -54,13 +54,6 @@ def test_points(initial, inverse):
     assert np.abs(got - chain.transforms[1].forward(PLACES)).max() > 0.05
 
 
-def test_fields(initial):
-    assert command("field", "in.vti", "handles.csv", "out.nrrd") == 0
-    written, chain = io.read_transform("out.nrrd"), chained(initial)
-    v = written.grid.points()
-    np.testing.assert_allclose(written.backward(v), chain.backward(v), atol=1e-4)
-
-
 def test_a_missing_file_is_named(initial, refused):
     arguments = "deform", "in.vti", "handles.csv", "out.vti", "--initial-transform", "no.h5"
     assert refused(*arguments) == "there is no file `no.h5`"

@@ -158,15 +158,6 @@ def test_progress_goes_over_the_whole_series(capsys):
     assert percents[-1] == 100
 
 
-def test_several_time_steps_want_a_series(refused):
-    for how in ("pattern", ".vtkhdf"):
-        name = write_input(how)
-        error = refused("deform", name, "handles.csv", "out.vtu")
-        assert error.startswith(f"`{name}` has 3 time steps, which only these files can")
-    error = refused("field", "in.vtkhdf", "handles.csv", "out.nrrd")
-    assert error.startswith("`in.vtkhdf` has 3 time steps, expected one")
-
-
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
@@ -200,11 +191,6 @@ def test_bad_file_series(text):
     Path("in.series").write_text(text)
     with pytest.raises(ValueError, match=r"`in\.series` is not a time series: "):
         series.read_steps("in.series")
-
-
-def test_no_files_of_a_pattern(refused):
-    error = refused("deform", "none_*.vtu", "handles.csv", "out.pvd")
-    assert error == "there are no files `none_*.vtu`"
 
 
 def test_a_file_in_the_place_of_the_folder(refused):

@@ -138,13 +138,13 @@ def test_the_displacement_field(folder, rng, small_blocks):
         )
 
 
-def test_a_field_that_is_not_finite_is_an_error(folder, rng, capsys):
+def test_a_field_that_is_not_finite_is_an_error(folder, rng, refused):
     write("in.ome.zarr", [values(rng)])
     q = rng.uniform(0, 1, (30, 3))  # far from the image, where the map explodes
     np.savetxt("far.csv", np.hstack([q + rng.normal(0, 0.3, q.shape), q]), delimiter=",")
     options = ["--kind=polynomial", "--degree=2", "--steps=64"]
-    assert main(["field", "in.ome.zarr", "far.csv", "field.ome.zarr", *options]) == 1
-    assert "displacements are not finite (NaN or infinite)" in capsys.readouterr().err
+    error = refused("field", "in.ome.zarr", "far.csv", "field.ome.zarr", *options)
+    assert "displacements are not finite (NaN or infinite)" in error
     assert not Path("field.ome.zarr").exists()
 
 
@@ -328,11 +328,11 @@ def test_a_flat_image_and_other_commands(folder, rng):
     assert main(["deform", "in.zarr", "handles.csv", "out.nii.gz"]) == 0
 
 
-def test_one_time_is_requested_where_one_is_needed(folder, rng, capsys):
+def test_one_time_is_requested_where_one_is_needed(folder, rng, refused):
     write("in.ome.zarr", [values(rng, (2,))], axes="tzyx")
     for command in ("deform", "field"):
-        assert main([command, "in.ome.zarr", "handles.csv", "out.nii.gz"]) == 1
-        assert "it has 2 times, expected one; only `vtk-mls deform`" in capsys.readouterr().err
+        error = refused(command, "in.ome.zarr", "handles.csv", "out.nii.gz")
+        assert "it has 2 times, expected one; only `vtk-mls deform`" in error
         assert main([command, "in.ome.zarr", "handles.csv", "out.ome.zarr"]) == 0
         shutil.rmtree("out.ome.zarr")
 
@@ -431,7 +431,7 @@ def test_broken_files_are_one_sentence(case, folder, rng, capfd):
     assert not Path("out.ome.zarr").exists()
 
 
-def test_refused_inputs_and_outputs(folder, rng, capsys):
+def test_refused_inputs_and_outputs(folder, rng, refused):
     write("in.ome.zarr", [values(rng)])
     Path("some.zarr").mkdir()
     (folder / "in.vti").touch()
@@ -441,5 +441,4 @@ def test_refused_inputs_and_outputs(folder, rng, capsys):
         ("none.zarr", "out.zarr"): "does not exist; expected the folder of an OME-Zarr",
         ("in.vti", "out.zarr"): "can be made of an OME-Zarr only",
     }.items():
-        assert main(["deform", source, "handles.csv", target]) == 1
-        assert sentence in capsys.readouterr().err
+        assert sentence in refused("deform", source, "handles.csv", target)
