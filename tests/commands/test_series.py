@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from command_fixtures import AT, run, write_collection
 from pipelines import Source
-from vtk_fixtures import add_array, make_image
+from vtk_fixtures import DEFORMED, REST, add_array, make_image
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkUnstructuredGrid
 from vtkmodules.vtkIOHDF import vtkHDFWriter
@@ -20,17 +20,8 @@ from vtk_mls.vtk import arrays
 
 resource = pytest.importorskip("resource", reason="the size of files cannot be limited here")
 
-REST = np.array([(0.0, 0, 0), (4, 0, 0), (0, 4, 0), (0, 0, 4), (4, 4, 4)])
-DEFORMED = REST + [(0, 0, 0), (0, 1, 0), (0, 0, 0), (1, 0, 0), (0, 0, 0.5)]
+pytestmark = pytest.mark.usefixtures("folder")
 TIMES = (0.5, 2.0, 10.0)
-
-
-@pytest.fixture(autouse=True)
-def folder(tmp_path, monkeypatch):
-    """An empty folder, but for handles.csv, as the current one."""
-    monkeypatch.chdir(tmp_path)
-    np.savetxt("handles.csv", np.hstack([REST, DEFORMED]), "%.17g", ",")
-    return tmp_path
 
 
 def places(time):

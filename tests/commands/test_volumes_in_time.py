@@ -13,15 +13,9 @@ from vtk_mls.commands import series
 from vtk_mls.commands.cli import main
 from vtk_mls.vtk import arrays
 
+pytestmark = pytest.mark.usefixtures("folder")
 COUNT, SIZE = 3, (9, 8, 7)
 START, STEP = 2.0, 0.5
-
-
-@pytest.fixture(autouse=True)
-def folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    np.savetxt("handles.csv", np.hstack([REST, DEFORMED]), "%.17g", ",")
-    return tmp_path
 
 
 def itk_image(rng, components=1):
