@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -12,6 +13,7 @@ import pytest
 from vtk_fixtures import DEFORMED, REST, add_array, make_image
 
 from vtk_mls import io
+from vtk_mls.commands.cli import main
 from vtk_mls.vtk.arrays import ImageGeometry
 
 PROJECT = Path(__file__).resolve().parents[1]
@@ -48,13 +50,19 @@ import runpy
 runpy.run_path(sys.argv[1])
 """
 # The command, whose child runs another program before its own.
-_PARENT = """
+PARENT = """
 import sys
 from vtk_mls.base import child_process
 child_process.interpreter = lambda: [sys.executable, "-c", {child!r}]
 from vtk_mls.commands.cli import main
 sys.exit(main())
 """
+
+
+@pytest.fixture(autouse=True)
+def numpy_computes(monkeypatch):
+    """Commands and filters use the specification, unless a test names a device."""
+    monkeypatch.setenv("VTK_MLS_DEVICE", "reference")
 
 
 @pytest.fixture
@@ -71,16 +79,36 @@ def files(tmp_path, monkeypatch):
     return tmp_path
 
 
+@pytest.fixture
+def refused(capsys):
+    """A function of the words of a command, which must end in one sentence: it returns that."""
+
+    def sentence(*words):
+        capsys.readouterr()
+        assert main([*map(str, words)]) == 1
+        printed = capsys.readouterr()
+        assert printed.out == ""
+        assert re.fullmatch("vtk-mls: [^\n]*\n", printed.err), printed.err
+        return printed.err.removeprefix("vtk-mls: ").rstrip("\n")
+
+    return sentence
+
+
 def run(*arguments, code=None, child=None, **environment):
     """A process of its own: (exit status, stdout, stderr).
 
     It runs the command, or the program `code`; the program `child` is run in the command's child.
     """
-    code = _PARENT.format(child=child) if child else code
-    command = [sys.executable, *(["-c", code] if code else ["-m", "vtk_mls"]), *arguments]
-    path = os.pathsep.join([str(PROJECT), *filter(None, [os.environ.get("PYTHONPATH")])])
+    code = PARENT.format(child=child) if child else code
+    return python(*(["-c", code] if code else ["-m", "vtk_mls"]), *arguments, **environment)
+
+
+def python(*arguments, folder=None, path=PROJECT, **environment):
+    """Python in a process of its own, as of `run`, in a folder, with modules of a path."""
+    path = os.pathsep.join([str(path), *filter(None, [os.environ.get("PYTHONPATH")])])
     done = subprocess.run(
-        command,
+        [sys.executable, *map(str, arguments)],
+        cwd=folder,
         capture_output=True,
         text=True,
         env={**os.environ, "PYTHONPATH": path, **environment},
@@ -91,4 +119,12 @@ def run(*arguments, code=None, child=None, **environment):
 
 def run_script(path):
     """A Python script in a process of its own, as of `run`."""
-    return run(str(path), code="import runpy, sys; runpy.run_path(sys.argv[1])")
+    return python(path)
+
+
+def write_collection(entries, name="in.pvd"):
+    """The name of a collection of ParaView, of times and files."""
+    lines = [f'<DataSet timestep="{time}" file="{file}"/>' for time, file in entries]
+    text = f'<VTKFile type="Collection"><Collection>{"".join(lines)}</Collection></VTKFile>'
+    Path(name).write_text(text)
+    return name

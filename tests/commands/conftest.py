@@ -1,6 +1,16 @@
 """Fixtures of the command line."""
 
-from command_fixtures import files
-from vtk_fixtures import messages, opengl
+import numpy as np
+import pytest
+from command_fixtures import files, numpy_computes, refused
+from vtk_fixtures import DEFORMED, REST, messages
 
-__all__ = ["files", "messages", "opengl"]
+__all__ = ["files", "messages", "numpy_computes", "refused"]
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """An empty folder, but for handles.csv, as the current one."""
+    monkeypatch.chdir(tmp_path)
+    np.savetxt("handles.csv", np.hstack([REST, DEFORMED]), "%.17g", ",")
+    return tmp_path

@@ -17,7 +17,7 @@ def folder(tmp_path, monkeypatch):
 
 
 def deform(source, target, *options):
-    return main(["deform", source, "handles.csv", target, "--device", "reference", *options])
+    return main(["deform", source, "handles.csv", target, *options])
 
 
 @pytest.mark.parametrize("shape", [(5, 6, 7), (6, 7)], ids=["volume", "flat"])

@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 import ast
-import os
 import re
-import subprocess
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
+from command_fixtures import PROJECT, python
 from vtk_fixtures import can_draw
 
-PROJECT = Path(__file__).resolve().parents[2]
 EXAMPLES = sorted(
     path for path in (PROJECT / "examples").glob("*.py") if "paraview" not in path.name
 )
@@ -32,60 +28,24 @@ def marked(path):
 def test_example(example, tmp_path):
     if re.search(r"vtkRenderWindow|Plotter\(", example.read_text()) and not can_draw():
         pytest.skip("VTK cannot draw here")
-    search = os.pathsep.join([str(PROJECT), os.environ.get("PYTHONPATH", "")])
-    done = subprocess.run(
-        [sys.executable, str(example)],
-        cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": search.rstrip(os.pathsep), "PYVISTA_OFF_SCREEN": "true"},
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=120,
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert done.stdout.strip()
-    assert "ERR|" not in done.stderr, done.stderr
+    status, out, err = python(example, folder=tmp_path, PYVISTA_OFF_SCREEN="true")
+    assert status == 0, out + err
+    assert out.strip()
+    assert "ERR|" not in err, err
 
 
 @pytest.mark.parametrize("name", ["vtk_live", "pyvista_deform"])
 def test_a_folder_is_no_picture(name):
-    command = [sys.executable, str(PROJECT / "examples" / f"{name}.py"), "."]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 1
-    assert done.stderr == "the picture must be a .png file, got `.`\n"
+    status, _, err = python(PROJECT / "examples" / f"{name}.py", ".")
+    assert (status, err) == (1, "the picture must be a .png file, got `.`\n")
 
 
-@pytest.fixture(scope="module")
-def straightening():
-    """The functions of the example, without its run."""
+def test_a_curve_that_runs_back_is_refused():
     tree = ast.parse((PROJECT / "examples" / "straightened.py").read_text(encoding="utf-8"))
     statements = ast.ImportFrom | ast.FunctionDef
-    tree.body = [node for node in tree.body if isinstance(node, statements)]
+    tree.body = [node for node in tree.body if isinstance(node, statements)]  # without its run
     names = {"np": np}
     exec(compile(tree, "straightened.py", "exec"), names)
-    return names
-
-
-def test_a_curve_becomes_a_line_of_its_length(straightening):
-    t = np.linspace(0, 9, 40)
-    helix = np.column_stack([4 * np.cos(t) + 5 * t, 9 - 3 * t, 4 * np.sin(t) + t])
-    handle = straightening["straight"](helix)
-    np.testing.assert_array_equal(handle.rest, helix)
-    before, after = (np.diff(nodes, axis=0) for nodes in (helix, handle.deformed))
-    lengths = np.linalg.norm(before, axis=1)
-    np.testing.assert_allclose(np.linalg.norm(after, axis=1), lengths)
-    chord = helix[-1] - helix[0]
-    np.testing.assert_allclose(after / lengths[:, None], [chord / np.linalg.norm(chord)] * 39)
-    np.testing.assert_allclose(handle.deformed[[0, -1]].mean(axis=0), helix.mean(axis=0))
-
-    grid = straightening["grid_along"](handle, radius=6, spacing=0.5)
-    ends = np.array([(12, 12, 0), (12, 12, 2 * lengths.sum())])
-    np.testing.assert_allclose(grid.index_of(handle.deformed[[0, -1]]), ends, atol=1e-9)
-    assert grid.dimensions[:2] == (25, 25)
-    assert np.linalg.det(grid.direction) == pytest.approx(1)
-
-
-def test_a_curve_that_runs_back_is_refused(straightening):
     hook = [(0, 0, 0), (0, 0, 9), (2, 0, 9), (2, 0, 6)]
     with pytest.raises(ValueError, match="`centerline` must not run back .* after node 2;"):
-        straightening["straight"](hook)
+        names["straight"](hook)

@@ -3,10 +3,8 @@
 from pathlib import Path
 
 import pytest
-from vtk_fixtures import FAST
 
 from vtk_mls import io
-from vtk_mls.commands.cli import main
 from vtk_mls.files.paths import check_folder, existing_file
 
 ARGUMENTS = {
@@ -41,17 +39,9 @@ def _triangle():
     return "triangle.stl"
 
 
-def _error(arguments, capsys):
-    assert main([*arguments, "--device", FAST]) == 1
-    printed = capsys.readouterr()
-    assert printed.out == ""
-    assert printed.err.count("\n") == 1
-    return printed.err
-
-
 @pytest.mark.parametrize(("command", "argument"), READ)
 @pytest.mark.parametrize("name", ["dir", "dir.vti", "dir.csv", "dir.stl", "dir.vtp"])
-def test_a_folder_is_no_file_to_read(folder, command, argument, name, capsys):
+def test_a_folder_is_no_file_to_read(folder, command, argument, name, refused):
     arguments = [command, *ARGUMENTS[command]]
     if argument == "series":
         arguments[1], name = "dir.pvd", "dir.pvd"
@@ -59,7 +49,7 @@ def test_a_folder_is_no_file_to_read(folder, command, argument, name, capsys):
         arguments[1 + argument] = name
     else:
         arguments += [argument, name]
-    assert f"`{name}` is a folder; expected a file" in _error(arguments, capsys)
+    assert f"`{name}` is a folder; expected a file" in refused(*arguments)
 
 
 def _writing(command, output):
@@ -73,7 +63,7 @@ ENDINGS = {"deform": ".vti", "field": ".nrrd", "points": ".csv", "deform a mesh"
 
 
 @pytest.mark.parametrize("command", WRITTEN)
-def test_outputs_that_cannot_be(folder, command, capsys):
+def test_outputs_that_cannot_be(folder, command, refused):
     suffix = ENDINGS.get(command, ".pvd")
     before = sorted(folder.rglob("*"))
     for output, sentence in {
@@ -82,29 +72,21 @@ def test_outputs_that_cannot_be(folder, command, capsys):
         f"none/out{suffix}": f"there is no folder `none` to write `out{suffix}` in",
         f"in.vti/out{suffix}": f"`in.vti` is a file; expected a folder to write `out{suffix}` in",
     }.items():
-        assert sentence in _error(_writing(command, output), capsys)
+        assert sentence in refused(*_writing(command, output))
     assert sorted(folder.rglob("*")) == before
 
 
 @pytest.mark.parametrize("command", ["deform", "deform a mesh"])
-def test_outputs_are_looked_at_before_the_work(folder, command, capsys, monkeypatch):
+def test_outputs_are_looked_at_before_the_work(folder, command, refused, monkeypatch):
     monkeypatch.setattr("vtk_mls.commands.deform.update", lambda *_: pytest.fail("worked"))
     output = f"none/out{ENDINGS[command]}"
-    assert "there is no folder `none`" in _error(_writing(command, output), capsys)
+    assert "there is no folder `none`" in refused(*_writing(command, output))
 
 
-def test_a_file_is_no_folder(folder, capsys):
+def test_a_file_is_no_folder(folder, refused):
     for name in ("in.vti", "in.vti/there"):
-        assert main(["view", "in.vti", "--output", name]) == 1
-        assert capsys.readouterr().err == "vtk-mls: `in.vti` is a file; expected a folder\n"
-        assert main(["demo", name]) == 1
-        assert capsys.readouterr().err == "vtk-mls: `in.vti` is a file; expected a folder\n"
-
-
-def test_paraview_opens_no_folder(folder, monkeypatch, capsys):
-    monkeypatch.setattr("vtk_mls.paraview.installation.find", lambda folder: None)
-    assert main(["paraview", "dir"]) == 1
-    assert capsys.readouterr().err == "vtk-mls: `dir` is a folder; expected a file\n"
+        for words in (["view", "in.vti", "--output", name], ["demo", name]):
+            assert refused(*words) == "`in.vti` is a file; expected a folder"
 
 
 def test_files_by_their_names(folder):

@@ -5,9 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from command_fixtures import write_collection
 from pipelines import values_of
 from turned_column import CENTER, LEGS, REST, turned
-from vtk_fixtures import FAST, add_array
+from vtk_fixtures import add_array
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
 from vtk_mls import Deformation, io
@@ -37,20 +38,18 @@ def column(files):
     for ending in (".csv", ".vtp"):
         for number, places in enumerate(PLACES):
             write_points(f"turn_{number}{ending}", places)
-    entries = [f'<DataSet timestep="{t / 10}" file="turn_{t}.vtp"/>' for t in range(1, LEGS + 1)]
-    text = f'<VTKFile type="Collection"><Collection>{"".join(entries)}</Collection></VTKFile>'
-    Path("turn.pvd").write_text(text)
+    write_collection([(t / 10, f"turn_{t}.vtp") for t in range(1, LEGS + 1)], "turn.pvd")
     return files
 
 
 def field(*arguments):
-    assert main(["field", "in.vti", *arguments, "--device", FAST]) == 0
+    assert main(["field", "in.vti", *arguments]) == 0
     return values_of(io.read_dataset("field.vti"), "BackwardDisplacement").reshape(-1, 3)
 
 
 def expected(places=PLACES):
     grid = ImageGeometry.of_image(io.read_dataset("in.vti")).grid
-    d = Deformation(REST, places[-1], path=places[1:-1], device=FAST)
+    d = Deformation(REST, places[-1], path=places[1:-1], device="reference")
     return d.displacement_field(grid).displacement.reshape(-1, 3)
 
 
@@ -69,12 +68,12 @@ def test_a_part_of_a_turn(column):
 
 
 def test_points_and_meshes_turn(column):
-    series = ["--path", "turn_*.vtp", "--device", FAST]
+    series = ["--path", "turn_*.vtp"]
     assert main(["points", "rest.csv", "rest.csv", "out.csv", *series]) == 0
     np.testing.assert_allclose(io.read_landmarks("out.csv").positions, PLACES[-1], atol=1e-5)
     off = REST[:8] + (0.3, 0.2, 0)
     write_points("off.csv", off)
-    d = Deformation(REST, PLACES[-1], path=PLACES[1:-1], device=FAST)
+    d = Deformation(REST, PLACES[-1], path=PLACES[1:-1], device="reference")
     for handles in (["rest.csv", *series], ["column.vtp", *series[2:]]):
         io.write_handles("column.vtp", REST, PLACES[-1], between=PLACES[1:-1])
         assert main(["points", "off.csv", handles[0], "out.csv", *handles[1:]]) == 0
@@ -121,27 +120,21 @@ def test_points_are_paired_by_labels(column):
         (["--path", "turn_0.csv"], "the 36 positions of `turn_0.csv` are those of `rest.csv`"),
     ],
 )
-def test_bad_series_are_errors(column, options, match, capsys):
+def test_bad_series_are_errors(column, options, match, refused):
     write_points("less_0.csv", REST)
     write_points("less_1.csv", REST[:-1])
     write_points("less_2.csv", REST)
-    Path("double.pvd").write_text(
-        '<VTKFile type="Collection"><Collection><DataSet timestep="1" file="turn_1.vtp"/>'
-        '<DataSet timestep="1" file="turn_2.vtp"/></Collection></VTKFile>'
-    )
-    assert main(["field", "in.vti", "rest.csv", "field.vti", *options]) == 1
-    (line,) = capsys.readouterr().err.splitlines()
-    assert match in line
+    write_collection([(1, "turn_1.vtp"), (1, "turn_2.vtp")], "double.pvd")
+    assert match in refused("field", "in.vti", "rest.csv", "field.vti", *options)
     assert not Path("field.vti").exists()
 
 
-def test_a_bad_array_is_an_error(files, capsys):
+def test_a_bad_array_is_an_error(files, refused):
     polydata = vtkPolyData()
     fill_polydata(polydata, REST, PLACES[-1], None)
     add_array(polydata.GetPointData(), "Path", np.zeros((len(REST), 2)), 11)
     io.write_dataset(polydata, "bad.vtp")
-    assert main(["field", "in.vti", "bad.vtp", "field.vti"]) == 1
-    (line,) = capsys.readouterr().err.splitlines()
+    line = refused("field", "in.vti", "bad.vtp", "field.vti")
     assert "bad.vtp" in line
     assert "must have 3 components per intermediate place" in line
     assert "got 2 components" in line

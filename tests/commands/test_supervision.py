@@ -6,7 +6,7 @@ import subprocess
 import sys
 
 import pytest
-from command_fixtures import AT, PROJECT, run
+from command_fixtures import AT, PARENT, PROJECT, run
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 
 from vtk_mls import io
@@ -50,15 +50,8 @@ def test_a_signal_that_is_ignored_stays_so(files):
 
 def test_the_child_does_not_outlive_a_killed_parent(files, tmp_path):
     child = AT.format(place="numpy", code="print('begun', flush=True); forever()")
-    code = f"""
-import sys
-from vtk_mls.base import child_process
-child_process.interpreter = lambda: [sys.executable, "-c", {child!r}]
-from vtk_mls.commands.cli import main
-sys.exit(main())
-"""
     process = subprocess.Popen(
-        [sys.executable, "-c", code, *DEFORM],
+        [sys.executable, "-c", PARENT.format(child=child), *DEFORM],
         stdout=subprocess.PIPE,
         env={**os.environ, "PYTHONPATH": str(PROJECT), "TMPDIR": str(tmp_path)},
     )

@@ -1,10 +1,10 @@
 """Fixtures of file formats."""
 
 import pytest
-from command_fixtures import files
+from command_fixtures import files, numpy_computes, refused
 from vtk_fixtures import messages
 
-__all__ = ["files", "messages"]
+__all__ = ["files", "messages", "numpy_computes", "refused"]
 
 
 @pytest.fixture

@@ -19,46 +19,29 @@ import tempfile
 import traceback
 from collections import Counter
 from contextlib import redirect_stderr
+from functools import partial
 from io import StringIO
 from pathlib import Path
 
 import numpy as np
 from file_fixtures import MESHES, NRRD, NRRD_DATA
+from mesh_fixtures import rectilinear
 from pipelines import control_points, update
 from test_mesh_files import collection, many_blocks, write_tetrahedra
 from test_point_files import ANTS, BIGWARP, ELASTIX, IDAV, MINC, SLICER, TRANSFORMIX
 from vtk_fixtures import DEFORMED, REST, add_array, make_image
-from vtkmodules.vtkCommonDataModel import vtkRectilinearGrid
 from vtkmodules.vtkFiltersSources import vtkSphereSource
-from vtkmodules.vtkIOGeometry import vtkOBJWriter, vtkSTLWriter
-from vtkmodules.vtkIOLegacy import vtkDataSetWriter
-from vtkmodules.vtkIOParallelXML import vtkXMLPImageDataWriter, vtkXMLPUnstructuredGridWriter
-from vtkmodules.vtkIOPLY import vtkPLYWriter
-from vtkmodules.vtkIOXML import (
-    vtkXMLImageDataWriter,
-    vtkXMLPolyDataWriter,
-    vtkXMLRectilinearGridWriter,
-    vtkXMLStructuredGridWriter,
-    vtkXMLUnstructuredGridWriter,
-)
 
 from vtk_mls import io
 from vtk_mls.commands import series, supervision
-from vtk_mls.files import control_point_files, formats
+from vtk_mls.files import control_point_files, formats, vtk_io
 from vtk_mls.files.block_files import blocks
-from vtk_mls.vtk import arrays
 
 FAILED = Path("hostile-files")
 MEMORY, SECONDS = 3 << 30, 60
 WORDS = b"0 -1 1e400 nan 99999999999 4294967295 300 None < \xff\xfe".split()
-XML = {
-    "vti": vtkXMLImageDataWriter,
-    "vtp": vtkXMLPolyDataWriter,
-    "vtu": vtkXMLUnstructuredGridWriter,
-    "vts": vtkXMLStructuredGridWriter,
-    "vtr": vtkXMLRectilinearGridWriter,
-}
-OUTPUT = {"vtu": "vtu", "vts": "vts", "vtr": "vts", "vtp": "vtp", "stl": "vtp", "ply": "vtp"}
+XML = {"vti": "ImageData", "vtp": "PolyData", "vtu": "UnstructuredGrid"}
+XML |= {"vts": "StructuredGrid", "vtr": "RectilinearGrid"}
 
 
 def _datasets():
@@ -69,21 +52,12 @@ def _datasets():
     source = vtkSphereSource()
     source.SetThetaResolution(5)
     source.SetPhiResolution(5)
-    rectilinear = vtkRectilinearGrid()
-    rectilinear.SetDimensions(3, 3, 2)
-    setters = rectilinear.SetXCoordinates, rectilinear.SetYCoordinates, rectilinear.SetZCoordinates
-    for count, set_coordinates in zip((3.0, 3.0, 2.0), setters):
-        set_coordinates(arrays.from_numpy(np.arange(count), 11))
-    return {
-        "vti": image,
-        "vtp": update(source),
-        "vtu": MESHES[".vtu"](),
-        "vts": MESHES[".vts"](),
-        "vtr": rectilinear,
-    }
+    grids = {"vtu": MESHES[".vtu"](), "vts": MESHES[".vts"](), "vtr": rectilinear()}
+    return {"vti": image, "vtp": update(source), **grids}
 
 
 def _write(writer, dataset, name, **settings):
+    writer = vtk_io.create(f"vtkIO{writer}Writer")
     writer.SetInputData(dataset)
     writer.SetFileName(name)
     for setting, value in settings.items():
@@ -99,21 +73,21 @@ def _make_files():
         beside = {"mhd": ["a.raw"], "nhdr": ["a.raw.gz"]}.get(suffix, [])
         jobs.append(("vti", [f"a.{suffix}", *beside]))
     for kind, dataset in datasets.items():
-        output = OUTPUT.get(kind, kind)
+        output = "vts" if kind == "vtr" else kind
         for mode in range(3):  # text, base64, appended
             name = f"{kind}{mode}.{kind}"
-            _write(XML[kind](), dataset, name, DataMode=mode, EncodeAppendedData=False)
+            _write(f"XML.vtkXML{XML[kind]}", dataset, name, DataMode=mode, EncodeAppendedData=False)
             jobs.append((output, [name]))
         for version in (42, 51):
             for file_type in (1, 2):
                 name = f"{kind}{version}{file_type}.vtk"
-                _write(vtkDataSetWriter(), dataset, name, FileType=file_type, FileVersion=version)
+                _write("Legacy.vtkDataSet", dataset, name, FileType=file_type, FileVersion=version)
                 jobs.append((output, [name]))
-    for suffix, kind in (("stl", vtkSTLWriter), ("ply", vtkPLYWriter)):
+    for suffix, kind in (("stl", "Geometry.vtkSTL"), ("ply", "PLY.vtkPLY")):
         for file_type in (1, 2):
-            _write(kind(), datasets["vtp"], f"{file_type}.{suffix}", FileType=file_type)
+            _write(kind, datasets["vtp"], f"{file_type}.{suffix}", FileType=file_type)
             jobs.append(("vtp", [f"{file_type}.{suffix}"]))
-    _write(vtkOBJWriter(), datasets["vtp"], "a.obj")
+    _write("Geometry.vtkOBJ", datasets["vtp"], "a.obj")
     jobs.append(("vtp", ["a.obj"]))
     for encoding in ("raw", "ascii"):
         header = NRRD.replace("encoding: raw", f"encoding: {encoding}")
@@ -126,13 +100,8 @@ def _make_files():
     for suffix in formats.endings(reads=(formats.POINTS,)):
         control_point_files.write(f"handles{suffix}", REST, DEFORMED)
         jobs.append(("handles", [f"handles{suffix}"]))
-    for name, text in {
-        "bigwarp.csv": BIGWARP,
-        "slicer.csv": SLICER,
-        "ants.csv": ANTS,
-        "elastix.txt": ELASTIX,
-        "transformix.txt": TRANSFORMIX,
-    }.items():
+    tables = {"bigwarp.csv": BIGWARP, "slicer.csv": SLICER, "ants.csv": ANTS}
+    for name, text in {**tables, "elastix.txt": ELASTIX, "transformix.txt": TRANSFORMIX}.items():
         Path(name).write_text(text)
         jobs += [(role, [name]) for role in ("handles", "landmarks")]
     Path("idav.pts").write_text(IDAV)
@@ -142,7 +111,7 @@ def _make_files():
         jobs += [(role, [f"handles{suffix}"]) for role in ("landmarks", "deformed")]
     control_point_files.write("rest.fcsv", REST, REST)
     handles = control_points(weights=[1.0] * len(REST))
-    _write(vtkXMLPolyDataWriter(), update(handles), "handles.vtp", DataMode=0)
+    _write("XML.vtkXMLPolyData", update(handles), "handles.vtp", DataMode=0)
     shutil.copy("1.stl", "cut.stl")
     jobs += [("handles", ["handles.vtp"]), ("cut", ["cut.stl"]), ("cut", ["vtp0.vtp"])]
     jobs += _make_blocks() + _make_simulations()
@@ -157,8 +126,8 @@ def _make_blocks():
     pieces = {
         "vtm": io.write_dataset,
         "vtpc": io.write_dataset,
-        "pvtu": lambda data, name: _write(vtkXMLPUnstructuredGridWriter(), data, name),
-        "pvti": lambda data, name: _write(vtkXMLPImageDataWriter(), data, name),
+        "pvtu": partial(_write, "ParallelXML.vtkXMLPUnstructuredGrid"),
+        "pvti": partial(_write, "ParallelXML.vtkXMLPImageData"),
     }
     together = many_blocks()
     data = {"vtm": together, "vtpc": collection(*blocks(together))}

@@ -25,7 +25,6 @@ from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtk_mls import io
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
 from vtk_mls.vtk import arrays
-from vtk_mls.vtk.arrays import ImageGeometry
 
 TYPES = [f"{kind}{size}" for size in (8, 16, 32, 64) for kind in ("int", "uint")]
 TYPES += ["float32", "float64"]
@@ -250,11 +249,3 @@ def test_flat_images_without_a_spacing(tmp_path, axis):
     for name in ("x.mha", "x.nrrd", "x.nii"):
         io.write_dataset(flat_image(axis, 0.0), tmp_path / name)
         assert itk_matrix(tmp_path / name)[axis, axis] in (1, -1)
-
-
-def test_a_spacing_of_0_between_points_is_an_error():
-    image = vtkImageData()
-    image.SetDimensions(4, 4, 1)
-    image.SetSpacing(1, 0, 1)
-    with pytest.raises(ValueError, match="`spacing` must not be zero"):
-        ImageGeometry.of_image(image).grid  # noqa: B018

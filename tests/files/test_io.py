@@ -6,11 +6,9 @@ import numpy as np
 import pytest
 from file_fixtures import MESHES, assert_same_place, image_with, output_of, scalars
 from vtk_fixtures import TURNED, TYPES, add_array, make_image
-from vtkmodules.vtkCommonCore import vtkPoints
-from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkImageData, vtkPolyData
+from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkImageData
 from vtkmodules.vtkFiltersCore import vtkStripper
 from vtkmodules.vtkFiltersSources import vtkSphereSource
-from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
 
 from vtk_mls import io
 
@@ -176,9 +174,8 @@ def test_errors_of_vtk_are_one_short_line(tmp_path):
 
 def test_control_points_that_cannot_be_used(tmp_path):
     path = tmp_path / "x.vtp"
-    _write_handles(path, vtkXMLPolyDataWriter())
-    text = path.read_text()
-    path.write_text(text.replace("Displacement", "Moved"))
+    io.write_handles(path, [(1, 2, 3)], [(1.5, 2, 3)])
+    path.write_text(path.read_text().replace("Displacement", "Moved"))
     with pytest.raises(ValueError, match=r"x\.vtp` cannot be used: .* `Displacement`.*`Moved`"):
         io.read_control_points(path)
     polydata = io.read_dataset(path)
@@ -198,16 +195,6 @@ def test_cuts_are_the_connected_surfaces(tmp_path):
     path.write_text(path.read_text().replace("vertex 0 1 0", "vertex 0 0 2"))
     with pytest.raises(ValueError, match=r"x\.stl` cannot be used: `Cuts` has no"):
         io.read_cuts(path)
-
-
-def _write_handles(path, writer):
-    points, polydata = vtkPoints(), vtkPolyData()
-    points.InsertNextPoint(1, 2, 3)
-    polydata.SetPoints(points)
-    add_array(polydata.GetPointData(), "Displacement", [(0.5, 0, 0)])
-    writer.SetInputData(polydata)
-    writer.SetFileName(str(path))
-    writer.Write()
 
 
 @pytest.mark.parametrize("suffix", [".ply", ".stl"])

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 from pipelines import control_points, update
-from vtk_fixtures import DEFORMED, FAST, REST, make_image
+from vtk_fixtures import DEFORMED, REST
 from vtkmodules.vtkIOXML import vtkXMLPolyDataReader, vtkXMLPolyDataWriter
 
 from vtk_mls import io
@@ -77,25 +77,23 @@ def test_what_makes_no_pairs(pair_by, rest, deformed, sentence):
         paired(_points("p", rest), _points("q", deformed), (), pair_by)
 
 
-def test_the_option_sets_how_points_make_pairs(files, capsys, caplog):
+def test_the_option_sets_how_points_make_pairs(files, refused, caplog):
     files.joinpath("p.csv").write_text("a,0,0,0\nb,9,0,0\nc,0,9,0\n")
     files.joinpath("q.csv").write_text("c,0,9,1\na,1,0,0\n")
     (files / "two.csv").write_text("a,0,0,0\nc,0,9,0\n")
-    arguments = ["two.csv", "p.csv", "out.csv", "--deformed", "q.csv", "--device", FAST]
-    assert main(["points", *arguments]) == 1
-    assert "only `p.csv` has `b`" in capsys.readouterr().err
+    arguments = ["two.csv", "p.csv", "out.csv", "--deformed", "q.csv"]
+    assert "only `p.csv` has `b`" in refused("points", *arguments)
     assert main(["points", *arguments, "--pair-by", "common"]) == 0
     assert caplog.messages == ["points without a partner are left out: only `p.csv` has `b`"]
     found = control_point_files.read_landmarks("out.csv").positions
     np.testing.assert_allclose(found, [(1, 0, 0), (0, 9, 1)], atol=1e-6)
     for command in (["points", "p.csv", "p.csv", "o.csv"], ["check", "p.csv"]):
-        assert main([*command, "--pair-by", "order"]) == 1
-        assert "name the second by --deformed" in capsys.readouterr().err
+        assert "name the second by --deformed" in refused(*command, "--pair-by", "order")
 
 
 def test_points_of_vtk_files_are_landmarks(files):
     io.write_handles("in.vtp", REST, REST)
-    arguments = ["points", "in.vtp", "handles.csv", "out.csv", "--device", FAST]
+    arguments = ["points", "in.vtp", "handles.csv", "out.csv"]
     assert main(arguments) == 0
     found = control_point_files.read_landmarks("out.csv").positions
     np.testing.assert_allclose(found, DEFORMED, atol=1e-6)
@@ -150,7 +148,7 @@ def dragged(files):
 
 @pytest.mark.parametrize("rest", ["rest.mrk.json", "rest.vtp", "handles.csv", "ras.txt"])
 def test_the_command_takes_places_from_a_second_file(dragged, rest, capsys):
-    options = ["--device", "reference"]
+    options = []
     if rest == "rest.vtp":
         writer = vtkXMLPolyDataWriter()
         writer.SetInputData(io.read_control_points("rest.mrk.json"))
@@ -167,7 +165,7 @@ def test_the_command_takes_places_from_a_second_file(dragged, rest, capsys):
         options += ["--handles-space", "ras"]
     assert main(["deform", "in.vti", rest, "out.vti", "--deformed", "q.mrk.json", *options]) == 0
     np.savetxt("one.csv", np.hstack([REST, DEFORMED]), delimiter=",", fmt="%.17g")
-    options = ["--device", "reference", "--kind", "auto"]  # the default for marked pairs
+    options = ["--kind", "auto"]  # the default for marked pairs
     assert main(["deform", "in.vti", "one.csv", "expected.vti", *options]) == 0
     values = [
         arrays.to_numpy(io.read_dataset(name).GetPointData().GetArray("values"))
@@ -177,36 +175,11 @@ def test_the_command_takes_places_from_a_second_file(dragged, rest, capsys):
     assert np.ptp(values[0]) > 0
 
 
-@pytest.mark.parametrize("name", ["rest.csv", "rest.vtp", "q.fcsv", "handles.csv", "pairs.vtp"])
-def test_the_command_names_what_does_not_fit(dragged, name, capsys):
-    (dragged / "rest.csv").write_text("a,1,2,3\nb,1,2,3\n")
-    control_point_files.write("q.fcsv", REST, REST)
-    with open("rest.vtp", "w") as file:
-        file.write("nothing")
-    writer = vtkXMLPolyDataWriter()
-    writer.SetInputData(io.read_control_points("handles.csv"))
-    writer.SetFileName("pairs.vtp")
-    writer.Write()
-    options = ["--deformed", name, "--device", FAST]
-    assert main(["deform", "in.vti", "rest.mrk.json", "out.vti", *options]) == 1
-    error = capsys.readouterr().err
-    expected = {
-        "rest.csv": "the labels of `rest.mrk.json` and `rest.csv` do not fit: only `rest.mrk.json`",
-        "rest.vtp": "`rest.vtp`: VTK says: ",
-        "handles.csv": "`handles.csv` has two positions for a point; a file of deformed positions",
-        "pairs.vtp": "`pairs.vtp` has two positions for a point; a file of deformed positions",
-        "q.fcsv": "the labels of `rest.mrk.json` and `q.fcsv` do not fit: only `rest.mrk.json` has",
-    }
-    assert error.startswith(f"vtk-mls: {expected[name]}")
-    assert error.count("\n") == 1
-
-
-def test_handles_far_from_the_data_name_all_files(dragged, capsys):
+def test_handles_far_from_the_data_name_all_files(dragged, refused):
     control_point_files.write("far.fcsv", REST, REST + 1e12, None, list("abcdefgh"))
-    options = ["--deformed", "far.fcsv", "--device", FAST]
-    assert main(["deform", "in.vti", "rest.mrk.json", "out.vti", *options]) == 1
-    error = capsys.readouterr().err
-    assert "`rest.mrk.json` and `far.fcsv` must be where the data are" in error
+    options = ["--deformed", "far.fcsv"]
+    error = refused("deform", "in.vti", "rest.mrk.json", "out.vti", *options)
+    assert error.startswith("`rest.mrk.json` and `far.fcsv` must be where the data are")
 
 
 def test_a_source_pairs_by_label_and_keeps_the_labels(dragged, messages, tmp_path):
@@ -243,6 +216,29 @@ def test_a_source_pairs_by_label_and_keeps_the_labels(dragged, messages, tmp_pat
     source.Modified()
     assert not source.GetExecutive().Update()
     messages.assert_one(r"rest\.mrk\.json` has `X`; only `.*q\.mrk\.json` has `h`")
+
+
+def test_a_source_reads_files(tmp_path, messages):
+    source = MLSControlPoints()
+    source.SetMode("file")
+    assert not source.GetExecutive().Update()
+    messages.assert_one("`FileName` must name a file with control points: choose one")
+    source.SetFileName(str(tmp_path / "x.csv"))
+    assert not source.GetExecutive().Update()
+    messages.assert_one("`FileName`: there is no file")
+    control_point_files.write(tmp_path / "x.csv", REST, DEFORMED, [1.0] * 8)
+    np.testing.assert_array_equal(arrays.control_points(update(source), "Displacement")[0], REST)
+    control_point_files.write(tmp_path / "q.fcsv", REST[1:], REST[1:])
+    source.SetDeformedFileName(str(tmp_path / "q.fcsv"))
+    assert not source.GetExecutive().Update()
+    messages.assert_one(r"q\.fcsv` must hold one position for each of the 8 .*x\.csv`, got 7")
+    control_point_files.write(tmp_path / "q.fcsv", REST, REST + 1)
+    source.Modified()
+    source.SetDeformedPoints(REST + 2)
+    source.SetWeights([3.0] * 8)
+    _, q, w = arrays.control_points(update(source), "Displacement", "Weight")
+    np.testing.assert_allclose(q, REST + 2)
+    assert w.tolist() == [3] * 8
 
 
 def test_a_source_has_the_frame(tmp_path, messages):
@@ -287,13 +283,3 @@ def test_polydata_carry_their_frame(tmp_path, field, frame, sign):
     p, q, _ = arrays.control_points(found, "Displacement")
     np.testing.assert_array_equal(p, REST * [sign, sign, 1])
     np.testing.assert_allclose(q, DEFORMED * [sign, sign, 1], rtol=1e-15)
-
-
-def test_places_alone_move_nothing(tmp_path, capsys):
-    """Somebody may have forgotten the second file."""
-    io.write_dataset(make_image(), tmp_path / "in.vti")
-    (tmp_path / "p.csv").write_text("label,x,y,z\na,1,2,3\nb,4,5,6\n")
-    arguments = [str(tmp_path / name) for name in ("in.vti", "p.csv", "out.vti")]
-    assert main(["deform", *arguments, "--device", FAST]) == 1
-    assert "p.csv` has 2 positions, and not where they go" in capsys.readouterr().err
-    assert main(["deform", *arguments, "--allow-identity", "--device", FAST]) == 0

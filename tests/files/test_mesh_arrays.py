@@ -16,7 +16,6 @@ from vtkmodules.vtkCommonDataModel import (
 )
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 from vtkmodules.vtkIOPLY import vtkPLYReader
-from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
 
 from vtk_mls import Deformation, io
 from vtk_mls.commands import cli
@@ -92,15 +91,8 @@ def test_of_several_colors_the_active_ones_count(tmp_path, rng):
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    lines = [",".join(map(str, (*p, *q))) for p, q in zip(REST, DEFORMED)]
-    (tmp_path / "h.csv").write_text("\n".join(["px,py,pz,qx,qy,qz", *lines]))
+    np.savetxt("h.csv", np.hstack([REST, DEFORMED]), "%.17g", ",")
     return tmp_path
-
-
-def write(writer, mesh, path):
-    writer.SetInputData(mesh)
-    writer.SetFileName(str(path))
-    assert writer.Write()
 
 
 @pytest.mark.parametrize(
@@ -117,7 +109,7 @@ def test_losses_of_a_file_format_are_reported(output, sentence, folder, capsys, 
     add_array(mesh.GetPointData(), "RGB", rows, VTK_UNSIGNED_CHAR)
     add_array(mesh.GetPointData(), "temperature", np.arange(mesh.GetNumberOfPoints()))
     add_array(mesh.GetCellData(), "part", np.arange(mesh.GetNumberOfCells()), TYPES["int"])
-    write(vtkXMLPolyDataWriter(), mesh, folder / "scan.vtp")
+    io.write_dataset(mesh, "scan.vtp")
     assert cli.main(["deform", "scan.vtp", "h.csv", output]) == 0
     printed = capsys.readouterr().out
     assert printed.endswith(sentence or "rigid\n")
@@ -131,10 +123,9 @@ def test_the_command_counts_cells_that_are_inside_out(push, folder, capsys):
     io.write_dataset(plate(), "plate.vtu")
     moved = FLAT_PINCHED.copy()
     moved[4:, 0] += (push, -push)
-    lines = [",".join(map(str, (*p, *q))) for p, q in zip(FLAT_PINCHED, moved)]
-    (folder / "p.csv").write_text("\n".join(["px,py,pz,qx,qy,qz", *lines]))
+    np.savetxt("p.csv", np.hstack([FLAT_PINCHED, moved]), "%.17g", ",")
     # alpha 2 turns the plate over between the two handles, which areas in its plane cannot tell
-    options = ["--alpha", "1", "--device", "reference"]
+    options = ["--alpha", "1"]
     arguments = ["deform", "plate.vtu", "p.csv", "o.vtu", *options]
     assert cli.main([*arguments, "--allow-identity"]) == 0
     printed = capsys.readouterr().out
@@ -159,7 +150,7 @@ def test_the_command_counts_cells_that_are_inside_out(push, folder, capsys):
 
 
 @pytest.mark.parametrize("ending", [".vtu", ".vts", ".vtk"])
-def test_control_points_of_any_point_set(ending, folder, capsys):
+def test_control_points_of_any_point_set(ending, folder):
     """As those of .vtp."""
     handles = vtkUnstructuredGrid() if ending != ".vts" else vtkStructuredGrid()
     points = vtkPoints()
@@ -174,11 +165,6 @@ def test_control_points_of_any_point_set(ending, folder, capsys):
     found = arrays.control_points(read, "Displacement")
     np.testing.assert_allclose(found[0], REST, atol=1e-6)
     np.testing.assert_allclose(found[1], DEFORMED, atol=1e-6)
-    io.write_dataset(scan(), "scan.vtp")
-    for name, output in ((f"h{ending}", "a.vtp"), ("h.csv", "b.vtp")):
-        assert cli.main(["deform", "scan.vtp", name, output]) == 0
-    moved = [io.read_dataset(name).GetPoints().GetData() for name in ("a.vtp", "b.vtp")]
-    np.testing.assert_allclose(*map(arrays.to_numpy, moved), atol=1e-5)
 
 
 def test_integer_points_of_files(folder, capsys):
@@ -202,7 +188,7 @@ def test_integer_points_in_another_frame(dtype, folder):
     cells.InsertNextCell(1, [0])
     mesh.SetVerts(cells)
     arrays.add_texts(mesh.GetFieldData(), "SPACE", ["RAS"])
-    write(vtkXMLPolyDataWriter(), mesh, folder / "a.vtp")
+    io.write_dataset(mesh, "a.vtp")
     found = io.read_dataset("a.vtp")
     assert found.GetPoint(0) == (-1, -2, 3)
     io.write_dataset(found, "b.vtp")

@@ -5,7 +5,7 @@ import pytest
 import slicer_peer
 from file_fixtures import MESHES
 from slicer_peer import needs_slicer
-from vtk_fixtures import DEFORMED, FAST, REST, add_array
+from vtk_fixtures import DEFORMED, REST, add_array
 from vtkmodules.vtkFiltersCore import vtkPolyDataNormals
 from vtkmodules.vtkFiltersSources import vtkConeSource
 
@@ -102,7 +102,7 @@ def test_a_mesh_is_deformed_in_lps(tmp_path, suffix):
         metadata.store(mesh, metadata.FILE_SPACE, [space])
         io.write_dataset(mesh, tmp_path / f"{space}{suffix}")
         arguments = [tmp_path / f"{space}{suffix}", tmp_path / "h.csv", tmp_path / f"out{suffix}"]
-        options = ["--device", FAST, "--cut-plane", "4.3,0,0,1,0,0"]
+        options = ["--cut-plane", "4.3,0,0,1,0,0"]
         assert main(["deform", *map(str, arguments), *options]) == 0
         outputs.append(io.read_dataset(tmp_path / f"out{suffix}"))
         assert metadata.load(outputs[-1], metadata.FILE_SPACE) == (space,)

@@ -3,24 +3,21 @@
 import numpy as np
 import pytest
 import SimpleITK
-from file_fixtures import META, VALUES, image_with, scalars
-from vtk_fixtures import TYPES
+from file_fixtures import META, VALUES, scalars
 
 from vtk_mls import io
 
 SMALL = np.arange(7 * 6 * 5, dtype="<i2").reshape(7, 6, 5)  # z, y, x
+TEXT = " ".join(map(str, VALUES.flat)).encode() + b"\n"
 
 
 @pytest.mark.parametrize(
     ("header", "data"),
     [
-        (
-            "BinaryDataByteOrderMSB = True\nElementDataFile = LOCAL\n",
-            VALUES.astype(">i2").tobytes(),
-        ),
+        ("BinaryDataByteOrderMSB = True\nElementDataFile = LOCAL\n", VALUES.byteswap().tobytes()),
         (
             "BinaryData = False\nElementDataFile = x.raw\n",
-            " ".join(map(str, VALUES.flat)).encode() + b"\n",
+            b"\n".join(b"%d" % n for n in VALUES.flat) + b"\n",
         ),
         ("HeaderSize = 5\nElementDataFile = x.raw\n", b"12345" + VALUES.tobytes()),
         ("HeaderSize = -1\nElementDataFile = sub/x.raw\n", b"123" + VALUES.tobytes()),
@@ -59,35 +56,18 @@ def test_metaimage_of_every_kind(tmp_path, header, data):
         ("Offset", "ElementNumberOfChannels = 0\nOffset", "Channels must be positive, got 0"),
         ("ElementDataFile", "CompressedData = True\nElementDataFile", "cannot be unpacked"),
         ("2 3 4", "2 3", "its ElementSpacing must have 3 numbers, got 2"),
+        ("Offset", "TransformMatrix = nan 0 0 0 1 0 0 0 1\nOffset", "its steps between voxels"),
+        ("Offset", "TransformMatrix = 1\nOffset", "direction must have 9 numbers, got 1"),
+        ("1 2 3", "inf 2 3", "its Offset must be finite"),
+        ("1 2 3", "left 2 3", "could not convert .*left"),
+        ("2 3 4", "0 3 4", "its steps between voxels"),
     ],
 )
 def test_metaimage_that_is_refused(tmp_path, old, new, sentence):
     text = (META + "ElementDataFile = LOCAL\n").replace(old, new)
     (tmp_path / "x.mha").write_bytes(text.encode() + VALUES.tobytes())
-    with pytest.raises(ValueError, match=rf"x\.mha` .*{sentence}"):
-        io.read_dataset(tmp_path / "x.mha")
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "sentence"),
-    [
-        ("TransformMatrix = 1.0", "TransformMatrix = nan", "its steps between voxels"),
-        (
-            "TransformMatrix = 1.0",
-            "TransformMatrix = 1.0 0.0",
-            "direction must have 9 numbers, got 10",
-        ),
-        ("Offset = 0.5", "Offset = inf", "its Offset must be finite"),
-        ("Offset = 0.5", "Offset = left", "could not convert .*left"),
-        ("ElementSpacing = 0.9", "ElementSpacing = 0", "its steps between voxels"),
-    ],
-)
-def test_bad_metaimage(tmp_path, old, new, sentence):
-    path = tmp_path / "x.mha"
-    io.write_dataset(image_with(np.arange(24), TYPES["short"]), path)
-    path.write_bytes(path.read_bytes().replace(old.encode(), new.encode()))
     with pytest.raises(ValueError, match=rf"x\.mha` cannot be used: .*{sentence}"):
-        io.read_dataset(path)
+        io.read_dataset(tmp_path / "x.mha")
 
 
 def test_other_keys_of_metaimage_stay(tmp_path):

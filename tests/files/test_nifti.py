@@ -249,7 +249,7 @@ def test_the_shell_hears_the_warning_too(tmp_path, monkeypatch, names):
     monkeypatch.chdir(tmp_path)
     write_nifti("x.nii", rotated(0), 1, rotated(0.3), 2)
     (tmp_path / "h.csv").write_text("0,0,0,1,0,0\n9,0,0,9,0,0\n0,9,0,0,9,0\n0,0,9,0,0,9\n")
-    status, _, err = run("deform", names[0], "h.csv", names[1], "--device", "reference")
+    status, _, err = run("deform", names[0], "h.csv", names[1])
     assert status == 0
     assert err.startswith("`x.nii`: its sform counts here")
     assert err.count("\n") == 1

@@ -143,16 +143,22 @@ def test_the_header_has_the_order_and_the_labels_of_control_points(tmp_path):
     assert (found.partners.tolist(), found.weights.tolist()) == ([[4, 5, 6]], [7])
 
 
-def test_labels_are_written_with_control_points(tmp_path):
-    for suffix in formats.endings(reads=(formats.POINTS,)):
-        path = tmp_path / f"x{suffix}"
-        labels = ["nose #1", 'a, "b"']
-        control_point_files.write(
-            path, [[1, 2, 3], [4, 5, 6]], [[1, 2, 4], [4, 5, 7]], None, labels
-        )
-        found = control_point_files.read_pairs(path)
-        assert found.deformed.tolist() == [[1, 2, 4], [4, 5, 7]]
-        assert found.labels == (["", ""] if suffix == ".pts" else labels)
+@pytest.mark.parametrize("suffix", [*formats.endings(reads=(formats.POINTS,)), ".TXT"])
+@pytest.mark.parametrize("weights", [None, [2.0, 0.1]])
+def test_control_points_and_their_labels_are_written(tmp_path, suffix, weights):
+    path, labels = tmp_path / f"x{suffix}", ["nose #1", 'a, "b"']
+    rest = np.array([(1.25, -2, 3e-9), (4e5, 5, 6)])
+    deformed = rest + [(0.5, 0, 0), (0, 1e-3, 0)]
+    control_point_files.write(path, rest, deformed, weights, labels)
+    found = control_point_files.read_pairs(path)
+    has_pairs = formats.find(path, writes=(formats.PAIRS,)) is not None
+    np.testing.assert_array_equal(found.rest, rest if has_pairs else deformed)
+    np.testing.assert_array_equal(found.deformed, deformed)
+    assert found.labels == (["", ""] if suffix == ".pts" else labels)
+    if suffix in (".csv", ".txt", ".TXT") and weights:
+        assert found.weights.tolist() == weights
+    else:
+        assert found.weights is None
 
 
 def test_a_table_by_paraview_keeps_its_labels(tmp_path):
@@ -187,17 +193,33 @@ def test_all_markups_of_a_file_are_read_each_in_its_frame(tmp_path):
     assert found.descriptions[0] == "tip"
 
 
-def test_fiducials_of_old_and_new_slicers(tmp_path):
+@pytest.mark.parametrize(("system", "sign"), [("LPS", 1), ("1", 1), ("RAS", -1), ("0", -1)])
+def test_fiducials_of_old_and_new_slicers(tmp_path, system, sign):
     old = "# Fiducial List file /a\n# columns = label,x,y,z,sel,vis\nleft eye,1,2,3,1,1\n"
     found = _read(tmp_path, old, "x.fcsv")
     assert (found.labels, found.positions.tolist()) == (["left eye"], [[-1, -2, 3]])
     new = (
-        "# Markups fiducial file version = 5.6\n# CoordinateSystem = LPS\n"
+        f"# Markups fiducial file version = 5.6\n# CoordinateSystem = {system}\n"
         '1,1,2,3,0,0,0,1,1,1,0,"a, b","of two\nlines",,2,0\n2,7,8,9,0,0,0,1,1,1,0,c,,,0,0\n'
     )
     found = _read(tmp_path, new, "x.fcsv")
+    assert found.positions[0].tolist() == [sign, 2 * sign, 3]
     assert (found.labels, found.descriptions) == (["a, b", "c"], ["of two\nlines", ""])
     assert found.is_placed.tolist() == [True, False]
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["1,5;2;3;4;5;-6,25\n", "px;py;pz;qx;qy;qz\n1,5;2,0;3;4;5;-6,25\n", "a;1,5;2;3;4;5;-6.25\n"],
+)
+def test_a_table_with_semicolons_may_have_decimal_commas(tmp_path, text):
+    found = _read(tmp_path, text)
+    assert found.positions.tolist() == [[1.5, 2, 3]]
+    assert found.partners.tolist() == [[4, 5, -6.25]]
+
+
+def test_semicolons_in_a_label_separate_nothing(tmp_path):
+    assert _read(tmp_path, "a;b;c,1,2,3,4,5,6\n").positions.tolist() == [[1, 2, 3]]
 
 
 def test_markups_are_written_for_older_slicers(tmp_path):
@@ -291,6 +313,12 @@ def _markups(point, **more):
 @pytest.mark.parametrize(
     ("name", "text", "sentence"),
     [
+        ("x.csv", "px,py,pz\n", r"` holds no control points"),
+        ("x.csv", 10**6 * "1,", r"`, line 1: expected numbers .*1,\.\.\.` of 2000000 char"),
+        ("x.csv", "1,2,3,4,5,inf\n", r"` has a coordinate that is not a finite number"),
+        ("x.csv", "1,2,3,4,5,6,-1\n", r"` has a weight that is not a positive number"),
+        ("x.csv", "9" * 200_000, r"`, line 1: field larger than field limit"),
+        ("x.csv", "1,\udcff", r"` is not UTF-8 text: its byte 2 is 255"),
         ("x.csv", "x,y,label\n1,2,3\n", r"`, line 1: the columns `x,y,label` are not known; name"),
         ("x.csv", "x,y,z,x\n1,2,3,4\n", r"`, line 1: several columns are x$"),
         ("x.csv", "r,a,s\n1,2,3\n1,2\n", r"line 3: expected 3 cells .* numbers in r, a, s, got"),
@@ -299,11 +327,7 @@ def _markups(point, **more):
         ("x.csv", "x,y,z,weight\n1,2,3,0\n", r"` has a weight that is not a positive number"),
         ("x.csv", "1,2,3\na,4,5,6\n", r"`, line 2: expected numbers x,y,z, as many in each line"),
         ("x.csv", "1,2,3\n1_0,5,6\n", r"`, line 2: expected numbers x,y,z, as many in each line"),
-        (
-            "x.csv",
-            "1,2,3,4\n",
-            r"`, line 1: expected numbers px,py,pz,.* got `1,2,3,4`; name the columns",
-        ),
+        ("x.csv", "1,2,3,4\n", r"`, line 1: expected numbers px,.* got `1,2,3,4`; name the col"),
         ("x.csv", "1;2\n1;2\n", r"`, line 1: the columns `1;2` are not known"),
         ("x.txt", "1 2 3\n4 5,0 6\n", r"`, line 2: expected numbers x,y,z, .* got `4 5,0 6`$"),
         ("x.csv", BIGWARP.replace("true", "yes"), r"`, line 1: expected numbers px"),
@@ -327,22 +351,23 @@ def _markups(point, **more):
         ("x.tag", MINC.partition("Points")[0], r"` must have a line .*, and then `Points =`$"),
         ("x.tag", MINC.replace("= 2", "= 1"), r"line 6: expected 3 coordinates, .* got `4 5 6 1"),
         ("x.tag", MINC.replace("0 -1 -1", "0 -1"), r"line 6: expected 6 coordinates, perhaps thr"),
-        (
-            "x.tag",
-            MINC.replace("4 5 6", "4 5 nan"),
-            r"coordinate .* not a finite number in line 6$",
-        ),
+        ("x.tag", MINC.replace("4 5 6", "4 5 nan"), r"coordinate .* not a finite .* in line 6$"),
         ("x.tag", MINC.rpartition(";")[0], r"` is cut off: a semicolon must follow its last"),
         ("x.tag", MINC + "1 2 3 1 2 3;\n", r"line 8: expected 6 coordinates"),
+        ("x.fcsv", "# nothing\n", r"` holds no control points"),
+        ("x.fcsv", "a,1,2\n", r"` has a position that is not three numbers"),
+        ("x.fcsv", "a,1,2,nan", r"` has a coordinate that is not a finite number"),
         ("x.fcsv", "# CoordinateSystem = lps\na,1,2,3\n", r"` has the coordinate system lps; it"),
         ("x.fcsv", "#\n\na,1,2,3\na,1,x,3\n", r"not three numbers in line 4: `a,1,x,3`$"),
         ("x.fcsv", 'a,1,2,3,"\n' + 200_000 * "9", r"`, line 2: field larger than field limit"),
+        ("x.json", "{}", r"must end in one of .*\.mrk\.json"),
+        ("x.mrk.json", "{", r"` has no markups"),
+        ("x.mrk.json", "[" * 100_000, r"` has no markups: it is nested too"),
+        ("x.mrk.json", '"\udcff"', r"` is not UTF-8 text"),
         ("x.mrk.json", '{"markups": 5}', r"` has no markups: TypeError\('`markups` is not"),
-        (
-            "x.mrk.json",
-            '{"markups": [{"controlPoints": [5]}]}',
-            r"`controlPoints` is not a list of d",
-        ),
+        ("x.mrk.json", _markups(5), r"`controlPoints` is not a list of d"),
+        ("x.mrk.json", _markups({}, coordinateSystem=["LPS"]), r"system \['LPS'\]; it"),
+        ("x.mrk.json", _markups({"position": [1, 2, 10**400]}), r"that is not three numbers"),
         ("x.mrk.json", _markups({}, coordinateSystem="IJK"), r"has the coordinate system IJK; it"),
         ("x.mrk.json", _markups({"position": ["1", 2, 3]}), r"not three numbers: point 1 is at"),
         ("x.mrk.json", _markups({"position": [True, 2, 3]}), r"not three numbers: point 1 is at"),

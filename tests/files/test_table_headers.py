@@ -43,10 +43,6 @@ def test_names_of_both_positions(tmp_path, header):
     _assert_pairs(_read(tmp_path, _table(header)))
 
 
-def test_names_count_and_not_the_order(tmp_path):
-    _assert_pairs(_read(tmp_path, _table("qx,qy,qz,px,py,pz")), DEFORMED, REST)
-
-
 @pytest.mark.parametrize(
     "header",
     [

@@ -74,7 +74,7 @@ def test_channels_colors_and_times(stack):
     tifffile.imwrite("t.tif", movie, imagej=True, metadata=details)
     np.savetxt("h.csv", [[1, 1, 1, 2, 1, 1], [5, 5, 5, 5, 5, 5]], "%g", ",")
     assert [time for time, _ in series.read_steps("t.tif")] == [0, 0.5]
-    arguments = ["--device", "reference", "--background", "0"]
+    arguments = ["--background", "0"]
     assert main(["deform", "t.tif", "h.csv", "t.nii.gz", *arguments]) == 0
     found = np.asarray(nibabel.load("t.nii.gz").dataobj)
     for number in range(2):

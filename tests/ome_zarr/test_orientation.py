@@ -1,8 +1,6 @@
 """The orientation of OME-Zarr's axes (RFC 4) through all doors, against nibabel and SimpleITK."""
 
 import itertools
-import json
-import shutil
 
 import ngff_zarr
 import nibabel
@@ -114,15 +112,7 @@ def test_each_orientation_through_each_door(code, rng, tmp_path, monkeypatch):
 @pytest.mark.parametrize("codes", [("RA", "RAS"), ("LP", "LPS"), ("SA", "SAL"), ("RS", "RSP")])
 def test_flat_images_have_the_third_direction(codes, rng, tmp_path):
     flat, code = codes
-    file = write(tmp_path / "in.ome.zarr", [values(rng)[:1]], stated=words(code))
-    content = json.loads(json.dumps(dict(file.attrs)))
-    entry = content["ome"]["multiscales"][0]
-    entry["axes"] = entry["axes"][1:]
-    for step in entry["datasets"][0]["coordinateTransformations"]:
-        step[step["type"]] = step[step["type"]][1:]
-    file.attrs.put(content)
-    shutil.rmtree(tmp_path / "in.ome.zarr/scale0")
-    file.create_array("scale0", data=np.zeros(SHAPE[1:], "u1"), dimension_names=["y", "x"])
+    write(tmp_path / "in.ome.zarr", [values(rng)[0]], axes="yx", stated=words(code))
     expected = grid_of(code, (1, *SPACING[1:]), (0, *ORIGIN[1:]), (1, *SHAPE[1:]))
     same_places(open_image(tmp_path / "in.ome.zarr").finest.grid, expected)
     assert flat == code[:2]
@@ -159,7 +149,6 @@ def test_label_images_take_what_their_image_states(rng, tmp_path):
 )
 def test_data_without_a_frame_are_reported(stated, rng, tmp_path, monkeypatch, caplog):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("VTK_MLS_DEVICE", "reference")
     np.savetxt("handles.csv", HANDLES, delimiter=",")
     stated = {name: {"orientation": text} for name, text in stated.items()}
     write("in.ome.zarr", [values(rng)], stated=stated)

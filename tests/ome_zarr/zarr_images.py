@@ -46,7 +46,8 @@ def write(path, levels, version="0.5", chunks=(6, 8, 10), axes="zyx", stated=Non
     `stated` are other entries of axes, by their names.
     """
     file = zarr.open_group(path, mode="w", zarr_format=2 if version == "0.4" else 3)
-    lead = len(axes) - 3
+    lead = len(axes.rstrip("zyx"))
+    count = len(axes) - lead
     datasets = []
     for number, level in enumerate(levels):
         options = {} if version == "0.4" else {"dimension_names": list(axes)}
@@ -54,16 +55,16 @@ def write(path, levels, version="0.5", chunks=(6, 8, 10), axes="zyx", stated=Non
             f"scale{number}",
             shape=level.shape,
             dtype=level.dtype,
-            chunks=(1,) * lead + chunks,
+            chunks=(1,) * lead + chunks[-count:],
             compressors=_codec(version),
             **options,
         )
         array[...] = level
-        scale = [1.0] * lead + [n * 2.0**number for n in SPACING]
-        shift = [0.0] * lead + [a + n * (2.0**number - 1) / 2 for a, n in zip(ORIGIN, SPACING)]
+        scale = [n * 2.0**number for n in SPACING]
+        shift = [a + n * (2.0**number - 1) / 2 for a, n in zip(ORIGIN, SPACING)]
         transforms = [
-            {"type": "scale", "scale": scale},
-            {"type": "translation", "translation": shift},
+            {"type": "scale", "scale": [1.0] * lead + scale[-count:]},
+            {"type": "translation", "translation": [0.0] * lead + shift[-count:]},
         ]
         datasets.append({"path": f"scale{number}", "coordinateTransformations": transforms})
     kinds = {"t": ("time", "second"), "c": ("channel", None)}

@@ -103,22 +103,6 @@ def test_picture_of_the_brain_or_what_to_install(output):
     assert_picture_or_what_to_install(output, "cut", 740)
 
 
-@WHOLE
-def test_the_brain_is_cut_open(output):
-    data = _read(vtkXMLImageDataReader(), output[0] / "cut.vti").GetPointData()
-    void = vtk_to_numpy(data.GetArray("Void")) > 0
-    assert 0.01 < void.mean() < 0.2
-    np.testing.assert_array_equal(vtk_to_numpy(data.GetArray("VoidDistance")) < 0, void)
-    assert vtk_to_numpy(data.GetArray("T1"))[void].max() == 0
-
-
-@WHOLE
-def test_the_brain_of_the_tutorial_is_there(output):
-    brain = _read(vtkXMLImageDataReader(), output[0] / "brain.vti")
-    assert brain.GetDimensions() == (197, 233, 189)
-    assert brain.GetPointData().GetScalars().GetName() == "T1"
-
-
 def test_a_crash_of_opengl_names_the_missing_package(monkeypatch, capsys, tmp_path):
     crashed = subprocess.CompletedProcess([], -11)
     monkeypatch.setattr(subprocess, "run", lambda *_, **__: crashed)

@@ -5,15 +5,12 @@ from __future__ import annotations
 import ast
 import importlib
 import importlib.util
-import os
 import re
 import shlex
-import subprocess
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
+from command_fixtures import PROJECT, python
 from vtk_fixtures import can_draw
 
 import vtk_mls
@@ -21,7 +18,6 @@ from vtk_mls import filters
 from vtk_mls.commands import cli
 from vtk_mls.files import field_files
 
-PROJECT = Path(__file__).resolve().parents[2]
 DOCS = PROJECT / "docs"
 PAGES = [
     *(PROJECT / name for name in ("README.md", "CONTRIBUTING.md", "opencl/README.md")),
@@ -234,17 +230,10 @@ def test_python_runs(given, code, tmp_path):
     if re.search(r"Plotter\(|vtkRenderWindow", given + code) and not can_draw():
         pytest.skip("VTK cannot draw here")
     write_files(tmp_path)
-    done = subprocess.run(
-        [sys.executable, "-c", given + code],
-        cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": str(PROJECT), "PYVISTA_OFF_SCREEN": "true"},
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=240,
-    )
-    assert done.returncode == 0, done.stderr
-    assert "ERR|" not in done.stderr, done.stderr
+    arguments = "-c", given + code
+    status, _, err = python(*arguments, folder=tmp_path, PYVISTA_OFF_SCREEN="true")
+    assert status == 0, err
+    assert "ERR|" not in err, err
 
 
 def write_files(folder):

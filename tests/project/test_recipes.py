@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import os
 import re
 import shutil
-import subprocess
-import sys
 import textwrap
-from pathlib import Path
 
 import pytest
+from command_fixtures import PROJECT, python
 
-PROJECT = Path(__file__).resolve().parents[2]
 TEXT = (PROJECT / "CONTRIBUTING.md").read_text()
 FOLDERS = ("docs", "opencl", "paraview_plugin", "tests", "vtk_mls")
 
@@ -34,15 +30,8 @@ def copy(tmp_path):
 
 
 def run(copy, *command):
-    done = subprocess.run(
-        [sys.executable, *command],
-        capture_output=True,
-        text=True,
-        check=False,
-        cwd=copy,
-        env={**os.environ, "PYTHONPATH": str(copy)},
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
+    status, out, err = python(*command, folder=copy, path=copy)
+    assert status == 0, out + err
 
 
 @pytest.mark.matrix

@@ -15,6 +15,7 @@ from vtk_mls.filters import MLSControlPoints, MLSDeform, MLSDisplacementField, p
 pyvista = pytest.importorskip("pyvista", "0.48", reason="PyVista is not installed")
 mls = importlib.import_module("vtk_mls.pyvista")  # registers `mesh.mls`
 
+pytestmark = pytest.mark.usefixtures("numpy_computes")
 REST = np.array([(x, y, z) for x in (-5, 5) for y in (-5, 5) for z in (-5, 5)], float)
 DEFORMED = REST + (REST[:, :1] > 0) * [2.1, 0.7, 0]
 CUT = HalfPlane((0, 0, 0), (1, 0, 0), (0, 0, 1))
@@ -76,13 +77,6 @@ def test_the_field_is_that_of_the_filter():
     expected = output_of(MLSDisplacementField(), mesh, SampleDimensions=(5, 6, 7), Inverse=True)
     assert found == expected
     assert found.dimensions == (5, 6, 7)
-
-
-def test_blocks_are_deformed_one_by_one():
-    blocks = pyvista.MultiBlock({name: make() for name, make in DATASETS.items()})
-    found = blocks.mls.deform(REST, DEFORMED)
-    for name in DATASETS:
-        assert found[name] == blocks[name].mls.deform(REST, DEFORMED)
 
 
 def test_a_surface_cuts():
@@ -206,15 +200,6 @@ def test_control_points_of_a_selection(kind):
 def test_invalid_control_points_are_named(handles, error, sentence):
     with pytest.raises(error, match=sentence):
         DATASETS["surface"]().mls.deform(handles())
-
-
-def test_images_that_touch_are_warned_about(caplog):
-    parts = [pyvista.ImageData(dimensions=(5, 5, 5), origin=(4 * i, 0, i)) for i in (0, 1)]
-    pyvista.MultiBlock(parts).mls.deform(REST, DEFORMED)
-    assert caplog.text.count("what crosses a border between them is lost") == 1
-    caplog.clear()
-    parts[0].mls.deform(REST, DEFORMED)
-    assert not caplog.text
 
 
 def test_an_initial_transform_is_an_option():

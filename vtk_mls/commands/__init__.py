@@ -1,1 +1,1 @@
-"""Commands of `vtk-mls`, a module each: `add(commands)` says its arguments."""
+"""Commands of `vtk-mls`, a module each: `add(commands)` for the arguments, `run(options)`."""

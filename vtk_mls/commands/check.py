@@ -7,15 +7,19 @@ from vtk_mls.base.errors import InputError
 from vtk_mls.commands import map_options, property_options
 from vtk_mls.commands.running import landmarks, progress_bar
 from vtk_mls.commands.supervision import step
+from vtk_mls.files.landmarks import paired
+from vtk_mls.files.paths import check_replaceable, replacing
+from vtk_mls.landmarks import report
+from vtk_mls.landmarks.page import page
+from vtk_mls.landmarks.text import aligned, heading, pair_rows, setting_rows, worst_first
 
 _MAX_ROWS = 20  # in the terminal, beside outliers
 
 
-def add(commands):
-    """Add the command to its parent's parsers."""
+def add(commands, text=None):
     check = commands.add_parser(
         "check",
-        help="find bad pairs of landmarks, and the settings that suit them",
+        help=text,
         description="Predict each pair of landmarks from all others, by maps of several kinds. "
         "Shows the error of each pair, outliers, pairs whose labels look swapped, and the settings "
         "for `vtk-mls deform` that predict best.",
@@ -31,11 +35,6 @@ def add(commands):
 
 
 def run(options):
-    """Run the command."""
-    from vtk_mls.files.paths import check_replaceable, replacing
-    from vtk_mls.landmarks import report
-    from vtk_mls.landmarks.page import page
-
     outputs = [path for path in (options.json, options.html) if path is not None]
     for path in outputs:
         check_replaceable(path)
@@ -70,8 +69,6 @@ def _json(report):
 
 def _lines(report):
     """The lines to print."""
-    from vtk_mls.landmarks.text import aligned, heading, pair_rows, setting_rows, worst_first
-
     rows = worst_first(report)
     count = max(_MAX_ROWS, int(report.outlier.sum()))
     lines = [*aligned(pair_rows(report, rows[:count]))]
@@ -82,8 +79,6 @@ def _lines(report):
 
 def _pairs(options):
     """The `Pairs` of the files."""
-    from vtk_mls.files.landmarks import paired
-
     rest, deformed, _ = landmarks(options)
     if deformed is None and rest.partners is None:
         raise ValueError(

@@ -6,6 +6,17 @@ from vtk_mls import __version__
 from vtk_mls.base import child_process
 from vtk_mls.commands.supervision import supervise
 
+# Commands with a module each, and what the list of commands says about them.
+_COMMANDS = {
+    "deform": "deform an image or a mesh file",
+    "field": "write the displacement field of a deformation, a transform for other programs",
+    "points": "move a file of landmarks with the material",
+    "check": "find bad pairs of landmarks, and the settings that suit them",
+    "view": "deform an image or a mesh by the mouse, in a browser",
+    "paraview": "start ParaView with the plugin loaded",
+    "demo": "cut a real brain open",
+}
+
 
 def main(arguments=None):
     """Run a command; its exit status: 0, 1 after one sentence on stderr, or 130 after Ctrl-C.
@@ -31,7 +42,8 @@ def run(arguments):
     from vtk_mls import Aborted, DeviceError
 
     try:
-        options = _parser().parse_args(_with_values(arguments))
+        words = _with_values(arguments)
+        options = _parser(words).parse_args(words)
         with warnings.catch_warnings():
             # numpy's warnings about values that are not finite
             warnings.simplefilter("ignore", RuntimeWarning)
@@ -70,21 +82,21 @@ def _with_values(arguments):
     return joined
 
 
-def _parser():
+def _parser(words=None):
+    """The parser of the command in words, or of all: the others are only listed."""
     import argparse
-
-    from vtk_mls.commands import check, deform, demo, field, paraview, points, view
+    from importlib import import_module
 
     parser = argparse.ArgumentParser(
         prog="vtk-mls", description="Moving-least-squares deformation of volumes by control points."
     )
     parser.add_argument("--version", action="version", version=f"vtk-mls {__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
-    deform.add(commands)
-    field.add(commands)
-    points.add(commands)
-    check.add(commands)
-    view.add(commands)
+    for name, text in _COMMANDS.items():
+        if words is None or name in words[:1]:
+            import_module(f"vtk_mls.commands.{name}").add(commands, text)
+        else:
+            commands.add_parser(name, help=text)
     info = commands.add_parser(
         "doctor",
         aliases=["info"],
@@ -94,7 +106,6 @@ def _parser():
     )
     info.add_argument("--retest", action="store_true", help="test the devices again")
     info.set_defaults(run=_info)
-    paraview.add(commands)
     path = commands.add_parser(
         "plugin-path",
         help="print the folder of the ParaView plugin",
@@ -102,7 +113,6 @@ def _parser():
         'export PV_PLUGIN_PATH="$(vtk-mls plugin-path)"',
     )
     path.set_defaults(run=_plugin_path)
-    demo.add(commands)
     return parser
 
 

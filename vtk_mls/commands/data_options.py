@@ -1,5 +1,7 @@
 """Options of `vtk-mls deform` and `vtk-mls field` that are for some kinds of data only."""
 
+from vtk_mls.files.block_files import blocks
+
 IMAGES, MESHES, OME_ZARR = "images", "meshes", "OME-Zarr"
 _ONE = {IMAGES: "an image", MESHES: "a mesh", OME_ZARR: "an OME-Zarr, written block by block"}
 _ONLY = {  # option and kinds of data, by attribute of the options
@@ -31,6 +33,4 @@ def check(options, *kinds):
 
 def kinds_of(dataset):
     """The kinds of a vtkDataObject and its blocks."""
-    from vtk_mls.files.block_files import blocks
-
     return [IMAGES if block.IsA("vtkImageData") else MESHES for block in blocks(dataset)]

@@ -2,18 +2,32 @@
 
 from functools import cache, partial
 
-from vtk_mls.commands import data_options, map_options, ome_zarr, property_options, remarks, running
+from vtk_mls import io
+from vtk_mls.base.time_steps import step_at
+from vtk_mls.commands import (
+    data_options,
+    map_options,
+    ome_zarr,
+    property_options,
+    remarks,
+    running,
+    series,
+)
 from vtk_mls.commands.running import distinct_warnings, read, read_image, update
 from vtk_mls.commands.supervision import step
+from vtk_mls.files.block_files import blocks
+from vtk_mls.files.paths import check_apart, check_replaceable
+from vtk_mls.filters import MLSDeform
+from vtk_mls.filters.image_resampling import backgrounds_of
+from vtk_mls.vtk import arrays
 
 _MULTI_ARRAY_FORMATS = (".vti", ".vtk", ".pvd")
 
 
-def add(commands):
-    """Add the command to its parent's parsers."""
+def add(commands, text=None):
     deform = commands.add_parser(
         "deform",
-        help="deform an image or a mesh file",
+        help=text,
         description="Deform an image or a mesh file, data of several blocks, or a time series. "
         "World coordinates are LPS (x to the left, y to the back of a patient), whatever the frame "
         "of the file; the output has the frame of the input. Formats with one array (MetaImage, "
@@ -76,11 +90,6 @@ def add(commands):
 
 
 def run(options):
-    """Run the command."""
-    from vtk_mls.commands import series
-    from vtk_mls.files.paths import check_apart, check_replaceable
-    from vtk_mls.filters import MLSDeform
-
     check_apart(options.output, options.input, options.handles)
     if ome_zarr.is_for(options):
         return ome_zarr.deform(options, MLSDeform())
@@ -116,9 +125,6 @@ def _reference(options):
 
 
 def _deform_one(steps, deform, options):
-    from vtk_mls import io
-    from vtk_mls.files.block_files import blocks
-
     dataset = read(lambda _: steps[0][1](), options.input)
     data_options.check(options, *data_options.kinds_of(dataset))
     is_image = dataset.IsA("vtkImageData")
@@ -165,10 +171,6 @@ def _deform_all(steps, handle_times, deform, options):
 
     A time step takes the handles of one of their times, which `step_at` chooses.
     """
-    from vtk_mls.base.time_steps import step_at
-    from vtk_mls.commands import series
-    from vtk_mls.filters.image_resampling import backgrounds_of
-
     failures, are_empty, notes = 0, [], {}
     inverted_cells = remarks.InvertedCells(deform)
     series.check_writable(options.output)
@@ -208,8 +210,6 @@ def _deform_all(steps, handle_times, deform, options):
 
 def _opened(image):
     """Counts of void points, and of overlapping points if the filter counted them."""
-    from vtk_mls.vtk import arrays
-
     counts = {}
     void = image.GetPointData().GetArray("Void")
     if void is not None:
@@ -222,8 +222,6 @@ def _opened(image):
 
 def _failures(output):
     """Number of points of meshes without a forward image."""
-    from vtk_mls.files.block_files import blocks
-
     counts = [block.GetFieldData().GetArray("FailedInverses") for block in blocks(output)]
     return sum(int(count.GetValue(0)) for count in counts if count is not None)
 

@@ -3,6 +3,18 @@
 import importlib.util
 from pathlib import Path
 
+import numpy as np
+from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPolyData
+from vtkmodules.vtkImagingGeneral import vtkImageGaussianSmooth
+from vtkmodules.vtkIOImage import vtkNIFTIImageReader
+
+from vtk_mls import HalfPlane, io
+from vtk_mls.files.paths import check_folder
+from vtk_mls.files.vtk_io import write_png
+from vtk_mls.filters import MLSDeform
+from vtk_mls.vtk.control_point_polydata import fill_polydata
+
 # Positions in millimeters: x to the right, y to the front, z up. The edge of the cut runs along x.
 EDGE = (98.0, 118.0, 58.0)
 FRONT = ((157, 125, 115), (112, 125, 149), (159, 146, 102), (150, 175, 88), (125, 177, 117))
@@ -11,10 +23,10 @@ BELOW = ((157, 142, 53), (163, 86, 51), (113, 114, 36), (135, 52, 25), (127, 171
 DEGREES = 35  # by which each half is rotated about the edge
 
 
-def add(commands):
+def add(commands, text=None):
     parser = commands.add_parser(
         "demo",
-        help="cut a real brain open",
+        help=text,
         description="Cut a real brain open; leave the image, its handles, the deformed image and a "
         "picture of both. `make demo` in a checkout draws more.",
     )
@@ -23,10 +35,6 @@ def add(commands):
 
 
 def run(options):
-    from vtk_mls import HalfPlane, io
-    from vtk_mls.files.paths import check_folder
-    from vtk_mls.filters import MLSDeform
-
     check_folder(options.directory)
     directory = Path(options.directory)
     image = brain()
@@ -54,10 +62,6 @@ def run(options):
 
 def brain():
     """T1-weighted image of the MNI152 brain, smoothed a little."""
-    from vtkmodules.vtkCommonDataModel import vtkImageData
-    from vtkmodules.vtkImagingGeneral import vtkImageGaussianSmooth
-    from vtkmodules.vtkIOImage import vtkNIFTIImageReader
-
     reader, smooth = vtkNIFTIImageReader(), vtkImageGaussianSmooth()
     reader.SetFileName(str(brain_file()))
     smooth.SetInputConnection(reader.GetOutputPort())
@@ -71,8 +75,6 @@ def brain():
 
 def control_points(degrees=DEGREES):
     """Rest and deformed positions (n, 3): both halves rotate outward, the points below stay."""
-    import numpy as np
-
     front, back, below = (_both_sides(np.array(points, float)) for points in (FRONT, BACK, BELOW))
     angle = np.radians(degrees)
     deformed = np.vstack([_rotated(front, -angle), _rotated(back, angle), below])
@@ -103,23 +105,15 @@ def file_of(package, name, version):
 
 def _both_sides(points):
     """Points and their mirror images."""
-    import numpy as np
-
     return np.vstack([points, points * (-1, 1, 1) + (2 * EDGE[0], 0, 0)])
 
 
 def _rotated(points, angle):
-    import numpy as np
-
     c, s = np.cos(angle), np.sin(angle)
     return EDGE + (points - EDGE) @ np.array([[1, 0, 0], [0, c, s], [0, -s, c]])
 
 
 def _handles(rest, deformed):
-    from vtkmodules.vtkCommonDataModel import vtkPolyData
-
-    from vtk_mls.vtk.control_point_polydata import fill_polydata
-
     polydata = vtkPolyData()
     fill_polydata(polydata, rest, deformed, None)
     return polydata
@@ -127,12 +121,6 @@ def _handles(rest, deformed):
 
 def _write_slices(images, file):
     """Write a picture of the slice at the middle of the first image, through each of them."""
-    import numpy as np
-    from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
-    from vtkmodules.vtkCommonDataModel import vtkImageData
-
-    from vtk_mls.files.vtk_io import write_png
-
     x, slices = images[0].GetCenter()[0] + 30, []
     for image in images:
         values = vtk_to_numpy(image.GetPointData().GetArray("T1"))

@@ -3,16 +3,24 @@
 import math
 from contextlib import suppress
 
+import numpy as np
+from vtkmodules.vtkCommonCore import vtkPoints
+from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPolyData
+
+from vtk_mls import Grid, io
 from vtk_mls.commands import data_options, map_options, ome_zarr, property_options, remarks
 from vtk_mls.commands.running import kind_used, read, set_up, update
 from vtk_mls.commands.supervision import step
+from vtk_mls.files.paths import check_apart
+from vtk_mls.filters import MLSDisplacementField
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.arrays import ImageGeometry
 
 
-def add(commands):
-    """Add the command to its parent's parsers."""
+def add(commands, text=None):
     field = commands.add_parser(
         "field",
-        help="write the displacement field of a deformation, a transform for other programs",
+        help=text,
         description="Write the displacement field of a deformation on the grid of an image, as "
         "SimpleITK, ANTs (antsApplyTransforms -t) and 3D Slicer read a transform: resampling an "
         "image with it deforms the image as `vtk-mls deform` does. To move points, which needs the "
@@ -67,11 +75,6 @@ def add(commands):
 
 
 def run(options):
-    """Run the command."""
-    from vtk_mls import io
-    from vtk_mls.files.paths import check_apart
-    from vtk_mls.filters import MLSDisplacementField
-
     check_apart(options.output, options.input, options.handles)
     field = MLSDisplacementField()
     _check_convention(options)
@@ -118,12 +121,6 @@ def _check_convention(options):
 
 def _space(field, options):
     """Multiply the spacing of the output by `--spacing-factor`; its Certificate, if known."""
-    import numpy as np
-    from vtkmodules.vtkCommonDataModel import vtkImageData
-
-    from vtk_mls import Grid
-    from vtk_mls.vtk.arrays import ImageGeometry
-
     grid = ImageGeometry.of_image(field.GetOutput()).grid
     factor, proof = _spacing_factor(field, grid, options)
     if factor == 1:
@@ -169,9 +166,6 @@ def _dimensions(options):
 
 def _bounding_points(blocks):
     """Two points with the bounds of composite data."""
-    from vtkmodules.vtkCommonCore import vtkPoints
-    from vtkmodules.vtkCommonDataModel import vtkPolyData
-
     bounds, points, polydata = [0.0] * 6, vtkPoints(), vtkPolyData()
     blocks.GetBounds(bounds)
     points.SetDataTypeToDouble()
@@ -212,7 +206,5 @@ def _remarks(output, options):
 
 def _number_of(output, name):
     """The number of points of an image where a mask array is set."""
-    from vtk_mls.vtk import arrays
-
     mask = output.GetPointData().GetArray(name)
     return 0 if mask is None else int(arrays.to_numpy(mask).astype(bool).sum())

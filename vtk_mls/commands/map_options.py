@@ -5,6 +5,8 @@ from functools import partial
 from vtk_mls.commands import property_options
 from vtk_mls.commands.running import BALL, FIXED, MASK, SLIDING
 from vtk_mls.files.landmarks import PAIR_BY
+from vtk_mls.filters import property_tables as tables
+from vtk_mls.model.cuts import BY_NUMBERS
 
 HANDLES = (
     "control points, from p at rest to q: .csv .txt with lines px,py,pz,qx,qy,qz[,weight], or a "
@@ -20,15 +22,6 @@ def add(parser, is_interactive=False):
 
     Interactive commands have no progress bar, and a tolerance of the map that cannot be seen.
     """
-    from vtk_mls.filters.property_tables import (
-        COMPUTING,
-        CUT_OPTIONS,
-        HANDLE_SHAPES_CHOICE,
-        INITIAL_TRANSFORM,
-        INTERACTIVE_COMPUTING,
-        MAP,
-    )
-
     add = parser.add_argument
     add_files(parser)
     if not is_interactive:
@@ -42,24 +35,25 @@ def add(parser, is_interactive=False):
         )
     property_options.add(
         parser,
-        HANDLE_SHAPES_CHOICE,
+        tables.HANDLE_SHAPES_CHOICE,
         text="handles in a file: points; or cells: lines, and curves of .mrk.json, are curves, "
         "closed surfaces are rigid regions, other points are points",
     )
-    for option in MAP:
+    for option in tables.MAP:
         more = "of two files of points, and of BigWarp or tags: auto"
         if is_interactive:
             more = "with --target: auto"
         property_options.add(parser, option, more=more * (option.name == "Kind"))
     parser.set_defaults(kind="")
     _add_cuts(parser)
-    for option in (*CUT_OPTIONS, *(INTERACTIVE_COMPUTING if is_interactive else COMPUTING)):
+    computing = tables.INTERACTIVE_COMPUTING if is_interactive else tables.COMPUTING
+    for option in (*tables.CUT_OPTIONS, *computing):
         property_options.add(parser, option)
     _add_limits(parser, is_interactive)
     if not is_interactive:
         property_options.add(
             parser,
-            INITIAL_TRANSFORM,
+            tables.INITIAL_TRANSFORM,
             text="transform that moves the material first, so that the control points correct it: "
             "of ITK, ANTs or 3D Slicer, as it resamples images (.h5 .tfm .txt .mat need SimpleITK; "
             "displacement fields .nii.gz .nii .nrrd .nhdr .mha .mhd). Control points at rest p, "
@@ -72,8 +66,6 @@ def add(parser, is_interactive=False):
 
 def add_files(parser):
     """Add the options of files of control points."""
-    from vtk_mls.filters.property_tables import SPACE
-
     parser.set_defaults(path=None)
     add = parser.add_argument
     add(
@@ -94,8 +86,8 @@ def add_files(parser):
     )
     add(
         "--handles-space",
-        choices=SPACE.choices,
-        default=SPACE.default,
+        choices=tables.SPACE.choices,
+        default=tables.SPACE.default,
         help="frame of files of points that do not declare one (markups and tables of 3D Slicer "
         "do): ras for points from nibabel or FreeSurfer; cuts are always in LPS; "
         "default: %(default)s",
@@ -103,8 +95,6 @@ def add_files(parser):
 
 
 def _add_cuts(parser):
-    from vtk_mls.model.cuts import BY_NUMBERS
-
     add = partial(parser.add_argument, action="append", default=[])
     for name, shape in BY_NUMBERS.items():
         *parts, last = (field.title or field.name for field in shape.fields)
@@ -117,8 +107,6 @@ def _add_cuts(parser):
 
 def _add_limits(parser, is_interactive=False):
     """Masks and faces; interactive commands have the ball only."""
-    from vtk_mls.filters import property_tables as tables
-
     property_options.add(parser, tables.MASK_BALL, flag=BALL)
     if is_interactive:
         parser.set_defaults(mask=None, fixed_planes=(), sliding_planes=())

@@ -2,12 +2,20 @@
 
 from functools import partial
 
+from vtkmodules.vtkCommonDataModel import vtkImageData
+
 from vtk_mls.base.progress import SILENT
 from vtk_mls.base.sampling import AUTOMATIC
+from vtk_mls.blocks import image_job as job
+from vtk_mls.blocks.image_blocks import channel_backgrounds
 from vtk_mls.commands import data_options, remarks
 from vtk_mls.commands.running import files_named, kind_used, progress_bar, set_up
 from vtk_mls.commands.supervision import step
 from vtk_mls.files.ome_zarr import SUFFIX, is_ome_zarr, open_image
+from vtk_mls.filters import pipeline
+from vtk_mls.filters.updating import update
+from vtk_mls.queries.arrival import coarse
+from vtk_mls.vtk.arrays import ImageGeometry
 
 _MAX_SAMPLES = 256  # points along an axis of the grid on which a filter runs
 
@@ -40,9 +48,6 @@ def is_for(options):
 
 def deform(options, algorithm):
     """Deform an OME-Zarr as a filter says."""
-    from vtk_mls.blocks import image_job as job
-    from vtk_mls.blocks.image_blocks import channel_backgrounds
-
     image = open_image(options.input)
     _apply(options, algorithm, image)
     settings = {
@@ -71,8 +76,6 @@ def deform(options, algorithm):
 
 def field(options, algorithm):
     """Write the displacement field of a filter on the grid of an OME-Zarr."""
-    from vtk_mls.blocks import image_job as job
-
     image = open_image(options.input)
     _apply(options, algorithm, image)
     notes = remarks.field_notes(algorithm, is_whole=False)
@@ -89,13 +92,6 @@ def _apply(options, algorithm, image):
     So options have the same errors and warnings. The output has the whole grid, for remarks, and
     automatic steps are those that it needs; a large grid has fewer points there.
     """
-    from vtkmodules.vtkCommonDataModel import vtkImageData
-
-    from vtk_mls.filters import pipeline
-    from vtk_mls.filters.updating import update
-    from vtk_mls.queries.arrival import coarse
-    from vtk_mls.vtk.arrays import ImageGeometry
-
     geometry = ImageGeometry.of_grid(coarse(image.finest.grid, _MAX_SAMPLES))
     data = vtkImageData()
     geometry.apply_to(data)

@@ -1,16 +1,18 @@
 """`vtk-mls paraview`: ParaView with the plugin."""
 
 import os
+import subprocess
 
 from vtk_mls.base import display
+from vtk_mls.commands import paraview_venv
 from vtk_mls.files.paths import existing_file
+from vtk_mls.paraview import installation
 
 
-def add(commands):
-    """Add the command to its parent's parsers."""
+def add(commands, text=None):
     paraview = commands.add_parser(
         "paraview",
-        help="start ParaView with the plugin loaded",
+        help=text,
         description="Start ParaView with the plugin loaded, and with a volume to deform.",
     )
     paraview.add_argument("file", nargs="?", help="file to open instead of a sample")
@@ -32,9 +34,6 @@ def add(commands):
 
 
 def run(options):
-    """Run the command."""
-    from vtk_mls.paraview import installation
-
     paraview = installation.find(options.paraview)
     if not options.setup:
         _check_can_start(options)
@@ -51,8 +50,6 @@ def _check_can_start(options):
 
 def _set_up(paraview, options):
     """Make the virtual environment."""
-    from vtk_mls.commands import paraview_venv
-
     contents = paraview.contents()
     if "problem" not in contents:
         print(f"{paraview} needs nothing, it has {contents['device']}")
@@ -68,11 +65,6 @@ def _set_up(paraview, options):
 
 def _start(paraview, options):
     """Start a ParaView."""
-    import subprocess
-
-    from vtk_mls.commands import paraview_venv
-    from vtk_mls.paraview import installation
-
     if options.venv is None:
         contents, venv = paraview_venv.find(paraview)
     else:

@@ -3,16 +3,24 @@
 from dataclasses import replace
 from functools import partial
 
+import numpy as np
+
+from vtk_mls import io
+from vtk_mls.base.progress import whole
 from vtk_mls.commands import map_options
 from vtk_mls.commands.running import files_named, kind_used, progress_bar, read, set_up
 from vtk_mls.commands.supervision import step
+from vtk_mls.files import control_point_files
+from vtk_mls.files.landmarks import listed
+from vtk_mls.filters import MLSDeform
+from vtk_mls.filters.initial_transforms import split_chain
+from vtk_mls.queries.handle_warnings import handle_warnings
 
 
-def add(commands):
-    """Add the command to its parent's parsers."""
+def add(commands, text=None):
     points = commands.add_parser(
         "points",
-        help="move a file of landmarks with the material",
+        help=text,
         description="Move landmarks to where the material at them goes, as `vtk-mls deform` moves "
         "a mesh. The output keeps labels, descriptions and order; from .mrk.json to .mrk.json it "
         "keeps everything else, too. Points without a place in the output are undefined in "
@@ -39,13 +47,6 @@ def add(commands):
 
 
 def run(options):
-    """Run the command."""
-    from vtk_mls import io
-    from vtk_mls.files import control_point_files
-    from vtk_mls.filters import MLSDeform
-    from vtk_mls.filters.initial_transforms import split_chain
-    from vtk_mls.queries.handle_warnings import handle_warnings
-
     control_point_files.check_writable(options.output)
     space = options.handles_space
     landmarks = read(partial(io.read_landmarks, space=space), options.input)
@@ -66,10 +67,6 @@ def run(options):
 
 def _moved(landmarks, transform, options):
     """New positions (n, 3), NaN for points without one."""
-    import numpy as np
-
-    from vtk_mls.base.progress import whole
-
     is_placed = landmarks.is_placed
     positions = landmarks.positions[is_placed]
     with progress_bar(options) as bar:
@@ -87,10 +84,6 @@ def _moved(landmarks, transform, options):
 
 def _losses(landmarks, moved, options, are_left_out):
     """Notes on points without a position in the output or in the input."""
-    import numpy as np
-
-    from vtk_mls.files.landmarks import listed
-
     fate = "left out" if are_left_out else "marked so"
     failures = np.flatnonzero(landmarks.is_placed & ~moved.is_placed).tolist()
     unplaced = int((~landmarks.is_placed).sum())

@@ -1,5 +1,8 @@
 """Options of the commands that are properties of a filter."""
 
+from vtk_mls.filters import properties, property_tables
+from vtk_mls.filters.properties import Planes, TransformFile, Value, Values, Vector
+
 
 def add(parser, item, *, flag="", choices=(), text="", more="", default=None):
     """Add the option of a property, an `item` by its name or itself, to a parser.
@@ -41,23 +44,17 @@ def default(name):
 
 def _properties():
     """The properties of the filters of the commands, by name."""
-    from vtk_mls.filters import property_tables
-
     tables = (*property_tables.DEFORM, *property_tables.DISPLACEMENT_FIELD)
     return {prop.name: prop for prop in tables}
 
 
 def _is_text(prop):
     """Whether the command itself makes the value from the text of the option."""
-    from vtk_mls.filters.properties import Planes, TransformFile, Value, Values, Vector
-
     return isinstance(prop, (Planes, TransformFile, Value, Values, Vector))
 
 
 def _settings(prop):
     """Arguments of `add_argument` for a property."""
-    from vtk_mls.filters import properties
-
     if isinstance(prop, properties.Flag):
         return {"action": "store_true"}
     if isinstance(prop, properties.Items):

@@ -3,7 +3,17 @@
 import sys
 from pathlib import Path
 
+import numpy as np
+
+from vtk_mls import io
+from vtk_mls.files.block_files import blocks
 from vtk_mls.files.ome_zarr import SUFFIX
+from vtk_mls.filters import initial_transforms
+from vtk_mls.queries.arrival import arrives, coarse, has_material
+from vtk_mls.queries.certificate import certificate_of_inverse
+from vtk_mls.queries.fields import DisplacementField
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.arrays import ImageGeometry
 
 _COUNTS = ("InvertedCells", "UncheckedCells", "LargestBlend")
 _DETERMINANT = "JacobianDeterminant"
@@ -20,8 +30,6 @@ def notes(algorithm):
 
 def field_notes(algorithm, is_whole=True, proof=None):
     """The same of an MLSDisplacementField: of a whole field its certificate, `proof` if known."""
-    from vtk_mls.vtk import arrays
-
     note, deformation = _far(algorithm, is_field=True), algorithm.updated_deformation()
     grid = arrays.ImageGeometry.of_image(algorithm.GetOutput()).grid
     is_flat, is_inverse = min(grid.dimensions) == 1, algorithm.GetInverse()
@@ -34,10 +42,6 @@ def field_notes(algorithm, is_whole=True, proof=None):
 
 def certificate(algorithm, grid):
     """The certificate of the output of an MLSDisplacementField, which is on `grid`."""
-    from vtk_mls.queries.certificate import certificate_of_inverse
-    from vtk_mls.queries.fields import DisplacementField
-    from vtk_mls.vtk import arrays
-
     deformation, data = algorithm.updated_deformation(), algorithm.GetOutput().GetPointData()
     displacement = arrays.to_numpy(data.GetScalars()).reshape(*grid.shape, 3)
     if algorithm.GetInverse():
@@ -54,9 +58,6 @@ def warn(path, sentence):
 
 def is_empty(algorithm):
     """Whether the output images contain no material of the input."""
-    from vtk_mls.files.block_files import blocks
-    from vtk_mls.queries.arrival import arrives
-
     if algorithm.has_reference():  # the filter itself warns
         return False
     pairs = _images(algorithm)
@@ -82,10 +83,6 @@ def folds(deformation, target, source=None):
     """A note, for the end of a sentence, if a map folds at points of the grid `target` whose
     material comes from the grid `source`, if there is one.
     """
-    import numpy as np
-
-    from vtk_mls.queries.arrival import coarse, has_material
-
     grid = coarse(target)
     is_material = has_material(deformation, grid, source)
     jacobian = deformation.jacobian_field(grid).reshape(-1, 3, 3)
@@ -101,8 +98,6 @@ def background(used):
 
     `used` are (name of an array, number or tuple of numbers).
     """
-    import numpy as np
-
     names = {}
     for name, value in sorted(used, key=str):
         numbers = np.atleast_1d(value).tolist()
@@ -125,16 +120,12 @@ class InvertedCells:
         Cells of images are not counted, because it takes long. Neither are cells of a mesh that
         already has the arrays of the filter.
         """
-        from vtk_mls.files.block_files import blocks
-
         self._is_counted = all(_can_count(block) for block in blocks(dataset))
         self._deform.SetGenerateJacobianDeterminant(self._is_counted)
         self._deform.SetGenerateLargestBlend(self._is_counted)
 
     def take(self):
         """Count the output's cells, and remove the filter's arrays from it."""
-        from vtk_mls.files.block_files import blocks
-
         if not self._is_counted:
             return
         for block in blocks(self._deform.GetOutput()):
@@ -158,8 +149,6 @@ class InvertedCells:
 
 def dropped_arrays(output, path):
     """The names of input arrays that a file cannot hold, for the end of a sentence."""
-    from vtk_mls import io
-
     names = [f"`{name}`" for name in io.left_out(output, path) if name not in _UNASKED]
     if not names:
         return ""
@@ -168,9 +157,6 @@ def dropped_arrays(output, path):
 
 def _images(algorithm):
     """Pairs (input, output) of the grids of images, also of blocks."""
-    from vtk_mls.files.block_files import blocks
-    from vtk_mls.vtk.arrays import ImageGeometry
-
     sources, targets = blocks(algorithm.GetInputDataObject(0, 0)), blocks(algorithm.GetOutput())
     return [
         tuple(ImageGeometry.of_image(image).grid for image in pair)
@@ -184,10 +170,6 @@ def _far(algorithm, is_field=False):
 
     p is near the data. q is near fields and output grids, except for fields of the inverse.
     """
-    from vtk_mls.files.block_files import blocks
-    from vtk_mls.filters import initial_transforms
-    from vtk_mls.vtk import arrays
-
     inputs, handles = (algorithm.GetInputDataObject(port, 0) for port in (0, 1))
     inputs = blocks(inputs)
     images = [block for block in blocks(algorithm.GetOutput()) if block.IsA("vtkImageData")]
@@ -211,8 +193,6 @@ def _far(algorithm, is_field=False):
 
 def _are_far_away(points, datasets):
     """Whether all points are far from datasets: by half of the longest side of their bounds."""
-    import numpy as np
-
     bounds = [np.reshape(dataset.GetBounds(), (3, 2)) for dataset in datasets]
     bounds = [box for box in bounds if (box[:, 0] <= box[:, 1]).all()]
     if not bounds or len(points) == 0:

@@ -8,10 +8,20 @@ from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
 
+import numpy as np
+
+from vtk_mls import FixedFace, SlidingFace, io
 from vtk_mls.base.errors import InputError
-from vtk_mls.commands import property_options
+from vtk_mls.base.messages import message_handlers, warn
+from vtk_mls.commands import property_options, series
 from vtk_mls.commands.supervision import step
+from vtk_mls.files import control_point_files
+from vtk_mls.filters import limit_inputs, updating
+from vtk_mls.filters.initial_transforms import split_chain
+from vtk_mls.model.cuts import BY_NUMBERS
+from vtk_mls.model.kinds import splines
 from vtk_mls.model.options import DEFORMATION_OPTIONS, KIND, values_of
+from vtk_mls.vtk.control_point_polydata import is_moving
 
 BALL, MASK, FIXED, SLIDING = "--mask-ball", "--mask", "--fixed-plane", "--sliding-plane"
 _BAR_LENGTH = 40  # characters
@@ -26,8 +36,6 @@ def read(reader, path):
 @contextmanager
 def _deferred_warnings():
     """Print warnings at the end of the block, because reading silences stderr."""
-    from vtk_mls.base.messages import message_handlers, warn
-
     warnings = []
     with message_handlers(None, warnings.append):
         yield
@@ -38,8 +46,6 @@ def _deferred_warnings():
 @contextmanager
 def distinct_warnings():
     """Print each warning once, however many time steps have it."""
-    from vtk_mls.base.messages import message_handlers, warn
-
     printed = set()
 
     def print_once(sentence):
@@ -54,8 +60,6 @@ def distinct_warnings():
 
 def read_image(option, path):
     """The image of an option."""
-    from vtk_mls import io
-
     image = read(io.read_dataset, path)
     if not image.IsA("vtkImageData"):
         raise ValueError(f"`{option}` must be an image, got a {image.GetClassName()} in `{path}`")
@@ -68,13 +72,11 @@ def update(algorithm, options, done=0, total=1):
     For the progress bar, `done` of `total` runs came before. A ValueError is that of the filter,
     with the names of the files.
     """
-    from vtk_mls.filters.updating import update as run
-
     with _deferred_warnings(), step("deform", options.input), files_named(options):
         if not shows_progress(options):
-            return run(algorithm)
+            return updating.update(algorithm)
         try:
-            run(algorithm, lambda fraction: draw_bar((done + fraction) / total))
+            updating.update(algorithm, lambda fraction: draw_bar((done + fraction) / total))
         except ValueError:
             done = total - 1  # the bar ends here
             raise
@@ -125,8 +127,6 @@ def set_up(algorithm, options, control_points=None):
 
     `control_points` is polydata to use instead of the files.
     """
-    from vtk_mls import io
-
     points, are_marked = control_points, False
     if points is None:
         points, are_marked = _moving_control_points(options)
@@ -145,11 +145,6 @@ def set_up(algorithm, options, control_points=None):
 
 def kind_used(options, algorithm):
     """The kind of the map of a filter, in words; of landmarks also their errors when left out."""
-    import numpy as np
-
-    from vtk_mls.filters.initial_transforms import split_chain
-    from vtk_mls.model.kinds import splines
-
     deformation = split_chain(algorithm.updated_deformation())[1]
     if deformation.order_used == 0:
         return deformation.kind
@@ -167,9 +162,6 @@ def kind_used(options, algorithm):
 
 def handle_times(options):
     """The times at which the files give control points, sorted; () if they do not move in time."""
-    from vtk_mls.commands import series
-    from vtk_mls.files import control_point_files
-
     if options.path:
         return ()
     if options.handles and series.is_series(options.handles):
@@ -185,8 +177,6 @@ def control_points_in_time(options, times):
     """Control-point polydata at each of the `handle_times`; ValueError if nothing moves at any
     time.
     """
-    from vtk_mls.vtk.control_point_polydata import is_moving
-
     polydata = [read_control_points(options, time)[0] for time in times]
     is_identity = not any(map(is_moving, polydata)) or options.blend == 0
     if is_identity and not (options.allow_identity or options.initial_transform):
@@ -208,8 +198,6 @@ def _moving_control_points(options):
 
     ValueError if nothing moves and that is not allowed.
     """
-    from vtk_mls.vtk.control_point_polydata import is_moving
-
     handles, has_partners, are_marked = read_control_points(options)
     is_identity = not is_moving(handles) or options.blend == 0
     if options.allow_identity or options.initial_transform or not is_identity:
@@ -236,8 +224,6 @@ def read_control_points(options, time=None):
     """Control-point polydata of the files (at a time), whether the files have q, and whether they
     are of pairs marked in two images.
     """
-    from vtk_mls import io
-
     rest, deformed, between = landmarks(options, time)
     has_partners = deformed is not None or rest.partners is not None
     are_marked = bool(options.deformed) or rest.are_marked
@@ -246,9 +232,6 @@ def read_control_points(options, time=None):
 
 def landmarks(options, time=None):
     """The `Landmarks` of p, of q or None, and between them, a list, of the files (at a time)."""
-    from vtk_mls import io
-    from vtk_mls.commands import series
-
     reader, handles = partial(io.read_landmarks, space=options.handles_space), options.handles
     if handles and series.is_series(handles):
         files = dict(read(series.timed_files, handles))
@@ -283,9 +266,6 @@ def landmarks(options, time=None):
 
 def _cuts(options):
     """The cuts, first those by numbers, then surfaces."""
-    from vtk_mls import io
-    from vtk_mls.model.cuts import BY_NUMBERS
-
     cuts = [
         shape.of_numbers(property_options.numbers(f"--cut-{name}", text, len(shape.labels())))
         for name, shape in BY_NUMBERS.items()
@@ -296,9 +276,6 @@ def _cuts(options):
 
 def _limits(options):
     """The mask, or None, and the faces, a list, by name. Errors name the option or the file."""
-    from vtk_mls import FixedFace, SlidingFace
-    from vtk_mls.filters import limit_inputs
-
     mask = None
     if options.mask_ball is not None:
         numbers = property_options.numbers(BALL, options.mask_ball, 5)

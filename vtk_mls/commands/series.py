@@ -108,38 +108,30 @@ def writing(path, times):
     """
     path = check_writable(path)
     line = None if path.suffix.lower() == SUFFIX else _line_of(path)
-    if line is None:
-        with _writing_collection(path) as add:
-            remaining = iter(times)
-            yield lambda dataset: add(next(remaining), dataset)
-        return
-    with replacing(path) as new, line.write_series(new, tuple(times)) as add:
-
-        def add_image(dataset):
-            if not dataset.IsA("vtkImageData"):
-                raise ValueError(
-                    f"`{path}` holds images in time, got a {dataset.GetClassName()}; write {SUFFIX}"
-                )
-            add(dataset)
-
-        yield add_image
-
-
-@contextmanager
-def _writing_collection(path):
-    """A context with a function of a time and a dataset that adds a time step to a .pvd file."""
     with replacing(path) as new:
-        entries = []
+        if line is None:
+            names = []
+            yield lambda dataset: names.append(_write_step(new, dataset, len(names)))
+            _write_collection(new, zip(times, names))
+            return
+        with line.write_series(new, tuple(times)) as add:
 
-        def add(time, dataset):
-            suffix = PIECES.get(dataset.GetClassName(), ".vtm")
-            name = f"{path.stem}/{path.stem}_{len(entries):04}{suffix}"
-            (new.parent / path.stem).mkdir(exist_ok=True)
-            io.write_dataset(dataset, new.parent / name)
-            entries.append((time, name))
+            def add_image(dataset):
+                if not dataset.IsA("vtkImageData"):
+                    kind = dataset.GetClassName()
+                    raise ValueError(f"`{path}` holds images in time, got a {kind}; write {SUFFIX}")
+                add(dataset)
 
-        yield add
-        _write_collection(new, entries)
+            yield add_image
+
+
+def _write_step(path, dataset, number):
+    """Write a time step to the folder of a collection; its name in there."""
+    suffix = PIECES.get(dataset.GetClassName(), ".vtm")
+    name = f"{path.stem}/{path.stem}_{number:04}{suffix}"
+    (path.parent / path.stem).mkdir(exist_ok=True)
+    io.write_dataset(dataset, path.parent / name)
+    return name
 
 
 def check_writable(path):

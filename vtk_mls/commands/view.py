@@ -2,21 +2,28 @@
 
 from pathlib import Path
 
+from vtk_mls import io
 from vtk_mls.commands import map_options, running
 from vtk_mls.commands.running import files_named, read
 from vtk_mls.commands.supervision import step, temporary_folder
+from vtk_mls.editor import State, sessions, time_steps
+from vtk_mls.editor.handle_polydata import handle_values
+from vtk_mls.editor.matching.target import Target
+from vtk_mls.files import session_files
+from vtk_mls.files.image_files import read_ome_zarr
+from vtk_mls.files.ome_zarr import is_ome_zarr
 from vtk_mls.files.paths import check_folder, check_replaceable
+from vtk_mls.files.vtk_io import failures_named
 from vtk_mls.model.options import KIND
 
 MAX_POINTS = 1 << 24  # of a level of an OME-Zarr; the finest level is saved
 _WEB_PACKAGES = "aiohttp", "trame", "trame_client", "trame_vuetify"  # of the extra `web`
 
 
-def add(commands):
-    """Add the command to its parent's parsers."""
+def add(commands, text=None):
     view = commands.add_parser(
         "view",
-        help="deform an image or a mesh by the mouse, in a browser",
+        help=text,
         description="Deform an image or a mesh by the mouse, on a page that opens in a browser: "
         "drag handles, see the result at once, undo, save.",
     )
@@ -72,9 +79,6 @@ def add(commands):
 
 
 def run(options):
-    """Run the command."""
-    from vtk_mls.files import session_files
-
     if options.output is not None and session_files.is_session(options.output):
         check_replaceable(options.output)
     elif options.output is not None:
@@ -97,9 +101,6 @@ def run(options):
 
 def _resume(options):
     """Show a session."""
-    from vtk_mls.editor import sessions
-    from vtk_mls.files import session_files
-
     path = Path(options.input)
     if options.handles is not None or options.others or options.target is not None:
         raise ValueError(
@@ -123,11 +124,6 @@ def _dataset(path):
 
 def _read_dataset(path):
     """The dataset of a file, at its first time; of an OME-Zarr, a level that is not too large."""
-    from vtk_mls.editor import time_steps
-    from vtk_mls.files.image_files import read_ome_zarr
-    from vtk_mls.files.ome_zarr import is_ome_zarr
-    from vtk_mls.files.vtk_io import failures_named
-
     if not is_ome_zarr(path):
         return time_steps.read(path)
     with failures_named(path):
@@ -136,8 +132,6 @@ def _read_dataset(path):
 
 def _target(path):
     """The `Target` of a file; None for none."""
-    from vtk_mls.editor.matching.target import Target
-
     return None if path is None else Target(_dataset(path), path)
 
 
@@ -170,9 +164,6 @@ def _web_server():
 
 def _state(options):
     """The initial state of the editor, which adds handles if it has none."""
-    from vtk_mls.editor import State
-    from vtk_mls.editor.handle_polydata import handle_values
-
     options.kind = options.kind or (KIND.default if options.target is None else "auto")
     arguments = {**running.map_arguments(options), "blend": options.blend}
     del arguments["constraints"]  # which the editor has none of

@@ -8,6 +8,7 @@ import re
 from pathlib import Path
 
 import numpy as np
+import SimpleITK as sitk
 
 from vtk_mls.base.errors import InputError
 from vtk_mls.files import formats, image_files
@@ -25,8 +26,6 @@ def read(path):
     """The image of a series: of a folder with one series, or of a file whose series is in its
     folder. Errors (OSError, ValueError) name the folder or the file.
     """
-    import SimpleITK as sitk
-
     warns = sitk.ProcessObject.GetGlobalWarningDisplay()
     sitk.ProcessObject.SetGlobalWarningDisplay(False)  # what matters is an error here
     try:
@@ -65,8 +64,6 @@ def _series(path):
 
 def _all_series(folder):
     """Lists of file names of the series with images, by their UIDs."""
-    import SimpleITK as sitk
-
     reader = sitk.ImageSeriesReader
     series = {}
     for uid in reader.GetGDCMSeriesIDs(str(folder)):
@@ -125,8 +122,6 @@ def _information(name):
 
 def _opened(name):
     """ITK's reader of a file, which has read its tags."""
-    import SimpleITK as sitk
-
     reader = sitk.ImageFileReader()
     reader.SetImageIO("GDCMImageIO")
     reader.SetFileName(str(name))
@@ -136,8 +131,6 @@ def _opened(name):
 
 def _read_slices(names):
     """The `Volume` of the files of a series."""
-    import SimpleITK as sitk
-
     readers = [_opened(name) for name in names]
     for name, reader in zip(names, readers):
         _check_frames(name, reader)
@@ -154,8 +147,6 @@ def _read_slices(names):
 
 def _common_type(readers):
     """ITK's type that holds the values of all slices, each rescaled by its own slope."""
-    import SimpleITK as sitk
-
     types = {reader.GetPixelID() for reader in readers}
     if len(types) == 1:
         return types.pop()

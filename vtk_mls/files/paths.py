@@ -115,17 +115,14 @@ def check_apart(path, *inputs):
     for source in inputs:
         place, data = Path(os.path.realpath(source)), _data_folder(source)
         if target == place == data:
-            raise FileExistsError(f"`{path}` cannot be written: it is the input; name another")
-        if data in target.parents:
-            raise FileExistsError(
-                f"`{path}` cannot be written: it is in the folder of `{source}`, which is read; "
-                "choose another place"
-            )
-        if folder in place.parents:
-            raise FileExistsError(
-                f"`{path}` cannot be written: `{source}`, which is read, is in its folder; choose "
-                "another place"
-            )
+            reason = "it is the input; name another"
+        elif data in target.parents:
+            reason = f"it is in the folder of `{source}`, which is read; choose another place"
+        elif folder in place.parents:
+            reason = f"`{source}`, which is read, is in its folder; choose another place"
+        else:
+            continue
+        raise FileExistsError(f"`{path}` cannot be written: {reason}")
 
 
 def _data_folder(path):

@@ -12,6 +12,7 @@ import logging
 from xml.etree import ElementTree
 
 import numpy as np
+import tifffile
 
 from vtk_mls.base.messages import warn
 from vtk_mls.files import image_files
@@ -63,8 +64,6 @@ def _stack(file):
 @contextlib.contextmanager
 def _opened(path):
     """tifffile's file. Errors that it only logs are raised, because it leaves out pages then."""
-    import tifffile
-
     problems = []
     handler = logging.Handler(logging.ERROR)
     handler.emit = lambda record: problems.append(record.getMessage())
@@ -107,8 +106,6 @@ def _long_axes(axes, shape):
 
 def _values(path):
     """Values (times, nz, ny, nx) or with components behind."""
-    import tifffile
-
     with _opened(path) as file:
         axes, shape = _stack(file)
         parts = [series.asarray() for series in file.series]

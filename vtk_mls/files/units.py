@@ -18,15 +18,9 @@ _SYMBOLS = {
         for word, word_symbol in _WORDS.items()
         for unit in ("meter", "metre", "second")
     },
-    **{
-        "micron": "um",
-        "inch": "in",
-        "inche": "in",
-        "foot": "ft",
-        "yard": "yd",
-        "\u00e5": "angstrom",
-    },
-    **{"sec": "s", "msec": "ms", "usec": "us", "minute": "min", "hour": "h", "day": "d"},
+    **{"micron": "um", "inch": "in", "inche": "in", "foot": "ft", "yard": "yd"},
+    **{"\u00e5": "angstrom", "sec": "s", "msec": "ms", "usec": "us"},
+    **{"minute": "min", "hour": "h", "day": "d"},
 }
 
 
