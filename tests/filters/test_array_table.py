@@ -79,11 +79,14 @@ def image():
     return image
 
 
-def of_all(kind, datasets, switches, flag):
+def of_all(kind, datasets, switches, flag, **always):
     """The arrays that a filter adds with and without a cut, the switches and a flag."""
     ways = product(datasets, (False, True), ({}, switches), (False, True))
     return set().union(
-        *(written(kind(), dataset, cut, **on, **{flag: is_on}) for dataset, cut, on, is_on in ways)
+        *(
+            written(kind(), dataset, cut, **on, **{flag: is_on}, **always)
+            for dataset, cut, on, is_on in ways
+        )
     )
 
 
@@ -98,8 +101,8 @@ def of_mesh():
 
 
 def of_map():
-    switches = {**switched(SWITCHES), "SampleDimensions": (4, 4, 4)}
-    return of_all(MLSDisplacementField, (image(), sphere()), switches, "Inverse")
+    datasets, size = (image(), sphere()), {"SampleDimensions": (4, 4, 4)}
+    return of_all(MLSDisplacementField, datasets, switched(SWITCHES), "Inverse", **size)
 
 
 @pytest.fixture
