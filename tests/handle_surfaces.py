@@ -72,6 +72,18 @@ def polyline(nodes, displacement=(0, 0, 0), kind="Lines"):
     return displaced(polydata, displacement)
 
 
+def soup(surface):
+    """The triangles of a surface, each with corners of its own, as in .stl files."""
+    polydata, points, cells = vtkPolyData(), vtkPoints(), vtkCellArray()
+    points.SetDataTypeToDouble()
+    for number in range(surface.GetNumberOfPolys()):
+        corners = surface.GetCell(number).GetPoints()
+        cells.InsertNextCell(3, [points.InsertNextPoint(corners.GetPoint(i)) for i in range(3)])
+    polydata.SetPoints(points)
+    polydata.SetPolys(cells)
+    return polydata
+
+
 def joined(*parts):
     """One vtkPolyData of several."""
     append = vtkAppendPolyData()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pipelines import connect, control_points
 from vtk_fixtures import DEFORMED, FAST, REST, add_array
-from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_FLOAT, vtkIdList, vtkPoints, vtkStringArray
+from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_FLOAT, vtkIdList
 from vtkmodules.vtkCommonDataModel import (
     VTK_HEXAHEDRON,
     VTK_LINE,
@@ -34,6 +34,9 @@ from vtkmodules.vtkFiltersVerdict import vtkCellSizeFilter, vtkMeshQuality
 from vtk_mls import Deformation, HalfPlane, Plane, Surface
 from vtk_mls.filters import MLSDeform
 from vtk_mls.vtk import arrays, splitting
+from vtk_mls.vtk.cells import append_meshes, set_positions
+from vtk_mls.vtk.cells import positions_of as places_of
+from vtk_mls.vtk.orientation import inverted
 
 LOW, HIGH = np.array([0.6, 0.4, 0.2]), np.array([7.4, 7.1, 5.9])
 LINEAR = [VTK_TETRA, VTK_HEXAHEDRON, VTK_WEDGE, VTK_PYRAMID, VTK_VOXEL]
@@ -53,16 +56,8 @@ def reference(cuts=(), **options):
     return Deformation(REST, DEFORMED, cuts=cuts, device="reference", **options)
 
 
-def places_of(mesh):
-    return arrays.to_numpy(mesh.GetPoints().GetData())
-
-
 def set_places(mesh, places, vtk_type=VTK_DOUBLE):
-    points = vtkPoints()
-    points.SetDataType(vtk_type)
-    dtype = np.float32 if vtk_type == VTK_FLOAT else np.float64
-    points.SetData(arrays.from_numpy(np.ascontiguousarray(places, dtype), vtk_type))
-    mesh.SetPoints(points)
+    set_positions(mesh, np.array(places), vtk_type)
 
 
 def decorated(mesh):
@@ -71,13 +66,19 @@ def decorated(mesh):
         x = np.array([mesh.GetPoint(i) for i in range(mesh.GetNumberOfPoints())])
         add_array(mesh.GetPointData(), "linear", linear(x))
     add_array(mesh.GetCellData(), "number", np.arange(mesh.GetNumberOfCells()))
-    names = vtkStringArray()
-    names.SetName("names")
-    for i in range(mesh.GetNumberOfPoints()):
-        names.InsertNextValue(str(i))
-    mesh.GetPointData().AddArray(names)
+    names = [str(i) for i in range(mesh.GetNumberOfPoints())]
+    arrays.add_texts(mesh.GetPointData(), "names", names)
     add_array(mesh.GetFieldData(), "time", [2.5])
     return mesh
+
+
+def grid_of(places, cells):
+    """A vtkUnstructuredGrid of points (n, 3), and of cells by their types and ids."""
+    grid = vtkUnstructuredGrid()
+    set_places(grid, places)
+    for kind, ids in cells:
+        grid.InsertNextCell(kind, len(ids), list(ids))
+    return grid
 
 
 def split(mesh, cuts):
@@ -204,8 +205,8 @@ def any_mesh(request):
     return MESHES[request.param]()
 
 
-def deforming(mesh, handles=None, device=FAST, cut=None, **properties):
-    filter_ = connect(MLSDeform(), mesh, handles or control_points())
+def deforming(mesh, handles=None, device=FAST, cut=None, kind=MLSDeform, **properties):
+    filter_ = connect(kind(), mesh, handles or control_points())
     filter_.SetDevice(device)
     if cut is not None:
         filter_.AddCut(cut)
@@ -232,12 +233,14 @@ def count(dataset, name):
     return dataset.GetFieldData().GetArray(name).GetValue(0)
 
 
+def count_inverted(*arguments):
+    """The number of cells that are inside out, and of those that cannot be checked."""
+    is_inverted, unchecked = inverted(*arguments)
+    return np.count_nonzero(is_inverted), unchecked
+
+
 def as_grid(mesh):
-    append = vtkAppendFilter()
-    append.AddInputData(mesh)
-    append.SetOutputPointsPrecision(2)
-    append.Update()
-    return append.GetOutput()
+    return append_meshes([mesh])
 
 
 def sizes(mesh):
@@ -268,8 +271,6 @@ def pinch(push):
 def plate(side=20):
     """Quads in the plane z = 3."""
     t = np.linspace(1, 7, side + 1)
-    mesh = vtkUnstructuredGrid()
-    set_places(mesh, np.array([(a, b, 3.0) for b in t for a in t]))
-    for first in np.add.outer((side + 1) * np.arange(side), np.arange(side)).ravel():
-        mesh.InsertNextCell(VTK_QUAD, 4, [int(first) + k for k in (0, 1, side + 2, side + 1)])
-    return mesh
+    first = np.add.outer((side + 1) * np.arange(side), np.arange(side)).ravel()
+    quads = first[:, None] + (0, 1, side + 2, side + 1)
+    return grid_of([(a, b, 3.0) for b in t for a in t], [(VTK_QUAD, ids) for ids in quads.tolist()])

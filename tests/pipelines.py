@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 from vtk_fixtures import DEFORMED, REST, make_image
 from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
 from vtkmodules.vtkCommonDataModel import vtkDataObject
@@ -38,10 +39,38 @@ def update(algorithm):
     return algorithm.GetOutputDataObject(0)
 
 
+def assert_fails(algorithm, messages, match):
+    """An update reports one error, a sentence, and the output is empty."""
+    assert not algorithm.GetExecutive().Update()
+    messages.assert_one(match)
+    assert algorithm.GetOutputDataObject(0).GetNumberOfPoints() == 0
+
+
 def values_of(image, name):
     """A point array of an image as (nz, ny, nx) or (nz, ny, nx, components) array."""
     values = arrays.to_numpy(image.GetPointData().GetArray(name))
     return values.reshape(image.GetDimensions()[::-1] + values.shape[1:])
+
+
+def content(dataset):
+    """All numbers of a dataset, copied, by the kind of data and the name of the array."""
+    found = {"bounds": dataset.GetBounds(), "cells": dataset.GetNumberOfCells()}
+    for kind in ("Point", "Cell", "Field"):
+        data = getattr(dataset, f"Get{kind}Data")()
+        for array in map(data.GetArray, range(data.GetNumberOfArrays())):
+            if array is not None:
+                found[kind, array.GetName()] = arrays.to_numpy(array).copy()
+    if hasattr(dataset, "GetPoints") and dataset.GetPoints():
+        found["points"] = arrays.to_numpy(dataset.GetPoints().GetData()).copy()
+    return found
+
+
+def assert_same(found, expected):
+    """Two datasets, or contents of datasets, are the same to the bit."""
+    found, expected = (c if isinstance(c, dict) else content(c) for c in (found, expected))
+    assert found.keys() == expected.keys()
+    for name, values in expected.items():
+        np.testing.assert_array_equal(found[name], values, err_msg=str(name))
 
 
 class Executions:

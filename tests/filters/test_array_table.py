@@ -79,36 +79,30 @@ def image():
     return image
 
 
+def of_all(kind, datasets, switches, flag, **always):
+    """The arrays that a filter adds with and without a cut, the switches and a flag."""
+    ways = product(datasets, (False, True), ({}, switches), (False, True))
+    return set().union(
+        *(
+            written(kind(), dataset, cut, **on, **{flag: is_on}, **always)
+            for dataset, cut, on, is_on in ways
+        )
+    )
+
+
 def of_image():
-    found = set()
-    for cut, switches, hide in product((False, True), ({}, switched()), (False, True)):
-        gradient = {"GradientArray": "values"} if switches else {}
-        deform = MLSDeform()
-        found |= written(deform, image(), cut, HideVoid=hide, **switches, **gradient)
-    return found
+    switches = {**switched(), "GradientArray": "values"}
+    return of_all(MLSDeform, [image()], switches, "HideVoid")
 
 
 def of_mesh():
-    found = set()
-    for mesh, cut, switches, split in product(
-        (mixed(), rectilinear(), sphere(), structured()),
-        (False, True),
-        ({}, switched()),
-        (False, True),
-    ):
-        found |= written(MLSDeform(), mesh, cut, SplitCells=split, **switches)
-    return found
+    meshes = mixed(), rectilinear(), sphere(), structured()
+    return of_all(MLSDeform, meshes, switched(), "SplitCells")
 
 
 def of_map():
-    found = set()
-    for dataset, cut, switches, inverse in product(
-        (image(), sphere()), (False, True), ({}, switched(SWITCHES)), (False, True)
-    ):
-        field = MLSDisplacementField()
-        field.SetSampleDimensions(4, 4, 4)
-        found |= written(field, dataset, cut, Inverse=inverse, **switches)
-    return found
+    datasets, size = (image(), sphere()), {"SampleDimensions": (4, 4, 4)}
+    return of_all(MLSDisplacementField, datasets, switched(SWITCHES), "Inverse", **size)
 
 
 @pytest.fixture

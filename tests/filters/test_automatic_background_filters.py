@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from pipelines import Source, connect, control_points, values_of
+from mesh_fixtures import array_of, deforming
+from pipelines import Source, control_points, update, values_of
 from vtk_fixtures import add_array, make_image
 from vtkmodules.vtkCommonCore import VTK_UNSIGNED_CHAR
 from vtkmodules.vtkFiltersCore import vtkPointDataToCellData
 from vtkmodules.vtkImagingCore import vtkRTAnalyticSource
 
-from vtk_mls.filters import MLSDeform
 from vtk_mls.vtk import arrays
 
 FAR = control_points([(0, 0, 0)], [(1000, 0, 0)])
@@ -18,12 +18,6 @@ def lower_median(values):
     """By numpy, of values (nz, ny, nx[, components]) at the corners."""
     corners = values[:: len(values) - 1, :: values.shape[1] - 1, :: values.shape[2] - 1]
     return np.nanpercentile(corners.reshape(8, *values.shape[3:]), 50, axis=0, method="lower")
-
-
-def filter_of(image, handles=FAR):
-    deform = MLSDeform()
-    deform.SetDevice("reference")
-    return connect(deform, image, handles)
 
 
 @pytest.fixture
@@ -40,7 +34,7 @@ def image(rng):
 
 
 def test_each_array_has_the_median_of_its_corners(image):
-    deform = filter_of(image)
+    deform = deforming(image, FAR, "reference")
     deform.AddLabelArray("labels")
     deform.SetBackground(7)
     names = "ct", "float", "rgb", "labels", arrays.GHOSTS
@@ -68,24 +62,17 @@ def test_pieces_have_the_background_of_the_whole():
     source.SetWholeExtent(-6, 6, -5, 5, -4, 4)
     cells.SetInputConnection(source.GetOutputPort())
     cells.PassPointDataOn()
-    deform = MLSDeform()
-    deform.SetDevice("reference")
-    deform.SetInputConnection(0, cells.GetOutputPort())
     handles = control_points([(0, 0, 0), (5, 5, 4)], [(4, 0, 0), (9, 5, 4)])
-    deform.SetInputConnection(1, handles.GetOutputPort())
-    deform.SetAutomaticBackground(1)
-    deform.Update()
-    whole = values_of(deform.GetOutput(), "RTData").copy()
-    of_cells = arrays.to_numpy(deform.GetOutput().GetCellData().GetArray("RTData")).reshape(
-        8, 10, 12
-    )
+    deform = deforming(cells, handles, "reference", AutomaticBackground=1)
+    whole = values_of(update(deform), "RTData").copy()
+    of_cells = array_of(deform.GetOutput(), "RTData", "Cell").reshape(8, 10, 12)
     assert whole[0, 0, 0] == lower_median(values_of(cells.GetOutput(), "RTData"))
     source.Modified()
     assert deform.UpdateExtent((-6, -2, -1, 3, -4, 0))
     assert source.GetOutput().GetNumberOfPoints() < whole.size / 4
     part = deform.GetOutput()
     np.testing.assert_array_equal(values_of(part, "RTData"), whole[:5, 4:9, :5])
-    part = arrays.to_numpy(part.GetCellData().GetArray("RTData")).reshape(4, 4, 4)
+    part = array_of(part, "RTData", "Cell").reshape(4, 4, 4)
     np.testing.assert_array_equal(part, of_cells[:4, 4:8, :4])
 
 
@@ -94,12 +81,9 @@ def test_all_times_have_the_background_of_the_first():
         output.ShallowCopy(make_image())
         add_array(output.GetPointData(), "values", np.full(504, 100 * time))
 
-    source, deform = Source(fill, (1.0, 2.0, 3.0), output_type="vtkImageData"), MLSDeform()
-    deform.SetDevice("reference")
-    deform.SetInputConnection(0, source.GetOutputPort())
+    source = Source(fill, (1.0, 2.0, 3.0), output_type="vtkImageData")
     handles = control_points([(0, 0, 0)], [(6.0, 0, 0)])
-    deform.SetInputConnection(1, handles.GetOutputPort())
-    deform.SetAutomaticBackground(1)
+    deform = deforming(source, handles, "reference", AutomaticBackground=1)
     for time in (3.0, 1.0, 2.0):
         deform.UpdateTimeStep(time)
         assert np.unique(values_of(deform.GetOutput(), "values")).tolist() == sorted(

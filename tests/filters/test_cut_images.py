@@ -4,11 +4,11 @@ import tracemalloc
 
 import numpy as np
 import pytest
+from handle_surfaces import soup
 from opened_images import APART, BOTH, HALF, REST, grid_of, numbers_of, scene, set_half_plane
-from pipelines import connect, control_points, update, values_of
+from pipelines import assert_same, connect, control_points, update, values_of
 from vtk_fixtures import FAST, add_array, make_image
-from vtkmodules.vtkCommonCore import vtkPoints
-from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkMultiBlockDataSet, vtkPlane, vtkPolyData
+from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkMultiBlockDataSet, vtkPlane
 from vtkmodules.vtkCommonExecutionModel import vtkTrivialProducer
 from vtkmodules.vtkFiltersCore import vtkAppendPolyData, vtkCutter, vtkThreshold
 from vtkmodules.vtkFiltersGeometry import vtkDataSetSurfaceFilter
@@ -28,12 +28,6 @@ def rectangle(x=3.9, z=2.6):
     return source
 
 
-def void_of(output, value):
-    """What `Deformation.void` says of the points and cells of an image."""
-    grid = grid_of(output)
-    return value.void(grid.points()), value.void(grid.cells.points())
-
-
 @BOTH
 @pytest.mark.parametrize("cut", ["plane", "half-plane"])
 @pytest.mark.parametrize("frame", CUT_FRAMES)
@@ -47,7 +41,8 @@ def test_void_is_that_of_the_value(kind, device, cut, frame):
     shape = Plane(*HALF[:2]) if cut == "plane" else HalfPlane(*HALF)
     options = {"cuts": [shape], "cut_frame": frame, "nu": 3}
     value = Deformation(REST, APART, **options, device="reference")
-    points, cells = void_of(output, value)
+    grid = grid_of(output)
+    points, cells = value.void(grid.points()), value.void(grid.cells.points())
     assert 10 < points.sum() < len(points) / 2
     distance = numbers_of(output.GetPointData(), "VoidDistance")
     np.testing.assert_allclose(distance, value.void_distance(grid_of(output).points()), atol=1e-4)
@@ -195,62 +190,6 @@ def test_fitted_grid_knows_the_cuts():
     assert output.GetDimensions() == fitted.dimensions
 
 
-# Errors
-
-
-def _sliver():
-    polydata = vtkPolyData()
-    points = rectangle()
-    points.Update()
-    polydata.DeepCopy(points.GetOutput())
-    for point in range(polydata.GetNumberOfPoints()):
-        polydata.GetPoints().SetPoint(point, point, 0, 0)
-    return polydata
-
-
-WRONG = {
-    "nu 1": (lambda d: d.SetNu(1), "`nu` must be a number above 1, got 1"),
-    "zero normal": (lambda d: d.SetCutNormal(0, 0, 0), "`CutNormal` must not be zero"),
-    "parallel": (lambda d: d.SetCutInward(2, 0, 0), "`CutInward`.*not be parallel to the normal"),
-    "not a frame": (lambda d: d.SetCutFrame("x"), "`CutFrame` must be one of rest, d.* got 'x'"),
-    "not a type": (lambda d: d.SetCutType("disk"), "`CutType` must be one of none, plane.*'disk'"),
-    "no cut": (lambda d: d.AddCut("x"), "`cuts` must be Plane, HalfPlane or Surface, got 'x'"),
-    "no surface": (lambda d: d.SetInputDataObject(2, vtkPolyData()), "`Cuts` has no surface"),
-    "sliver": (lambda d: d.SetInputDataObject(2, _sliver()), "`Cuts` has no usable surface.*area"),
-}
-WRONG_DEFORM = {
-    "no scalars": (lambda d: d.SetGradientArray("x"), "`GradientArray`.*`x`.*has `values`"),
-    "no vectors": (lambda d: d.AddGradientVectorArray("x"), "`GradientVectorArrays` names `x`"),
-    "flat": (lambda d: d.AddGradientVectorArray("values"), "`values`.*3 components.*got 1"),
-}
-CASES = [
-    pytest.param(kind, *case, id=f"{kind.__name__}-{name}")
-    for kind, cases in ((MLSDeform, {**WRONG, **WRONG_DEFORM}), (MLSDisplacementField, WRONG))
-    for name, case in cases.items()
-]
-
-
-@pytest.mark.parametrize(("kind", "spoil", "sentence"), CASES)
-def test_errors_are_one_sentence_and_can_be_mended(kind, spoil, sentence, messages):
-    deforming = scene(kind)
-    set_half_plane(deforming)
-    void = values_of(update(deforming), "Void").copy()
-    spoil(deforming)
-    for _ in range(2):
-        assert not deforming.GetExecutive().Update()
-        messages.assert_one(rf"^ERROR: {kind.__name__}: .*{sentence}")
-        assert deforming.GetOutputDataObject(0).GetNumberOfPoints() == 0
-    set_half_plane(deforming)
-    deforming.SetNu(2)
-    deforming.SetCutFrame("rest")
-    deforming.ClearCuts()
-    deforming.DisconnectCuts()
-    if kind is MLSDeform:
-        deforming.SetGradientArray("")
-        deforming.ClearGradientVectorArrays()
-    np.testing.assert_array_equal(values_of(update(deforming), "Void"), void)
-
-
 def test_doubled_points_and_lines_do_not_matter():
     sphere = vtkSphereSource()  # closed; two rows of triangles that meet at the poles
     sphere.SetCenter(4, 3, 3)
@@ -258,19 +197,9 @@ def test_doubled_points_and_lines_do_not_matter():
     deforming = scene(MLSDeform)
     deforming.SetInputConnection(2, sphere.GetOutputPort())
     expected = values_of(update(deforming), "values").copy()
-    sphere.Update()
-    doubled = vtkPolyData()
-    points = arrays.to_numpy(sphere.GetOutput().GetPoints().GetData())
-    corners = arrays.to_numpy(sphere.GetOutput().GetPolys().GetConnectivityArray())
-    soup, cells, lines = vtkPoints(), vtkCellArray(), vtkCellArray()
-    for place in points[corners]:
-        soup.InsertNextPoint(place)
-    for start in range(0, len(corners), 3):
-        cells.InsertNextCell(3, (start, start + 1, start + 2))
-    cells.InsertNextCell(3, (0, 0, 1))
+    doubled, lines = soup(update(sphere)), vtkCellArray()
+    doubled.GetPolys().InsertNextCell(3, (0, 0, 1))
     lines.InsertNextCell(2, (0, 5))
-    doubled.SetPoints(soup)
-    doubled.SetPolys(cells)
     doubled.SetLines(lines)
     deforming.SetInputDataObject(2, doubled)
     np.testing.assert_allclose(values_of(update(deforming), "values"), expected, atol=1e-5)
@@ -291,26 +220,21 @@ def test_a_field_over_blocks_is_made_one_by_one(with_images):
     field = MLSDisplacementField()
     field.SetDevice("reference")
     field.SetSampleDimensions(4, 4, 4)
-    producer = vtkTrivialProducer()
+    producer, handles = vtkTrivialProducer(), control_points(REST, APART)
     producer.SetOutput(blocks)
-    connect(field, producer, control_points(REST, APART))
+    connect(field, producer, handles)
     for kind in ("rigid", "affine"):
         field.SetKind(kind)
         output = update(field)
-        value = Deformation(REST, APART, kind, device="reference")
         for number in range(3):
-            part = output.GetBlock(number)
-            wanted = blocks.GetBlock(number).GetBounds()
-            np.testing.assert_allclose(part.GetBounds(), wanted, rtol=1e-6)
-            places = grid_of(part).points()
-            np.testing.assert_allclose(
-                values_of(part, "BackwardDisplacement").reshape(-1, 3),
-                value.backward(places) - places,
-                atol=1e-5,
-            )
+            alone = connect(MLSDisplacementField(), blocks.GetBlock(number), handles)
+            alone.SetDevice("reference")
+            alone.SetKind(kind)
+            alone.SetSampleDimensions(4, 4, 4)
+            assert_same(output.GetBlock(number), update(alone))
     # and what is no block afterwards is followed as ever
     sphere = vtkSphereSource()
-    connect(field, sphere, control_points(REST, APART))
+    connect(field, sphere, handles)
     for radius in (1, 2):
         sphere.SetRadius(radius)
         assert update(field).GetBounds()[5] == pytest.approx(radius)

@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
-from pipelines import connect, control_points, update, values_of
+from pipelines import assert_fails, connect, control_points, update, values_of
 from smooth_images import PLACES, smooth_image
 from vtk_fixtures import DEFORMED, REST, add_array, make_image
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkFiltersHybrid import vtkGridTransform
 from vtkmodules.vtkFiltersSources import vtkPlaneSource, vtkSphereSource
-from vtkmodules.vtkImagingCore import vtkImageReslice, vtkRTAnalyticSource
+from vtkmodules.vtkImagingCore import vtkImageReslice
 
 from vtk_mls import Deformation, HalfPlane
 from vtk_mls.filters import MLSDeform, MLSDisplacementField, displacement_field
@@ -71,15 +71,6 @@ def test_a_flat_dataset_gives_a_flat_image(field):
     assert output.GetDimensions() == (4, 5, 1)
 
 
-def test_one_cell_of_the_image_is_requested(field):
-    source = vtkRTAnalyticSource()
-    source.SetWholeExtent(0, 9, 0, 9, 0, 9)
-    connect(field, source, control_points())
-    field.UpdateExtent((2, 4, 2, 4, 2, 4))
-    assert field.GetOutputDataObject(0).GetExtent() == (2, 4, 2, 4, 2, 4)
-    assert source.GetOutput().GetExtent() == (0, 1, 0, 1, 0, 1)
-
-
 @pytest.mark.parametrize("start", [(0, 0, 0), (3, -2, 5)])
 def test_vtk_grid_transform_deforms_alike(field, device, start):
     origin = -np.multiply(start, (0.9, 1.0, 1.1))
@@ -123,8 +114,7 @@ def test_after_a_failure_a_smaller_grid_is_requested(messages):
     field.SetInputData(0, source.GetOutput())
     field.SetInputData(1, bare)
     for _ in range(3):
-        assert field.GetExecutive().Update() == 0
-        messages.assert_one("no numeric point array `Displacement`")
+        assert_fails(field, messages, "no numeric point array `Displacement`")
         field.SetSampleDimensions(5, 1, 3)
     field.RemoveAllInputConnections(1)
     assert update(field).GetDimensions() == (5, 1, 3)
@@ -170,22 +160,12 @@ def test_points_without_a_forward_image_are_counted_and_finite(field):
 
 
 def test_pieces_of_the_inverse_are_the_whole_to_its_tolerance(field, monkeypatch):
-    def pieces():
-        done = []
-        field.Modified()
-        tag = field.AddObserver("ProgressEvent", lambda caller, _: done.append(field.GetProgress()))
-        values = values_of(update(field), "ForwardDisplacement").copy()
-        field.RemoveObserver(tag)
-        assert done == sorted(done)
-        return values, done
-
     field.SetInverse(True)
-    field.SetGenerateJacobianDeterminant(True)
     connect(field, make_image(), control_points())
-    whole, _ = pieces()
+    whole = values_of(update(field), "ForwardDisplacement").copy()
     monkeypatch.setattr(displacement_field, "_CHUNK", 100)
-    chunked, done = pieces()
-    assert len({round(fraction, 2) for fraction in done}) > 5
+    field.Modified()
+    chunked = values_of(update(field), "ForwardDisplacement")
     np.testing.assert_allclose(chunked, whole, atol=2e-4)
     field.UpdatePiece(1, 2, 0)
     part = field.GetOutputDataObject(0)

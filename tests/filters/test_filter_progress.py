@@ -3,15 +3,16 @@
 import numpy as np
 import pytest
 from mesh_fixtures import CUTS, cells, deforming
-from pipelines import connect, control_points, update
-from vtk_fixtures import FAST, add_array, make_image
+from pipelines import assert_same, content, control_points, update
+from vtk_fixtures import add_array, make_image
 from vtkmodules.vtkCommonCore import VTK_FLOAT
 from vtkmodules.vtkCommonDataModel import VTK_TETRA, vtkMultiBlockDataSet
 
 from vtk_mls import Deformation
 from vtk_mls.base.messages import inform
 from vtk_mls.filters import MLSDisplacementField
-from vtk_mls.vtk import arrays
+
+JACOBIAN = {"GenerateJacobian": True, "GenerateJacobianDeterminant": True}
 
 
 def with_directions(data):
@@ -33,22 +34,12 @@ def all_of(data, cut):
     filter_ = deforming(
         with_directions(data),
         cut=cut,
-        GenerateJacobian=True,
-        GenerateJacobianDeterminant=True,
         GradientArray="values",
+        **JACOBIAN,
     )
     filter_.AddLabelArray("labels")
     filter_.AddGradientVectorArray("slope")
     filter_.AddPushForwardArray("flow")
-    return filter_
-
-
-def field(inverse):
-    filter_ = connect(MLSDisplacementField(), make_image(), control_points())
-    filter_.SetDevice(FAST)
-    filter_.SetInverse(inverse)
-    filter_.SetGenerateJacobian(True)
-    filter_.SetGenerateJacobianDeterminant(True)
     return filter_
 
 
@@ -57,8 +48,10 @@ FILTERS = {
     "cut image": lambda: all_of(make_image(), CUTS["half-plane"]),
     "mesh": lambda: all_of(cells(VTK_TETRA, 3), None),
     "cut mesh": lambda: all_of(cells(VTK_TETRA, 3), CUTS["half-plane"]),
-    "field": lambda: field(inverse=False),
-    "inverse field": lambda: field(inverse=True),
+    "field": lambda: deforming(make_image(), kind=MLSDisplacementField, **JACOBIAN),
+    "inverse field": lambda: deforming(
+        make_image(), kind=MLSDisplacementField, Inverse=True, **JACOBIAN
+    ),
     "control points": control_points,
 }
 
@@ -81,20 +74,6 @@ class Observer:
         self.told.append(filter_.GetProgress())
         if len(self.told) == self.last:
             filter_.SetAbortExecute(1)
-
-
-def content(output):
-    """All numbers of a dataset."""
-    found = {}
-    for data in (output.GetPointData(), output.GetCellData(), output.GetFieldData()):
-        for number in range(data.GetNumberOfArrays()):
-            array = data.GetArray(number)
-            if array is not None:
-                found[data.GetClassName(), array.GetName()] = arrays.to_numpy(array).copy()
-    points = getattr(output, "GetPoints", None)
-    if points and points():
-        found["points"] = arrays.to_numpy(points().GetData()).copy()
-    return found
 
 
 @pytest.mark.parametrize("name", FILTERS)
@@ -120,10 +99,7 @@ def test_every_filter(name):
         filter_.RemoveObserver(stopping.tag)
         filter_.SetAbortExecute(0)
     filter_.Modified()
-    again = content(update(filter_))
-    assert again.keys() == expected.keys()
-    for key, values in expected.items():
-        np.testing.assert_array_equal(again[key], values)
+    assert_same(update(filter_), expected)
 
 
 @pytest.fixture

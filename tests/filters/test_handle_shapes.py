@@ -10,13 +10,13 @@ from handle_surfaces import (
     moved,
     polyline,
     positions,
+    soup,
     transform,
     volume,
 )
-from pipelines import update
-from vtk_fixtures import FAST, add_array
-from vtkmodules.vtkCommonCore import vtkPoints
-from vtkmodules.vtkCommonDataModel import VTK_TETRA, vtkCellArray, vtkMultiBlockDataSet, vtkPolyData
+from pipelines import assert_fails, update
+from vtk_fixtures import add_array
+from vtkmodules.vtkCommonDataModel import VTK_TETRA, vtkMultiBlockDataSet
 from vtkmodules.vtkFiltersCore import vtkAppendFilter, vtkDelaunay3D
 
 from vtk_mls import Ball, CurveHandle, RegionHandle
@@ -26,7 +26,12 @@ CORNERS = np.array([(x, y, z) for x in (-6, 6) for y in (-6, 6) for z in (-6, 6)
 MOTION = transform()
 
 
-def deforming(handles, mesh=None, device=FAST, shapes="cells"):
+def carried_by(by, mesh):
+    """The points of a mesh where a vtkTransform moves them."""
+    return [by.TransformPoint(point) for point in positions(mesh)]
+
+
+def deforming(handles, mesh=None, device="reference", shapes="cells"):
     deform = MLSDeform()
     deform.SetInputData(0, ball((0, 0, 0), 3) if mesh is None else mesh)
     deform.SetInputData(1, handles)
@@ -48,7 +53,7 @@ def held_bone():
 def test_a_closed_surface_moves_as_a_whole(device):
     mesh = ball((1, 0, 0), 1.2)  # inside of the bone
     output = update(deforming(held_bone(), mesh, device))
-    expected = [MOTION.TransformPoint(point) for point in positions(mesh)]
+    expected = carried_by(MOTION, mesh)
     np.testing.assert_allclose(positions(output), expected, atol=2e-5)
     assert volume(output) == pytest.approx(volume(mesh), rel=1e-5)
     by_points = update(deforming(held_bone(), mesh, device, "points"))
@@ -110,16 +115,7 @@ def test_points_of_no_cell_are_points_and_have_weights():
 
 
 def test_corners_at_the_same_place_join_triangles():
-    """As in .stl files, where each triangle has corners of its own."""
-    bone = ball((1, 0, 0), 2)
-    soup, points, cells = vtkPolyData(), vtkPoints(), vtkCellArray()
-    points.SetDataTypeToDouble()
-    for number in range(bone.GetNumberOfPolys()):
-        corners = bone.GetCell(number).GetPoints()
-        cells.InsertNextCell(3, [points.InsertNextPoint(corners.GetPoint(i)) for i in range(3)])
-    soup.SetPoints(points)
-    soup.SetPolys(cells)
-    (region,) = deforming(moved(soup, MOTION)).updated_deformation().handles
+    (region,) = deforming(moved(soup(BONE), MOTION)).updated_deformation().handles
     np.testing.assert_allclose(region.motion, matrix(MOTION), atol=1e-12)
 
 
@@ -153,44 +149,32 @@ def test_blend_turns_by_a_share_of_the_angle(share):
 
 
 def test_handles_of_python():
-    deform = MLSDeform()
-    deform.SetInputData(0, ball((0, 0, 0), 1))
-    deform.SetDevice(FAST)
+    deform, mesh = MLSDeform(), ball((0, 0, 0), 1)
+    deform.SetInputData(0, mesh)
+    deform.SetDevice("reference")
     deform.AddHandle(RegionHandle(Ball((0, 0, 0), 2), matrix(MOTION)))
-    expected = [MOTION.TransformPoint(point) for point in positions(ball((0, 0, 0), 1))]
-    np.testing.assert_allclose(positions(update(deform)), expected, atol=1e-5)
+    np.testing.assert_allclose(positions(update(deform)), carried_by(MOTION, mesh), atol=1e-5)
     deform.ClearHandles()
-    np.testing.assert_array_equal(positions(update(deform)), positions(ball((0, 0, 0), 1)))
-
-
-def paired(rest, *moved_parts):
-    """A filter with `rest` and the same moved, both without displacements."""
-    deform = deforming(rest)
-    deform.SetInputDataObject(4, joined(*moved_parts))
-    return deform
+    np.testing.assert_array_equal(positions(update(deform)), positions(mesh))
 
 
 def test_a_moved_dataset_gives_displacements_by_point_number(device):
     bone, corners = ball((1, 0, 0), 2, 6), polyline(CORNERS, kind="Verts")
-    deform = paired(joined(bone, corners), carried(bone, MOTION), corners)
-    deform.SetDevice(device)
     mesh = ball((1, 0, 0), 1.2)  # inside of the bone
-    deform.SetInputData(0, mesh)
-    expected = [MOTION.TransformPoint(point) for point in positions(mesh)]
-    np.testing.assert_allclose(positions(update(deform)), expected, atol=2e-5)
+    deform = deforming(joined(bone, corners), mesh, device)
+    deform.SetInputDataObject(4, joined(carried(bone, MOTION), corners))
+    np.testing.assert_allclose(positions(update(deform)), carried_by(MOTION, mesh), atol=2e-5)
     value = deform.updated_deformation()
     np.testing.assert_array_equal(value.deformed, CORNERS)
     (shape,) = (handle.shape for handle in value.handles)
     further = transform(80)
     deform.SetInputDataObject(4, joined(carried(bone, further), corners))
-    expected = [further.TransformPoint(point) for point in positions(mesh)]
-    np.testing.assert_allclose(positions(update(deform)), expected, atol=2e-5)
+    np.testing.assert_allclose(positions(update(deform)), carried_by(further, mesh), atol=2e-5)
     (handle,) = deform.updated_deformation().handles
     assert handle.shape is shape  # whose distance image takes seconds
     deform.DisconnectDeformedControlPoints()
     deform.SetInputData(1, held_bone())
-    expected = [MOTION.TransformPoint(point) for point in positions(mesh)]
-    np.testing.assert_allclose(positions(update(deform)), expected, atol=2e-5)
+    np.testing.assert_allclose(positions(update(deform)), carried_by(MOTION, mesh), atol=2e-5)
 
 
 def test_points_are_paired_with_those_moved():
@@ -200,21 +184,24 @@ def test_points_are_paired_with_those_moved():
 
 
 def test_moved_data_that_do_not_pair(messages):
-    deform = paired(BONE, ball((1, 0, 0), 2, 6))
-    assert not deform.GetExecutive().Update()
-    messages.assert_one("`DeformedControlPoints` must have a point for each of the 226 points of")
-    assert deform.GetOutput().GetNumberOfPoints() == 0
+    deform = deforming(BONE)
+    deform.SetInputDataObject(4, ball((1, 0, 0), 2, 6))
+    assert_fails(
+        deform, messages, "`DeformedControlPoints` must have a point for each of the 226 points of"
+    )
     deform.SetInputDataObject(4, carried(BONE, MOTION))
     assert update(deform).GetNumberOfPoints() > 0
     deform.DisconnectControlPoints()
-    assert not deform.GetExecutive().Update()
-    messages.assert_one("`DeformedControlPoints` is what `ControlPoints` is, moved: connect that")
+    assert_fails(
+        deform, messages, "`DeformedControlPoints` is what `ControlPoints` is, moved: connect that"
+    )
     blocks = vtkMultiBlockDataSet()
     blocks.SetBlock(0, BONE)
     deform.SetInputDataObject(1, BONE)
     deform.SetInputDataObject(4, blocks)
-    assert not deform.GetExecutive().Update()
-    messages.assert_one("`DeformedControlPoints` must be one point set, got a vtkMultiBlock")
+    assert_fails(
+        deform, messages, "`DeformedControlPoints` must be one point set, got a vtkMultiBlock"
+    )
 
 
 BONE = ball((1, 0, 0), 2)
@@ -240,14 +227,6 @@ BAD = {
 def test_bad_cells(case, messages):
     handles, sentence = BAD[case]
     deform = deforming(handles)
-    assert not deform.GetExecutive().Update()
-    messages.assert_one(sentence)
-    assert deform.GetOutput().GetNumberOfPoints() == 0
+    assert_fails(deform, messages, sentence)
     deform.SetInputData(1, held_bone())
     assert update(deform).GetNumberOfPoints() > 0
-
-
-def test_an_unknown_choice(messages):
-    deform = deforming(held_bone(), shapes="lines")
-    assert not deform.GetExecutive().Update()
-    messages.assert_one("`HandleShapes` must be one of points, cells, got 'lines'")

@@ -1,5 +1,7 @@
 """`InvertedCells` and `UncheckedCells`, against signed areas, volumes and VTK's scaled Jacobian."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from mesh_fixtures import (
@@ -8,8 +10,10 @@ from mesh_fixtures import (
     QUADRATIC,
     cells,
     count,
+    count_inverted,
     deforming,
     explicit_structured,
+    grid_of,
     pinch,
     places_of,
     plate,
@@ -22,26 +26,19 @@ from pipelines import control_points, update
 from vtk_fixtures import REST, add_array
 from vtkmodules.vtkCommonCore import VTK_UNSIGNED_CHAR
 from vtkmodules.vtkCommonDataModel import (
-    VTK_HEXAGONAL_PRISM,
     VTK_HEXAHEDRON,
-    VTK_PENTAGONAL_PRISM,
-    VTK_PYRAMID,
     VTK_TETRA,
     VTK_TRIANGLE,
-    VTK_VOXEL,
-    VTK_WEDGE,
     vtkCellArray,
     vtkDataSetAttributes,
     vtkPolyData,
     vtkStructuredGrid,
-    vtkUnstructuredGrid,
 )
 
 from vtk_mls.vtk import arrays
-from vtk_mls.vtk.orientation import _find_faces_in_stream, _structured, count_inverted
+from vtk_mls.vtk.orientation import _find_faces_in_stream, _structured
 
-SOLID = [VTK_TETRA, VTK_HEXAHEDRON, VTK_VOXEL, VTK_WEDGE, VTK_PYRAMID]
-SOLID += [VTK_PENTAGONAL_PRISM, VTK_HEXAGONAL_PRISM]
+MIRRORED = control_points(REST, REST * [1, 1, -1])
 
 
 def judged(mesh, handles, **options):
@@ -49,39 +46,16 @@ def judged(mesh, handles, **options):
     return output, count(output, "InvertedCells"), count(output, "UncheckedCells")
 
 
-def prisms(kind):
-    """Some prisms beside each other."""
-    sides = 5 if kind == VTK_PENTAGONAL_PRISM else 6
-    angle = 2 * np.pi * np.arange(sides) / sides
-    ring = np.stack([0.4 * np.cos(angle), 0.4 * np.sin(angle), np.zeros(sides)], axis=1)
-    one = np.concatenate([ring, ring + (0, 0, 0.8)])
-    centers = np.array([(x, y, z) for z in (1, 2, 3, 4) for y in range(2, 7) for x in range(2, 7)])
-    grid = vtkUnstructuredGrid()
-    set_places(grid, (centers[:, None] + one).reshape(-1, 3))
-    for number in range(len(centers)):
-        ids = range(number * 2 * sides, (number + 1) * 2 * sides)
-        grid.InsertNextCell(kind, 2 * sides, list(ids))
-    return grid
+SOLID = partial(cells, VTK_HEXAHEDRON), structured, rectilinear, explicit_structured
 
 
-def solid(kind):
-    return prisms(kind) if kind in (VTK_PENTAGONAL_PRISM, VTK_HEXAGONAL_PRISM) else cells(kind, 6)
-
-
-GRIDS = structured, rectilinear, explicit_structured
-
-
-@pytest.mark.parametrize("make", [*(lambda kind=kind: solid(kind) for kind in SOLID), *GRIDS])
+@pytest.mark.parametrize("make", SOLID)
 def test_mirrored_and_turned(make):
     mesh = make()
     total = mesh.GetNumberOfCells()
-    mirrored = control_points(REST, REST * [1, 1, -1])
-    assert judged(mesh, mirrored, Kind="affine")[1:] == (total, 0)
-    angle = np.radians(170)
-    turn = np.array(
-        [(np.cos(angle), 0, np.sin(angle)), (0, 1, 0), (-np.sin(angle), 0, np.cos(angle))]
-    )
-    assert judged(mesh, control_points(REST, REST @ turn.T), Kind="rigid")[1:] == (0, 0)
+    assert judged(mesh, MIRRORED, Kind="affine")[1:] == (total, 0)
+    turned = control_points(REST, REST * [-1, 1, -1])
+    assert judged(mesh, turned, Kind="rigid")[1:] == (0, 0)
 
 
 # Surfaces
@@ -149,26 +123,35 @@ def test_points_of_a_cell_of_a_large_structured_grid():
     ]
 
 
-def test_flat_structured_grids():
-    for dimensions in ((21, 21, 1), (21, 1, 21), (1, 21, 21)):
-        mesh = vtkStructuredGrid()
-        mesh.SetDimensions(*dimensions)
-        set_places(mesh, places_of(plate()))
-        moved = FLAT_PINCHED.copy()
-        moved[4:, 0] += (1.8, -1.8)
-        handles = control_points(FLAT_PINCHED, moved)
-        expected = judged(plate(), handles)[1:]
-        assert judged(mesh, handles)[1:] == expected
-
-
-def test_quads_of_polydata_are_those_of_a_grid():
-    quads, surface = plate(), vtkPolyData()
+def surface_plate():
+    surface, quads = vtkPolyData(), plate()
     surface.SetPoints(quads.GetPoints())
     surface.SetPolys(quads.GetCells())
+    return surface
+
+
+def structured_plate(dimensions):
+    mesh = vtkStructuredGrid()
+    mesh.SetDimensions(*dimensions)
+    set_places(mesh, places_of(plate()))
+    return mesh
+
+
+PLATES = [
+    surface_plate,
+    *(
+        partial(structured_plate, dimensions)
+        for dimensions in ((21, 21, 1), (21, 1, 21), (1, 21, 21))
+    ),
+]
+
+
+@pytest.mark.parametrize("make", PLATES)
+def test_quads_of_other_meshes_are_those_of_a_grid(make):
     moved = FLAT_PINCHED.copy()
     moved[4:, 0] += (1.8, -1.8)
     expected, found = (
-        judged(mesh, control_points(FLAT_PINCHED, moved))[1:] for mesh in (quads, surface)
+        judged(mesh, control_points(FLAT_PINCHED, moved))[1:] for mesh in (plate(), make())
     )
     assert found == expected
     assert expected[0] > 0
@@ -178,9 +161,8 @@ def test_blanked_cells_of_structured_grids_do_not_count():
     mesh = structured()
     mesh.BlankPoint(0)  # of one cell
     mesh.BlankPoint(7 + 5 * 2 + 30)  # of eight cells
-    mirrored = control_points(REST, REST * [1, 1, -1])
     visible = [mesh.IsCellVisible(i) for i in range(mesh.GetNumberOfCells())]
-    assert judged(mesh, mirrored, Kind="affine")[1:] == (sum(visible), 0)
+    assert judged(mesh, MIRRORED, Kind="affine")[1:] == (sum(visible), 0)
     assert sum(visible) == mesh.GetNumberOfCells() - 9
 
 
@@ -201,14 +183,11 @@ def test_curved_cells_are_known_by_their_corners_only(kind):
     mesh = cells(kind)
     total = mesh.GetNumberOfCells()
     assert judged(mesh, control_points(REST, REST + 1))[1:] == (0, total)
-    mirrored = control_points(REST, REST * [1, 1, -1])
-    assert judged(mesh, mirrored, Kind="affine")[1:] == (total, 0)
+    assert judged(mesh, MIRRORED, Kind="affine")[1:] == (total, 0)
 
 
 def test_lines_vertices_and_cells_without_size_are_unchecked():
-    mesh = vtkUnstructuredGrid()
-    set_places(mesh, [(1, 1, 1), (3, 1, 1), (5, 1, 1), (1, 4, 1), (1, 1, 5), (np.nan, 0, 0)])
-    for kind, ids in (
+    unknown = [
         (1, [0]),
         (3, [0, 1]),
         (4, [0, 1, 2]),
@@ -217,24 +196,19 @@ def test_lines_vertices_and_cells_without_size_are_unchecked():
         (VTK_TETRA, [0, 1, 2, 3]),  # in a plane
         (VTK_TRIANGLE, [0, 1, 5]),  # nowhere
         (VTK_TETRA, [0, 1, 3, 5]),
-    ):
-        mesh.InsertNextCell(kind, len(ids), ids)
-    unknown = mesh.GetNumberOfCells()
-    mesh.InsertNextCell(VTK_TETRA, 4, [0, 1, 3, 4])
-    mesh.InsertNextCell(VTK_TRIANGLE, 3, [0, 1, 3])
-    assert judged(mesh, control_points(REST, REST + 1))[1:] == (0, unknown)
-    mirrored = control_points(REST, REST * [-1, 1, 1])
-    assert judged(mesh, mirrored, Kind="affine")[1:] == (2, unknown)
+    ]
+    places = [(1, 1, 1), (3, 1, 1), (5, 1, 1), (1, 4, 1), (1, 1, 5), (np.nan, 0, 0)]
+    mesh = grid_of(places, [*unknown, (VTK_TETRA, [0, 1, 3, 4]), (VTK_TRIANGLE, [0, 1, 3])])
+    assert judged(mesh, control_points(REST, REST + 1))[1:] == (0, len(unknown))
+    assert judged(mesh, MIRRORED, Kind="affine")[1:] == (2, len(unknown))
 
 
 def test_a_hexahedron_that_is_a_wedge():
     """As many programs write wedges: its doubled corners have no size, the others count."""
-    mesh = vtkUnstructuredGrid()
-    set_places(mesh, [(1, 1, 1), (4, 1, 1), (4, 4, 1), (1, 1, 5), (4, 1, 5), (4, 4, 5)])
-    mesh.InsertNextCell(VTK_HEXAHEDRON, 8, [0, 1, 2, 2, 3, 4, 5, 5])
+    corners = [(1, 1, 1), (4, 1, 1), (4, 4, 1), (1, 1, 5), (4, 1, 5), (4, 4, 5)]
+    mesh = grid_of(corners, [(VTK_HEXAHEDRON, [0, 1, 2, 2, 3, 4, 5, 5])])
     assert judged(mesh, control_points(REST, REST + 1))[1:] == (0, 0)
-    mirrored = control_points(REST, REST * [1, 1, -1])
-    assert judged(mesh, mirrored, Kind="affine")[1:] == (1, 0)
+    assert judged(mesh, MIRRORED, Kind="affine")[1:] == (1, 0)
 
 
 @pytest.mark.parametrize("make", [lambda: cells(VTK_HEXAHEDRON), structured])
@@ -244,8 +218,7 @@ def test_cells_of_others_and_hidden_ones_do_not_count(make, flag):
     ghosts = np.zeros(mesh.GetNumberOfCells(), np.uint8)
     ghosts[::3] = getattr(vtkDataSetAttributes, flag)
     add_array(mesh.GetCellData(), arrays.GHOSTS, ghosts, VTK_UNSIGNED_CHAR)
-    mirrored = control_points(REST, REST * [1, 1, -1])
-    assert judged(mesh, mirrored, Kind="affine")[1:] == ((ghosts == 0).sum(), 0)
+    assert judged(mesh, MIRRORED, Kind="affine")[1:] == ((ghosts == 0).sum(), 0)
 
 
 @pytest.mark.parametrize("shift", [0, 5e6])

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from vtkmodules.vtkCommonDataModel import vtkImageData
 
 from vtk_mls import BallMask, Deformation, Plane, Sampling, filters
 from vtk_mls.base.validation import short_repr
@@ -96,6 +97,16 @@ def test_defaults_are_those_of_the_core():
         ("VoidValues", "void_values"),
     ):
         assert table[name] == getattr(Sampling, attribute)
+
+
+def test_options_reach_the_deformation():
+    deform = filters.MLSDeform()
+    deform.SetInputData(vtkImageData())
+    given = {"map_tolerance": 0.1, "nu": 3.0, "alpha": 1.5, "steps": 4, "cut_frame": "deformed"}
+    for name, value in given.items():
+        getattr(deform, f"Set{options.named(name).property_name}")(value)
+    found = deform.updated_deformation()
+    assert {name: getattr(found, name) for name in given} == given
 
 
 @pytest.mark.parametrize("given", [(1, 2, 3), ((1, 2, 3),), ([1, 2, 3],), (np.array([1, 2, 3]),)])

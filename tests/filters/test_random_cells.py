@@ -1,8 +1,9 @@
 """`InvertedCells` of random cells of each linear type, against VTK's own measures."""
 
+import mesh_fixtures
 import numpy as np
 import pytest
-from mesh_fixtures import cells, places_of, scaled_jacobians_of, set_places
+from mesh_fixtures import cells, count_inverted, places_of, scaled_jacobians_of, set_places
 from vtkmodules.vtkCommonCore import vtkIdList
 from vtkmodules.vtkCommonDataModel import (
     VTK_HEXAGONAL_PRISM,
@@ -22,8 +23,6 @@ from vtkmodules.vtkCommonDataModel import (
     vtkStructuredGrid,
     vtkUnstructuredGrid,
 )
-
-from vtk_mls.vtk.orientation import count_inverted
 
 COUNT = 400
 VOXEL_ORDER = [0, 1, 3, 2, 4, 5, 7, 6]
@@ -56,11 +55,9 @@ CORNERS = {
 
 def grid_of(kind, corners):
     """Cells (n, k, 3) that share no points."""
-    grid = vtkUnstructuredGrid()
-    set_places(grid, corners.reshape(-1, 3))
-    for ids in np.arange(corners.shape[0] * corners.shape[1]).reshape(len(corners), -1).tolist():
-        grid.InsertNextCell(kind, len(ids), ids)
-    return grid
+    ids = np.arange(corners.shape[0] * corners.shape[1]).reshape(len(corners), -1)
+    cells = [(kind, row) for row in ids.tolist()]
+    return mesh_fixtures.grid_of(corners.reshape(-1, 3), cells)
 
 
 def ids_of(cell):

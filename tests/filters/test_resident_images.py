@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 from control_point_sets import DEVICES
-from pipelines import connect, update, values_of
+from mesh_fixtures import deforming
+from pipelines import control_points, update, values_of
 from vtk_fixtures import add_array, make_image
 from vtkmodules.vtkCommonCore import VTK_FLOAT, VTK_SHORT
 
 from vtk_mls import Deformation, Grid, Sampling
-from vtk_mls.filters import MLSControlPoints, MLSDeform
 
 pytestmark = pytest.mark.skipif(not DEVICES, reason="no OpenCL device that computes right")
 GRID = Grid((9, 8, 7))
@@ -42,12 +42,8 @@ def smooth_image():
 
 
 def dragged(image):
-    handles, deform = MLSControlPoints(), MLSDeform()
-    handles.SetRestPoints(HANDLES[0])
-    handles.SetDeformedPoints(HANDLES[1])
-    connect(deform, image, handles)
-    deform.SetDevice(DEVICES[0])
-    return handles, deform
+    handles = control_points(*HANDLES)
+    return handles, deforming(image, handles, DEVICES[0])
 
 
 def drag(handles, x):

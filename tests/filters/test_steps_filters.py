@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-from pipelines import connect, control_points, update
+from mesh_fixtures import array_of, cells, count, deforming, places_of
+from pipelines import control_points, update
 from vtk_fixtures import FAST, make_image
-from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import VTK_TETRA
-from vtkmodules.vtkFiltersSources import vtkCellTypeSource
 
 from vtk_mls import Deformation, Grid
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
@@ -22,61 +21,40 @@ def handles(rng):
     return rest, rest + rng.normal(0, 0.15 * COUNT, rest.shape)
 
 
-def _tetrahedra():
-    source = vtkCellTypeSource()
-    source.SetCellType(VTK_TETRA)
-    source.SetBlocksDimensions(COUNT, COUNT, COUNT)
-    source.Update()
-    return source.GetOutput()
-
-
-def _deformed(dataset, handles, steps, algorithm=MLSDeform, **properties):
-    deform = algorithm()
-    deform.SetInputData(dataset)
-    deform.SetRestPoints(handles[0])
-    deform.SetDeformedPoints(handles[1])
-    deform.SetDevice(FAST)
-    deform.SetSteps(steps)
-    for name, value in properties.items():
-        getattr(deform, f"Set{name}")(value)
-    return update(deform)
-
-
-def _of_field(dataset, name):
-    return vtk_to_numpy(dataset.GetFieldData().GetArray(name))[0]
+def _deformed(dataset, handles, steps, kind=MLSDeform, **properties):
+    filter_ = deforming(dataset, control_points(*handles), kind=kind, Steps=steps, **properties)
+    return update(filter_)
 
 
 def test_every_point_of_a_mesh_has_a_place(handles, messages):
     once, safe = (
-        _deformed(_tetrahedra(), handles, steps, GenerateJacobianDeterminant=True)
+        _deformed(cells(VTK_TETRA, COUNT), handles, steps, GenerateJacobianDeterminant=True)
         for steps in (1, 0)
     )
     assert not once.GetFieldData().HasArray("StepsUsed")
-    determinants = [
-        vtk_to_numpy(mesh.GetPointData().GetArray("JacobianDeterminant")) for mesh in (once, safe)
-    ]
-    assert _of_field(once, "FailedInverses") > 0 or np.nanmin(determinants[0]) < 0
-    assert _of_field(safe, "FailedInverses") == 0
+    determinants = [array_of(mesh, "JacobianDeterminant") for mesh in (once, safe)]
+    assert count(once, "FailedInverses") > 0 or np.nanmin(determinants[0]) < 0
+    assert count(safe, "FailedInverses") == 0
     assert determinants[1].min() > 0
-    assert _of_field(safe, "StepsUsed") > 1
-    assert _of_field(safe, "SmallestDeterminant") > 0
+    assert count(safe, "StepsUsed") > 1
+    assert count(safe, "SmallestDeterminant") > 0
     # cells are larger than the deformation is fine: some stay inverted, by VTK's measure, too
-    count = _of_field(safe, "InvertedCells")
-    assert 0 < count < 0.6 * _of_field(once, "InvertedCells")
-    quality = scaled_jacobians(safe, vtk_to_numpy(safe.GetPoints().GetData()))
-    assert np.count_nonzero(quality <= 0) == count
-    folded = vtk_to_numpy(safe.GetCellData().GetArray("Folded"))
+    inverted = count(safe, "InvertedCells")
+    assert 0 < inverted < 0.6 * count(once, "InvertedCells")
+    quality = scaled_jacobians(safe, places_of(safe))
+    assert np.count_nonzero(quality <= 0) == inverted
+    folded = array_of(safe, "Folded", "Cell")
     np.testing.assert_array_equal(folded, quality <= 0)
     messages.assert_one(
-        f"{count} of {safe.GetNumberOfCells()} cells are inverted: .* refine the mesh"
+        f"{inverted} of {safe.GetNumberOfCells()} cells are inverted: .* refine the mesh"
     )
 
 
 def test_no_warning_without_inverted_cells_or_where_the_remedy_is_requested(handles):
     rest, deformed = handles
-    _deformed(_tetrahedra(), (rest, rest + 0.1 * (deformed - rest)), 0)
-    safe = _deformed(_tetrahedra(), handles, 0, GenerateLargestBlend=True)
-    assert 0 < _of_field(safe, "LargestBlend") < 1
+    _deformed(cells(VTK_TETRA, COUNT), (rest, rest + 0.1 * (deformed - rest)), 0)
+    safe = _deformed(cells(VTK_TETRA, COUNT), handles, 0, GenerateLargestBlend=True)
+    assert 0 < count(safe, "LargestBlend") < 1
 
 
 def _squeezed():
@@ -91,20 +69,20 @@ def test_folds_that_samples_miss_are_found_at_the_voxels(algorithm, monkeypatch)
     image.SetOrigin(-15, -15, -15)
     image.SetSpacing(1, 1, 1)
     output = _deformed(image, _squeezed(), 0, algorithm, Alpha=3.0)
-    assert _of_field(output, "StepsUsed") > 1
-    assert _of_field(output, "SmallestDeterminant") > 0
-    assert not vtk_to_numpy(output.GetPointData().GetArray("Folded")).any()
+    assert count(output, "StepsUsed") > 1
+    assert count(output, "SmallestDeterminant") > 0
+    assert not array_of(output, "Folded").any()
     once = _deformed(image, _squeezed(), 1, algorithm, Alpha=3.0)
     assert not once.GetPointData().HasArray("Folded")
 
 
 def test_folds_that_samples_miss_are_found_at_cells(handles, monkeypatch, messages):
     monkeypatch.setattr(fold_free, "enough_steps", lambda *arguments: 1)
-    output = _deformed(_tetrahedra(), handles, 0)
-    assert _of_field(output, "StepsUsed") > 1
-    assert _of_field(output, "FailedInverses") == 0
-    folded = vtk_to_numpy(output.GetCellData().GetArray("Folded"))
-    quality = scaled_jacobians(output, vtk_to_numpy(output.GetPoints().GetData()))
+    output = _deformed(cells(VTK_TETRA, COUNT), handles, 0)
+    assert count(output, "StepsUsed") > 1
+    assert count(output, "FailedInverses") == 0
+    folded = array_of(output, "Folded", "Cell")
+    quality = scaled_jacobians(output, places_of(output))
     np.testing.assert_array_equal(folded, quality <= 0)
     messages.assert_one("straight edges are too long")
 
@@ -118,8 +96,8 @@ def test_a_linear_field_that_folds_is_marked():
     image.SetOrigin(0, 0, 0)
     image.SetSpacing(1 / 11, 1 / 11, 1 / 11)
     output = _deformed(image, (rest, deformed), 0, MLSDisplacementField)
-    folded = vtk_to_numpy(output.GetPointData().GetArray("Folded"))
-    d = Deformation(rest, deformed, steps=int(_of_field(output, "StepsUsed")), device=FAST)
+    folded = array_of(output, "Folded")
+    d = Deformation(rest, deformed, steps=int(count(output, "StepsUsed")), device=FAST)
     grid = Grid((12,) * 3, (0, 0, 0), (1 / 11,) * 3)
     proof = d.certificate(grid)
     assert proof.folded > 0
@@ -131,16 +109,5 @@ def test_as_many_steps_as_given(handles):
     field = _deformed(make_image(), handles, 4, MLSDisplacementField)
     same = _deformed(make_image(), handles, 1, MLSDisplacementField)
     assert not field.GetFieldData().HasArray("StepsUsed")
-    a, b = (vtk_to_numpy(d.GetPointData().GetArray("BackwardDisplacement")) for d in (field, same))
+    a, b = (array_of(d, "BackwardDisplacement") for d in (field, same))
     assert np.abs(a - b).max() > 0.01
-
-
-def test_bad_steps_are_errors(messages):
-    deform = MLSDeform()
-    connect(deform, make_image(), control_points())
-    deform.SetSteps(1000)
-    deform.Update()
-    messages.assert_one("`steps` must be an integer from 1 to 256")
-    deform.SetSteps(2)
-    assert deform.GetExecutive().Update()
-    assert deform.GetOutputDataObject(0).GetNumberOfPoints() > 0

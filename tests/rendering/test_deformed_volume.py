@@ -71,12 +71,10 @@ def pictures(d, values=VALUES, prepare=None, hides_outside=False, **style):
     if prepare:
         prepare(scene)
     expected = scene.picture()
-    volume = volume_of(image_of(values), **style)
-    scene = Scene(volume)
+    _, scene, drawn = drawn_volume(image_of(values), **style)
     if prepare:
         prepare(scene)
     before = scene.picture()
-    drawn = DeformedVolume(volume, scene.renderer)
     drawn.update(d)
     picture = scene.picture()
     assert drawn.failure is None
@@ -99,18 +97,19 @@ def _cropped(scene):
     mapper.SetCroppingRegionPlanes(8, 45, -100, 30, 0, 47)
 
 
-def _clipped(scene):
+def _plane():
     plane = vtkPlane()
     plane.SetOrigin(CENTER)
     plane.SetNormal(0.5, 1, 0.2)
-    volume_in(scene).GetMapper().AddClippingPlane(plane)
+    return plane
+
+
+def _clipped(scene):
+    volume_in(scene).GetMapper().AddClippingPlane(_plane())
 
 
 def _sliced(scene):
-    plane = vtkPlane()
-    plane.SetOrigin(CENTER)
-    plane.SetNormal(0.5, 1, 0.2)
-    volume_in(scene).GetProperty().SetSliceFunction(plane)
+    volume_in(scene).GetProperty().SetSliceFunction(_plane())
 
 
 def _with_ball(opacity):
@@ -324,19 +323,13 @@ def test_only_the_part_within_an_output_grid_is_drawn():
 # Data
 
 
-def _placed(direction=None, start=(0, 0, 0)):
+@pytest.mark.parametrize("start", [(0, 0, 0), (7, -3, 20)])
+def test_an_oblique_image(start):
     image = image_of(VALUES)
     image.SetExtent(*(i for a in start for i in (a, a + SIZE - 1)))
     image.SetSpacing(1.2, 0.8, 1.0)
     image.SetOrigin(5, -3, 20)
-    if direction is not None:
-        image.SetDirectionMatrix(*np.ravel(direction))
-    return image
-
-
-@pytest.mark.parametrize("start", [(0, 0, 0), (7, -3, 20)])
-def test_an_oblique_image(start):
-    image = _placed(TURNED, start)
+    image.SetDirectionMatrix(*np.ravel(TURNED))
     grid = ImageGeometry.of_image(image).grid
     rest = grid.at(REST)
     d = Deformation(rest, rest + (REST[:, :1] > MIDDLE) * [6, 4, 2], device=FAST)
@@ -360,8 +353,7 @@ def test_values_of_cells():
     volume = volume_of(image)
     volume.GetMapper().SetScalarModeToUseCellData()
     scene, d = Scene(volume), deformation()
-    drawn = DeformedVolume(volume, scene.renderer)
-    drawn.update(d)
+    DeformedVolume(volume, scene.renderer).update(d)
     assert_alike(scene.picture(), Scene(volume_of(resampled(d))).picture())
 
 

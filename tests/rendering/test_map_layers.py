@@ -8,7 +8,6 @@ from vtk_fixtures import FAST
 
 from vtk_mls import Deformation, Grid, HalfPlane, Plane, Surface
 from vtk_mls.base.interpolation import sample
-from vtk_mls.model.options import MAP_TOLERANCE
 from vtk_mls.rendering.map_layers import layers
 
 MIDDLE = np.array([2, 1, 0.5])
@@ -58,26 +57,6 @@ def test_faces_are_sharp_however_far_apart(cut, apart, rng):
     differ = (distances > 0) != (exact_distances > 0)
     assert differ.mean() <= 1e-3 * len(d.cuts)
     assert np.abs(exact_distances[differ]).max(initial=0) <= 0.4 * CELL
-
-
-@pytest.mark.parametrize(
-    "cut",
-    [
-        pytest.param(cut, marks=[pytest.mark.matrix] * (cut == "half-planes that cross"))
-        for cut in CUTS  # each number of half-planes has kernels of its own
-    ],
-)
-def test_the_default_tolerance_changes_no_face(cut, rng):
-    rest = rng.uniform((0, 0, 0), (4, 2, 1), (8, 3))
-    deformed = rest + 0.1 * np.sin(rest) + 0.15 * np.sign(rest[:, :1] - 2) * [1, 0, 0]
-    found, expected = (
-        layers(Deformation(rest, deformed, cuts=CUTS[cut], device=FAST, map_tolerance=t), GRID)
-        for t in (MAP_TOLERANCE.interactive_default, 0)
-    )
-    assert not np.array_equal(found, expected)
-    error = np.linalg.norm((found - expected)[..., :3] / GRID.spacing, axis=-1)
-    assert error.max() <= MAP_TOLERANCE.interactive_default
-    np.testing.assert_array_equal(found[..., 3] > 0, expected[..., 3] > 0)
 
 
 @pytest.mark.parametrize(

@@ -33,6 +33,12 @@ def solid(radius, grid=None):
     return volume
 
 
+def surface_of(scene):
+    """What is visible in the next picture."""
+    scene.picture()
+    return VisibleSurface(scene.renderer)
+
+
 def distances(surface, center=CENTER):
     found = [surface.at(*pixel) for pixel in BALL_PIXELS]
     return np.linalg.norm(np.array(found) - center, axis=1)
@@ -44,8 +50,7 @@ def test_a_mesh(parallel):
     scene = Scene(actor)
     scene.renderer.GetActiveCamera().SetParallelProjection(parallel)
     scene.renderer.GetActiveCamera().SetParallelScale(25)
-    scene.picture()
-    surface = VisibleSurface(scene.renderer)
+    surface = surface_of(scene)
     np.testing.assert_allclose(distances(surface), 15, atol=0.02)
     assert surface.at(1, 1) is None
     assert surface.at(-5, 10) is None
@@ -67,8 +72,7 @@ def test_excluded_props_are_visible_again():
 def test_later_changes_have_no_effect():
     actor = ball_actor(15)
     scene = Scene(actor)
-    scene.picture()
-    surface = VisibleSurface(scene.renderer)
+    surface = surface_of(scene)
     actor.SetPosition(5, 5, 5)
     scene.renderer.GetActiveCamera().Azimuth(30)
     scene.picture()
@@ -77,11 +81,9 @@ def test_later_changes_have_no_effect():
 
 def test_a_volume_hides_a_mesh_behind_it():
     scene = Scene(solid(15), ball_actor(10))
-    scene.picture()
-    np.testing.assert_allclose(distances(VisibleSurface(scene.renderer)), 15, atol=0.6)
+    np.testing.assert_allclose(distances(surface_of(scene)), 15, atol=0.6)
     scene.renderer.AddViewProp(ball_actor(18))
-    scene.picture()
-    np.testing.assert_allclose(distances(VisibleSurface(scene.renderer)), 18, atol=0.02)
+    np.testing.assert_allclose(distances(surface_of(scene)), 18, atol=0.02)
 
 
 def test_a_volume_in_its_own_frame():
@@ -91,8 +93,7 @@ def test_a_volume_in_its_own_frame():
     volume.SetPosition(CENTER - 2 * grid.at([(MIDDLE,) * 3])[0])
     volume.SetScale(2)
     scene = Scene(volume)
-    scene.picture()
-    np.testing.assert_allclose(distances(VisibleSurface(scene.renderer)), 15, atol=0.6)
+    np.testing.assert_allclose(distances(surface_of(scene)), 15, atol=0.6)
 
 
 def test_a_volume_that_is_drawn_deformed():
@@ -101,17 +102,13 @@ def test_a_volume_that_is_drawn_deformed():
     corners = Grid((2, 2, 2), spacing=[SIZE] * 3).points()
     drawn = DeformedVolume(volume, scene.renderer)
     drawn.update(Deformation(corners, corners + SHIFT, kind="rigid"))
-    scene.picture()
-    found = distances(VisibleSurface(scene.renderer), CENTER + SHIFT)
+    found = distances(surface_of(scene), CENTER + SHIFT)
     np.testing.assert_allclose(found, 15, atol=0.6)
     drawn.detach()
-    scene.picture()
-    np.testing.assert_allclose(distances(VisibleSurface(scene.renderer)), 15, atol=0.6)
+    np.testing.assert_allclose(distances(surface_of(scene)), 15, atol=0.6)
 
 
 def test_a_projection_hides_nothing():
     volume = solid(15)
     volume.GetMapper().SetBlendModeToMaximumIntensity()
-    scene = Scene(volume)
-    scene.picture()
-    assert VisibleSurface(scene.renderer).at(*BALL_PIXELS[4]) is None
+    assert surface_of(Scene(volume)).at(*BALL_PIXELS[4]) is None

@@ -93,14 +93,14 @@ class Algorithm(VTKPythonAlgorithmBase):
         method = getattr(self, name)
         if name == "RequestInformation":
             pipeline.publish_times(*self._information())
-            if _has_composite(inInfo):
+            if self._has_composite():
                 self._blocks_since = self.GetExecutive().GetPipelineMTime()
                 return 1
         if name == "RequestUpdateExtent":
             for info in self._information()[0]:
                 pipeline.request_time(info, pipeline.requested_time(info), info)
             self._empty_outdated_outputs(outInfo)
-            if _has_composite(inInfo):
+            if self._has_composite():
                 self._has_reported = self._has_discarded = False
                 self._warnings_of_blocks = set()
         if name != "RequestData":
@@ -169,10 +169,12 @@ class Algorithm(VTKPythonAlgorithmBase):
         """Whether VTK is running the filter on blocks of a composite input."""
         if self._blocks_since != self.GetExecutive().GetPipelineMTime():
             return False
-        return not any(
-            isinstance(self.GetInputDataObject(port, index), vtkCompositeDataSet)
-            for port in range(self.GetNumberOfInputPorts())
-            for index in range(self.GetNumberOfInputConnections(port))
+        return not self._has_composite()
+
+    def _has_composite(self):
+        return any(
+            isinstance(vtkDataObject.GetData(info), vtkCompositeDataSet)
+            for info in self._information()[0]
         )
 
     def _end_blocks(self):
@@ -221,7 +223,8 @@ class Algorithm(VTKPythonAlgorithmBase):
         """Report an error; the return value for VTK's executive."""
         self._discard(out_info)
         self._report(error)
-        self._silence_executive_errors()
+        if vtkObject.GetGlobalWarningDisplay():  # the executive's own error says nothing more
+            self._silencer = self.GetExecutive().AddObserver("ErrorEvent", _ignore_error)
         return 0
 
     def _discard(self, out_info):
@@ -254,11 +257,6 @@ class Algorithm(VTKPythonAlgorithmBase):
         else:
             vtkOutputWindow.GetInstance().DisplayErrorText(f"ERROR: {text}\n")
 
-    def _silence_executive_errors(self):
-        """Hide the executive's own error, which repeats that the algorithm failed."""
-        if vtkObject.GetGlobalWarningDisplay():
-            self._silencer = self.GetExecutive().AddObserver("ErrorEvent", _ignore_error)
-
     def _restore_executive_errors(self):
         if self._silencer is not None:
             self.GetExecutive().RemoveObserver(self._silencer)
@@ -274,11 +272,9 @@ def _finish(algorithm, event):
     pipeline.publish_times(inputs, outputs)
     pipeline.stamp_times(inputs, outputs)
     algorithm._time = pipeline.requested_time(outputs[0])
-    has_blocks = isinstance(outputs[0].Get(vtkDataObject.DATA_OBJECT()), vtkCompositeDataSet)
-    if has_blocks:
+    if isinstance(outputs[0].Get(vtkDataObject.DATA_OBJECT()), vtkCompositeDataSet):
         algorithm._end_blocks()
-    if has_blocks and algorithm._has_discarded:
-        for info in outputs:
+        for info in outputs if algorithm._has_discarded else ():
             info.Set(vtkDemandDrivenPipeline.DATA_NOT_GENERATED(), 1)
 
 
@@ -297,20 +293,10 @@ def run_all(tasks, progress):
 
 def inputs(in_info, port):
     """The data objects on an input port."""
-    information = in_info[port]
-    count = information.GetNumberOfInformationObjects()
-    return [vtkDataObject.GetData(information, index) for index in range(count)]
+    return [vtkDataObject.GetData(info) for info in _items(in_info[port])]
 
 
 def _items(information):
     """The information objects of a vtkInformationVector."""
     count = information.GetNumberOfInformationObjects()
     return [information.GetInformationObject(index) for index in range(count)]
-
-
-def _has_composite(in_info):
-    return any(
-        isinstance(data, vtkCompositeDataSet)
-        for port in range(len(in_info))
-        for data in inputs(in_info, port)
-    )

@@ -77,26 +77,12 @@ def off_cuts(cuts, rest, deformed, cut_frame):
     """
     is_ignored, is_still = np.zeros(len(rest), bool), (rest == deformed).all(axis=1)
     for cut in cuts:
-        on_cut = _is_on(cut, rest)
-        is_ignored |= is_still & on_cut
-        if cut_frame == "rest":
-            rest = np.where(on_cut[:, None], _shifted_off(cut.plane, rest, deformed), rest)
+        with np.errstate(invalid="ignore", over="ignore"):  # errors are reported later
+            rounding = _ON_CUT * np.ptp(rest, axis=0).max(initial=0)
+            on_cut = cut.void_distance(rest, rest) <= rounding
+            is_ignored |= is_still & on_cut
+            if cut_frame == "rest":
+                side = np.where(cut.plane.height(deformed) < 0, -1, 1)
+                offset = side * rounding - cut.plane.height(rest)
+                rest = np.where(on_cut[:, None], rest + offset[:, None] * cut.plane.normal, rest)
     return rest, is_ignored
-
-
-def _is_on(cut, positions):
-    """Whether positions (n, 3) lie on a plane or half-plane, to rounding: (n,) bool."""
-    with np.errstate(invalid="ignore", over="ignore"):  # errors are reported later
-        return cut.void_distance(positions, positions) <= _rounding(positions)
-
-
-def _shifted_off(plane, rest, deformed):
-    """Positions (n, 3) on a plane, moved slightly to the side that they are dragged to."""
-    with np.errstate(invalid="ignore", over="ignore"):
-        side = np.where(plane.height(deformed) < 0, -1, 1)
-        return rest + (side * _rounding(rest) - plane.height(rest))[:, None] * plane.normal
-
-
-def _rounding(positions):
-    """Distance below which positions (n, 3) are equal, world units."""
-    return _ON_CUT * np.ptp(positions, axis=0).max(initial=0)

@@ -239,12 +239,11 @@ class DeformingFilter(OwnControlPoints, Algorithm):
             time = pipeline.requested_time(info)
             return [self._update_input(port, index, time) for index in range(count)]
 
-        return self._with_initial(self._deformation(*self._control_data(updated)))
+        return self._with_initial(self._blends(*self._control_data(updated)).whole)
 
     def _requested_deformation(self, in_info):
         """The deformation by the inputs of RequestData."""
-        data = self._control_data(lambda port: inputs(in_info, port))
-        return self._with_initial(self._with_warnings(self._deformation(*data)))
+        return self._with_initial(self._requested_blends(in_info).whole)
 
     def _with_initial(self, deformation):
         """The deformation, or a chain of the InitialTransform and the deformation."""
@@ -256,24 +255,20 @@ class DeformingFilter(OwnControlPoints, Algorithm):
 
     def _requested_blends(self, in_info):
         """`Blends` of the deformation by the inputs of RequestData."""
-        data = self._control_data(lambda port: inputs(in_info, port))
-        _, make = self._recipe(*data)
-        return Blends(self.GetBlend(), self._with_warnings(self._deformation(*data)), make)
-
-    def _with_warnings(self, deformation):
-        """The deformation, after a warning once about its handles."""
+        blends = self._blends(*self._control_data(lambda port: inputs(in_info, port)))
 
         def warn():
-            for sentence in handle_warnings(deformation, self.warns_of_overlap):
+            for sentence in handle_warnings(blends.whole, self.warns_of_overlap):
                 self._warn(sentence)
 
-        self._warned.of(deformation, warn)
-        return deformation
+        self._warned.of(blends.whole, warn)  # once
+        return blends
 
-    def _deformation(self, *data):
-        """The deformation by data of ports 1 to 4; the same object until something changes."""
+    def _blends(self, *data):
+        """`Blends` of the deformation by data of ports 1 to 4; cached until something changes."""
         state, make = self._recipe(*data)
-        return self._deformation_cache.of(state, lambda: make(self.GetBlend()))
+        whole = self._deformation_cache.of(state, lambda: make(self.GetBlend()))
+        return Blends(self.GetBlend(), whole, make)
 
     def _recipe(self, control_points, surfaces, masks, moved):
         """What the deformation by data of ports 1 to 4 depends on, and a function of the blend."""
@@ -381,8 +376,15 @@ class DeformingFilter(OwnControlPoints, Algorithm):
             if len(corners) == 0:
                 return
         low, high = np.min(corners, axis=0), np.max(corners, axis=0)
-        name = "ControlPoints" if self.GetNumberOfInputConnections(1) else "RestPoints"
-        _check_distance(deformation, low, high, name)
+        size = (high - low).max()
+        positions = np.concatenate(deformation.handle_set.positions)
+        distance = np.abs(positions - (low + high) / 2).max()
+        if 0 < size < distance * np.finfo(np.float32).eps:
+            raise InputError(
+                f"must be where the data are: one is {distance:g} away from their middle, and they "
+                f"are {size:g} large, which float32 cannot tell from a point then",
+                argument="ControlPoints" if self.GetNumberOfInputConnections(1) else "RestPoints",
+            )
 
     def _overlap_tasks(self, deformation, output, grid):
         """Functions of a Progress that add the array of the overlap."""
@@ -407,21 +409,7 @@ class DeformingFilter(OwnControlPoints, Algorithm):
         return self.GetGenerateJacobian(), self.GetGenerateJacobianDeterminant()
 
 
-def _check_distance(deformation, low, high, name):
-    """Raise if control points are too far from the box `low` to `high` for float32."""
-    size = (high - low).max()
-    positions = np.concatenate(deformation.handle_set.positions)
-    distance = np.abs(positions - (low + high) / 2).max()
-    if 0 < size < distance * np.finfo(np.float32).eps:
-        raise InputError(
-            f"must be where the data are: one is {distance:g} away from their middle, and they are "
-            f"{size:g} large, which float32 cannot tell from a point then",
-            argument=name,
-        )
-
-
 def _add_steps(output, deformation, progress):
-    progress.report(0)
     arrays.add(output.GetFieldData(), "StepsUsed", deformation.steps_used)
     arrays.add(output.GetFieldData(), "SmallestDeterminant", deformation.smallest_determinant)
 
@@ -434,8 +422,7 @@ def _add_folds(output, transform, grid, is_field, progress):
 def _add_jacobian(output, deformation, grid, options, progress):
     void = False
     if deformation.cuts:
-        void = arrays.to_numpy(output.GetPointData().GetArray("Void")) > 0
-        void = void.reshape(grid.shape)
+        void = arrays.to_numpy(output.GetPointData().GetArray("Void")).reshape(grid.shape) > 0
     mapping, adding = progress.divided(3, 1)
     jacobian = deformation.jacobian_field(grid, mapping)
     adding.report(0)

@@ -124,8 +124,7 @@ class MLSDisplacementField(DeformingFilter):
         """Add the arrays of the displacement field of the inverse."""
         options = self._jacobian_options()
         with_jacobian = any(options)
-        displacement = np.empty((grid.size, 3), np.float32)
-        found = np.empty(grid.size, bool)
+        displacement, found = np.empty((grid.size, 3), np.float32), np.empty(grid.size, bool)
         jacobian = np.zeros((grid.size if with_jacobian else 0, 3, 3), np.float32)
         for part, chunk in progress.chunks(grid.size, _CHUNK):
             x = grid.points(part.start, part.stop)
@@ -138,9 +137,7 @@ class MLSDisplacementField(DeformingFilter):
         arrays.add(output.GetPointData(), "NoInverse", ~found)
         arrays.add(output.GetFieldData(), "FailedInverses", np.count_nonzero(~found))
         if with_jacobian:
-            gradients.add_jacobian(
-                output, jacobian.reshape(*grid.shape, 3, 3), np.zeros(grid.shape, bool), *options
-            )
+            gradients.add_jacobian(output, jacobian.reshape(*grid.shape, 3, 3), False, *options)
 
     def _share_boxes(self, info=None):
         """Tell all processes the bounds of the input's pieces; to be called like `_collect`."""

@@ -61,7 +61,7 @@ def add_jacobian(output, jacobian, void, matrix, determinant):
     """Add "Jacobian" if `matrix`, and if `determinant` its determinant and "FoldedVoxels".
 
     `output` is a vtkImageData, `jacobian` dG_i/dv_j (nz, ny, nx, 3, 3) at its points; those where
-    `void` (nz, ny, nx) is true do not count as folded.
+    `void` (nz, ny, nx), or one for all, is true do not count as folded.
     """
     if matrix:
         rows = jacobian.swapaxes(-1, -2).reshape(-1, 9)
@@ -69,7 +69,7 @@ def add_jacobian(output, jacobian, void, matrix, determinant):
     if determinant:
         values = np.linalg.det(jacobian)
         arrays.add(output.GetPointData(), "JacobianDeterminant", values.ravel())
-        count = np.count_nonzero((values <= 0) & ~void)
+        count = np.count_nonzero((values <= 0) & np.logical_not(void))
         arrays.add(output.GetFieldData(), "FoldedVoxels", count)
 
 

@@ -99,8 +99,8 @@ class Resampling:
             )
             if source.GetNumberOfArrays() > 0
         ]
-        if self.deformation.cuts:
-            tasks.append(self._mark_void)
+        if self.deformation.cuts:  # the arrays of the void
+            tasks += [self._mark_points, self._mark_cells]
         if self._scalars is not None:
             tasks.append(self._add_gradient)
         return tasks
@@ -210,10 +210,6 @@ class Resampling:
             return "nearest", None
         return self.sampling.interpolation, None
 
-    def _mark_void(self, progress):
-        """Add the arrays of the void: for points, then for cells."""
-        run_all([self._mark_points, self._mark_cells], progress)
-
     def _new_void_distance(self):
         """An array for void distances at the points of the target, or None if unused or made."""
         if not self.deformation.cuts or self._void_distance is not None:
@@ -239,5 +235,4 @@ class Resampling:
 
     def _add_gradient(self, progress):
         """Add "Gradient" of point scalars."""
-        progress.report(0)
         arrays.add(self.output.GetPointData(), "Gradient", self._gradient.reshape(-1, 3))

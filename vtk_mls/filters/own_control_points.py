@@ -19,22 +19,20 @@ class OwnControlPoints:
         """
         if rest is None:
             rest = as_float_rows("RestPoints", self.GetRestPoints(), (3,))
-        listed = {
-            "DeformedPoints": as_float_rows("DeformedPoints", self.GetDeformedPoints(), (3,)),
-            "Weights": as_float_rows("Weights", self.GetWeights(), ()),
-        }
-        for name, values in listed.items():
+
+        def listed(name, values, row, default):
+            values = as_float_rows(name, values, row)
             if len(values) not in (0, len(rest)):
                 raise InputError(
                     f"must be none or one for each of the {len(rest)} rest points, "
                     f"got {len(values)}",
                     argument=name,
                 )
-        if len(listed["DeformedPoints"]):
-            deformed = listed["DeformedPoints"]
-        if len(listed["Weights"]):
-            weights = listed["Weights"]
-        return rest, rest if deformed is None else deformed, weights
+            return values if len(values) else default
+
+        deformed = rest if deformed is None else deformed
+        deformed = listed("DeformedPoints", self.GetDeformedPoints(), (3,), deformed)
+        return rest, deformed, listed("Weights", self.GetWeights(), (), weights)
 
 
 def as_float_rows(name, values, row):

@@ -1,6 +1,7 @@
 """The properties of the filters: one table for each, in the order of ParaView's panels."""
 
 from vtk_mls import INTERPOLATIONS, VOID_VALUES, BallMask, Sampling
+from vtk_mls.filters.option_properties import CUT_SHAPES, WITH_CUTS, of_cut_field, of_section
 from vtk_mls.filters.properties import (
     ArrayName,
     ArrayNames,
@@ -13,79 +14,33 @@ from vtk_mls.filters.properties import (
     Planes,
     Positions,
     Property,
-    Slider,
-    Text,
     TransformFile,
     Value,
     Values,
     Vector,
 )
-from vtk_mls.model import cuts, options
+from vtk_mls.model import cuts
 from vtk_mls.model.handles.handle_cells import HANDLE_SHAPES
 
-_WITH_CUTS = {"is_advanced": True, "hidden_when": ("CutType", "none"), "shown_with": "Cuts"}
 _OF_IMAGES = {"is_advanced": True, "only_for": "images"}
 _OF_MESHES = {"is_advanced": True, "only_for": "meshes"}
 
 
-def _of_option(option, is_interactive=False):
-    """The property of an option; `is_interactive` takes the default of ParaView and the editor."""
-    default = option.interactive_default if is_interactive else option.default
-    keywords = {
-        "more": option.more,
-        "is_advanced": option.is_advanced or option.section == "computing",
-    }
-    if option.section == "cut":
-        keywords |= _WITH_CUTS
-    if option.needs:
-        name, *values = option.needs
-        keywords["shown_when"] = (options.named(name).property_name, *values)
-    about = option.property_name, "" if default is None else default, option.help
-    if option.slider:
-        low, high, _ = option.slider
-        return Slider(*about, low=low, high=high, **keywords)
-    if option.choices and isinstance(option.default, int):
-        low, high = min(option.choices), max(option.choices)
-        return Slider(*about, low=low, high=high, **keywords)
-    if option.choices:
-        return Choice(*about, choices=option.choices, **keywords)
-    if option.default is None:
-        return Text(*about, **keywords)
-    return Number(*about, spellings=option.spellings, **keywords)
-
-
-def _of_section(section, is_interactive=False):
-    """Properties of the options in a section of panels."""
-    return tuple(_of_option(o, is_interactive) for o in options.OPTIONS if o.section == section)
-
-
-MAP = _of_section("map")
-CUT_OPTIONS = _of_section("cut")
-_SHAPES = tuple(cuts.BY_NUMBERS.values())
+MAP = of_section("map")
+CUT_OPTIONS = of_section("cut")
 
 # A cut by properties.
 CUT_TYPE = Choice(
     "CutType",
     "none",
-    " ".join(["A cut in addition to those of the input Cuts.", *(s.help for s in _SHAPES)]),
+    " ".join(["A cut in addition to those of the input Cuts.", *(s.help for s in CUT_SHAPES)]),
     choices=("none", *cuts.BY_NUMBERS),
 )
 
 
-def _of_cut_field(field):
-    """The property of a field of cut shapes, shown for the shapes that have it."""
-    names = [shape.name for shape in _SHAPES if field.name in (f.name for f in shape.fields)]
-    shown = {"hidden_when": ("CutType", "none")}
-    if len(names) < len(_SHAPES):
-        shown = {"shown_when": ("CutType", *names)}
-    make = Number if field.kind == "length" else Vector
-    name = f"Cut{(field.title or field.name).capitalize()}"
-    return make(name, field.default, field.help, unit="world coordinates", **shown)
-
-
 CUT_FIELDS: dict[str, Property] = {}  # by the names of fields
-for _field in (field for shape in _SHAPES for field in shape.fields):
-    CUT_FIELDS.setdefault(_field.name, _of_cut_field(_field))
+for _field in (field for shape in CUT_SHAPES for field in shape.fields):
+    CUT_FIELDS.setdefault(_field.name, of_cut_field(_field))
 
 # All cuts.
 CUTS = Values(
@@ -290,7 +245,7 @@ VOID_VALUES_CHOICE = Choice(
     material of each side continued behind the face of the cut. For a smooth face, turn HideVoid
     off, contour or slice the continued array, and clip the result by VoidDistance at 0.""",
     choices=VOID_VALUES,
-    **_WITH_CUTS,
+    **WITH_CUTS,
     only_for="images",
 )
 VOID = (
@@ -299,7 +254,7 @@ VOID = (
         True,
         """Whether the void that a cut opens is hidden (by the array vtkGhostType). Turn it off to
         clip or contour by VoidDistance at 0, for a smooth face.""",
-        **_WITH_CUTS,
+        **WITH_CUTS,
         only_for="images",
     ),
     Flag(
@@ -307,7 +262,7 @@ VOID = (
         True,
         """Whether the cells of a mesh are split along a cut, so that it opens. Otherwise, torn
         cells are kept, marked in the cell array Void, and hidden.""",
-        **_WITH_CUTS,
+        **WITH_CUTS,
         only_for="meshes",
     ),
     VOID_VALUES_CHOICE,
@@ -321,7 +276,7 @@ OVERLAP = Flag(
     side there. OverlappingPoints is the number of such points.""",
     more="""With CutFrame deformed, nothing overlaps, because material that reaches a cut is lost.
     Meshes keep both sides. If the output is made in pieces, each piece has its own number.""",
-    **_WITH_CUTS,
+    **WITH_CUTS,
     only_for="images",
 )
 
@@ -420,8 +375,8 @@ SAMPLE_DIMENSIONS = Dimensions(
 # What both filters ask of the deformation.
 CUTTING = (CUT_TYPE, *CUT_FIELDS.values(), CUTS, *CUT_OPTIONS)
 _SHARED = (*MAP, *CUTTING, *OWN_CONTROL_POINTS, *HANDLE_OPTIONS, *LIMITS, INITIAL_TRANSFORM)
-COMPUTING = _of_section("computing")
-INTERACTIVE_COMPUTING = _of_section("computing", is_interactive=True)
+COMPUTING = of_section("computing")
+INTERACTIVE_COMPUTING = of_section("computing", is_interactive=True)
 DEFORMING = (*_SHARED, OVERLAP, *JACOBIAN, *COMPUTING)
 # MLSDeform
 SAMPLING = (

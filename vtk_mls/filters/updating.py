@@ -17,19 +17,13 @@ def update(algorithm, progress=None, names=None):
     `InputError`; `names` are replacements, by argument, for the names in backticks.
     """
     errors, warnings, is_stopped = [], [], False
+    sentences = {"ErrorEvent": errors, "WarningEvent": warnings}
 
     @calldata_type(VTK_STRING)
-    def add_error(caller, event, text):
-        errors.append(text.partition(": ")[2])
+    def hear(caller, event, text):
+        sentences[event].append(text.partition(": ")[2])
 
-    @calldata_type(VTK_STRING)
-    def add_warning(caller, event, text):
-        warnings.append(text.partition(": ")[2])
-
-    tags = [
-        algorithm.AddObserver("ErrorEvent", add_error),
-        algorithm.AddObserver("WarningEvent", add_warning),
-    ]
+    tags = [algorithm.AddObserver(event, hear) for event in sentences]
     if progress:
 
         def report(caller, event):

@@ -248,12 +248,12 @@ class Warp:
 
     def points_of_inverted(self):
         """Points (n, 3) of inverted cells, and centers, where the deformation takes them."""
-        ids, rows = vtkIdList(), []
+        ids, x, found = vtkIdList(), self._off_cuts(self.before), []
         for cell in np.flatnonzero(self.inverted)[:_MAX_CELLS].tolist():
             self.output.GetCellPoints(cell, ids)
-            rows.append([ids.GetId(i) for i in range(ids.GetNumberOfIds())])
-        x = self._off_cuts(self.before)
-        return np.concatenate([np.r_[x[ids], x[ids].mean(axis=0)[None]] for ids in rows])
+            corners = x[[ids.GetId(i) for i in range(ids.GetNumberOfIds())]]
+            found += [corners, corners.mean(axis=0)[None]]
+        return np.concatenate(found)
 
     def _inverts(self, blend, progress):
         """Whether some cell is inside out at a blend."""

@@ -11,6 +11,7 @@ from vtk_mls.queries import first_guesses as guesses
 from vtk_mls.queries.vector_fields import covariant
 from vtk_mls.rendering.rest_surface import determinants, jacobians
 from vtk_mls.vtk import arrays
+from vtk_mls.vtk.arrays import ImageGeometry
 from vtk_mls.vtk.splitting import height_function
 
 # Largest mesh for which the map itself is as fast as its interpolation; nodes of the grid.
@@ -65,9 +66,7 @@ class CoarseForward:
     def _interpolated(self, displacement):
         """The points and normals, moved by displacements of the nodes (m, 3)."""
         image, transform, move = vtkImageData(), vtkGridTransform(), vtkTransformFilter()
-        image.SetDimensions(self._grid.dimensions)
-        image.SetOrigin(self._grid.origin)
-        image.SetSpacing(self._grid.spacing)
+        ImageGeometry.of_grid(self._grid).apply_to(image)
         image.GetPointData().SetScalars(arrays.from_numpy(displacement, VTK_FLOAT))
         transform.SetDisplacementGridData(image)
         move.SetTransform(transform)

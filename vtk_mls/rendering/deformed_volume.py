@@ -107,16 +107,13 @@ class DeformedVolume:
             box = MapBox.around(ImageGeometry.of_image(self._source), is_cell_data, within)
         rest, deformed = deformation.handle_set.positions
         inside = deformed[box.values.covers(box.values.index_of(rest))]
-        for _ in range(_MAX_GROWTHS):
+        for growths in range(_MAX_GROWTHS + 1):
             grid = box.nodes(nodes)
             values = layers(deformation, grid)
             fitted = box.fitted(values, grid, inside)
-            if fitted is box:
+            if fitted is box or growths == _MAX_GROWTHS:
                 break
             box = fitted
-        else:
-            grid = box.nodes(nodes)
-            values = layers(deformation, grid)
         self._show(box, grid, values)
         _drawn[self._volume] = self._source, deformation, ref(self)
 

@@ -50,7 +50,7 @@ def _of_each_side(own, deformation, grid):
     behind = distance < 0
     groups = _groups(deformation.cuts, x, distance, near)
     for group in groups:
-        group.clear_except(_near_faces(group, rows, behind, grid.shape))
+        group.nearest[~_near_faces(group, rows, behind, grid.shape)] = -1
     values = np.repeat(own[None], 2 ** len(groups), axis=0)
     if not groups:
         return values
@@ -99,10 +99,6 @@ class _Group:
         self.nearest[rows], self.distance[rows] = len(self.cuts), distance[rows]
         self.below[rows] = _is_below(cut, x[rows])
         self.cuts.append(cut)
-
-    def clear_except(self, rows):
-        """Clear the nearest cut in all other rows."""
-        self.nearest[~rows] = -1
 
     def across(self, x, rows, gap, distance=None):
         """Points just across the nearest cuts of some rows, from `x` (rows, 3)."""

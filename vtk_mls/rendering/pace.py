@@ -37,14 +37,13 @@ class MapPace:
         A map at rest is computed again if time allows many more nodes: the map before may have
         waited for its kernel to be built, or for a busy machine.
         """
-        nodes = self.nodes_while_moving() if is_moving else self.nodes_at_rest()
+        if is_moving:
+            self._make(make_map, self._nodes(_MOVING_MAP_SECONDS, _MIN_NODES, _USUAL_NODES))
+            return
+        nodes = self.nodes_at_rest()
         self._make(make_map, nodes)
-        if not is_moving and self.nodes_at_rest() > _REDO_RATIO * nodes:
+        if self.nodes_at_rest() > _REDO_RATIO * nodes:
             self._make(make_map, self.nodes_at_rest())
-
-    def nodes_while_moving(self):
-        """Nodes of a map that is replaced by the next mouse move."""
-        return self._nodes(_MOVING_MAP_SECONDS, _MIN_NODES, _USUAL_NODES)
 
     def nodes_at_rest(self):
         """Nodes of a map at rest."""

@@ -126,14 +126,12 @@ def to_numpy(array):
     A view of VTK's memory where that is contiguous, else a copy; bits are uint8.
     """
     n, components = array.GetNumberOfTuples(), array.GetNumberOfComponents()
-    shape = (n,) if components == 1 else (n, components)
-    if array.GetDataType() == VTK_BIT:
-        if n == 0:
-            return np.empty(shape, np.uint8)
-        return np.unpackbits(np.frombuffer(array, np.uint8), count=n * components).reshape(shape)
-    dtype = _dtype(array)
+    shape, is_bits = (n,) if components == 1 else (n, components), array.GetDataType() == VTK_BIT
+    dtype = np.dtype(np.uint8) if is_bits else _dtype(array)
     if n == 0:
         return np.empty(shape, dtype)
+    if is_bits:
+        return np.unpackbits(np.frombuffer(array, dtype), count=n * components).reshape(shape)
     if not array.HasStandardMemoryLayout():
         standard = vtkDataArray.CreateDataArray(array.GetDataType())
         standard.DeepCopy(array)
@@ -293,24 +291,24 @@ def set_values(attributes, values, source):
         array.SetName(old.GetName())
         array.CopyComponentNames(old)
         attributes.AddArray(array)
-    for kind in range(vtkDataSetAttributes.NUM_ATTRIBUTES):
-        active = source.GetAbstractAttribute(kind)
-        # several points may have the same id now
-        if active is not None and kind != vtkDataSetAttributes.GLOBALIDS:
-            position = [array is active for array in all_arrays(source)].index(True)
-            attributes.SetActiveAttribute(position, kind)
+    for kind, active in _roles(source):
+        position = [array is active for array in all_arrays(source)].index(True)
+        attributes.SetActiveAttribute(position, kind)
 
 
 def set_roles(attributes, source):
-    """Make arrays the active attributes (scalars, normals, ...) that they are in `source`.
+    """Make arrays the active attributes (scalars, normals, ...) that they are in `source`."""
+    for kind, active in _roles(source):
+        if attributes.HasArray(active.GetName()):
+            attributes.SetActiveAttribute(active.GetName(), kind)
 
-    Global ids are plain arrays: several points may have the same now.
-    """
+
+def _roles(source):
+    """Active attributes. Global ids become plain arrays: several points may have the same now."""
     for kind in range(vtkDataSetAttributes.NUM_ATTRIBUTES):
         active = source.GetAbstractAttribute(kind)
-        is_kept = active is not None and attributes.HasArray(active.GetName())
-        if is_kept and kind != vtkDataSetAttributes.GLOBALIDS:
-            attributes.SetActiveAttribute(active.GetName(), kind)
+        if active is not None and kind != vtkDataSetAttributes.GLOBALIDS:
+            yield kind, active
 
 
 def cell_types(grid):
@@ -347,7 +345,7 @@ def control_points(polydata, displacement, weight=None, moved=None):
         )
     rest = to_numpy(polydata.GetPoints().GetData()).astype(np.float64)
     if moved is None:
-        deformed = rest + _control_point_values(polydata, displacement, 3).astype(np.float64)
+        deformed = rest + _control_point_values(polydata, displacement, 3)
     elif moved.GetNumberOfPoints() == count:
         deformed = to_numpy(moved.GetPoints().GetData()).astype(np.float64)
     else:
@@ -356,34 +354,29 @@ def control_points(polydata, displacement, weight=None, moved=None):
             f"`ControlPoints`, got {moved.GetNumberOfPoints()}; connect the same data, moved, for "
             "example by Transform"
         )
-    weights = (
-        None if weight is None else _control_point_values(polydata, weight, 1).astype(np.float64)
-    )
+    weights = None if weight is None else _control_point_values(polydata, weight, 1)
     return rest, deformed, weights
 
 
 def _control_point_values(polydata, name, components):
-    data = polydata.GetPointData()
+    data, count = polydata.GetPointData(), polydata.GetNumberOfPoints()
     array = data.GetArray(name)
     if array is None:
-        found = ", ".join(f"`{data.GetArrayName(i)}`" for i in range(data.GetNumberOfArrays()))
-        raise InputError(
-            f"has no numeric point array `{name}`; it has {found or 'none'}",
-            argument="ControlPoints",
-        )
-    if array.GetNumberOfComponents() != components:
-        raise InputError(
+        found = ", ".join(f"`{other.GetName()}`" for other in all_arrays(data))
+        problem = f"has no numeric point array `{name}`; it has {found or 'none'}"
+    elif array.GetNumberOfComponents() != components:
+        problem = (
             f", array `{name}`, must have {components} component{'s' * (components > 1)}, "
-            f"got {array.GetNumberOfComponents()}",
-            argument="ControlPoints",
+            f"got {array.GetNumberOfComponents()}"
         )
-    if array.GetNumberOfTuples() != polydata.GetNumberOfPoints():
-        raise InputError(
+    elif array.GetNumberOfTuples() != count:
+        problem = (
             f", array `{name}`, must have one tuple per point, got "
-            f"{array.GetNumberOfTuples()} for {polydata.GetNumberOfPoints()} points",
-            argument="ControlPoints",
+            f"{array.GetNumberOfTuples()} for {count} points"
         )
-    return to_numpy(array)
+    else:
+        return to_numpy(array).astype(np.float64)
+    raise InputError(problem, argument="ControlPoints")
 
 
 def all_arrays(attributes):

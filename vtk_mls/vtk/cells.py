@@ -41,7 +41,6 @@ _KINDS = {
     "Polys": VTK_POLYGON,
     "Strips": VTK_TRIANGLE_STRIP,
 }
-_CELL_IDS = "vtkOriginalCellIds"  # of vtkExtractCells
 
 
 def connectivity_of(cells):
@@ -70,10 +69,8 @@ def positions_of(mesh):
 
 def set_positions(mesh, positions, vtk_type):
     """Set the points (n, 3) of a vtkPointSet, as VTK_FLOAT, or VTK_DOUBLE for any other type."""
-    points = vtkPoints()
-    is_single = vtk_type == VTK_FLOAT
+    points, is_single = vtkPoints(), vtk_type == VTK_FLOAT
     vtk_type, dtype = (VTK_FLOAT, np.float32) if is_single else (VTK_DOUBLE, np.float64)
-    points.SetDataType(vtk_type)
     points.SetData(arrays.from_numpy(positions.astype(dtype, copy=False), vtk_type))
     mesh.SetPoints(points)
 
@@ -104,16 +101,11 @@ def convert_integer_points(mesh):
 
 def extract_cells(grid, mask):
     """The cells of a vtkUnstructuredGrid where `mask` (n,) is true, with their points."""
-    extract = vtkExtractCells()
+    extract, ids = vtkExtractCells(), np.flatnonzero(mask)
     extract.SetInputData(grid)
-    ids = np.flatnonzero(mask)
     extract.SetCellIds(ids, len(ids))
-    adds_ids = not hasattr(extract, "SetPassThroughCellIds")  # in the releases of VTK 9.2
-    if not adds_ids:
-        extract.SetPassThroughCellIds(False)
     extract.Update()
-    if adds_ids:
-        extract.GetOutput().GetCellData().RemoveArray(_CELL_IDS)
+    extract.GetOutput().GetCellData().RemoveArray("vtkOriginalCellIds")
     return extract.GetOutput()
 
 
@@ -153,18 +145,17 @@ def without_empty(mesh):
     rows = np.flatnonzero(~empty)
     if isinstance(mesh, vtkPolyData):
         for name in _KINDS:
-            connectivity, offsets = connectivity_of(getattr(mesh, f"Get{name}")())
-            getattr(filled, f"Set{name}")(cell_array(connectivity, np.unique(offsets)))
+            getattr(filled, f"Set{name}")(_without_empty(getattr(mesh, f"Get{name}")()))
     elif len(rows) > 0:
-        connectivity, offsets = connectivity_of(mesh.GetCells())
-        _set_cells(
-            filled,
-            arrays.cell_types(mesh)[rows],
-            cell_array(connectivity, np.unique(offsets)),
-            _faces(mesh, rows),
-        )
+        types, cells = arrays.cell_types(mesh)[rows], _without_empty(mesh.GetCells())
+        _set_cells(filled, types, cells, _faces(mesh, rows))
     arrays.set_rows(filled.GetCellData(), mesh.GetCellData(), rows)
     return filled
+
+
+def _without_empty(cells):
+    connectivity, offsets = connectivity_of(cells)
+    return cell_array(connectivity, np.unique(offsets))
 
 
 def append_empty(grid, mesh):
@@ -175,14 +166,10 @@ def append_empty(grid, mesh):
     count = grid.GetNumberOfCells()
     connectivity, offsets = connectivity_of(grid.GetCells())
     types = arrays.cell_types(grid) if count else np.zeros(0, np.uint8)
-    all_rows = np.concatenate([np.arange(count), np.full(len(rows), -1)])
-    faces = _faces(grid, all_rows) if count else None
-    _set_cells(
-        grid,
-        np.concatenate([types, _types(mesh)[rows]]),
-        cell_array(connectivity, np.concatenate([offsets, np.full(len(rows), offsets[-1])])),
-        faces,
-    )
+    types = np.concatenate([types, _types(mesh)[rows]])
+    faces = _faces(grid, np.append(np.arange(count), np.full(len(rows), -1))) if count else None
+    offsets = np.append(offsets, np.full(len(rows), offsets[-1]))
+    _set_cells(grid, types, cell_array(connectivity, offsets), faces)
     return rows
 
 

@@ -71,12 +71,6 @@ _AXIS_ENDS = (
 _FLAT_SIZES = {VTK_TRIANGLE: 3, VTK_QUAD: 4}
 
 
-def count_inverted(*arguments):
-    """Number of cells that are inside out, and of cells that cannot be checked, by `inverted`."""
-    is_inverted, unchecked = inverted(*arguments)
-    return np.count_nonzero(is_inverted), unchecked
-
-
 def inverted(mesh, before, after, jacobian, ghosts=None):
     """Which cells are inside out, (m,) bool, and the number of cells that cannot be checked.
 
@@ -121,7 +115,10 @@ class _Margins:
     def of_cells(self, cell_type, points):
         """Margins of cells of one type with the points (n, k)."""
         if cell_type in _CORNER_EDGES:
-            return self._of_corners(cell_type, points)
+            measures, positions = self._volumes(points, _CORNER_EDGES[cell_type])
+            if cell_type == VTK_HEXAHEDRON:
+                measures.append(self._axes_volume(points, positions))
+            return _least(measures)
         if cell_type in TETRAHEDRA:  # curved: only a negative total volume is certain
             measures, _ = self._volumes(points, TETRAHEDRA[cell_type])
             margin = _least([tuple(np.sum(column, axis=0) for column in zip(*measures))])
@@ -148,12 +145,6 @@ class _Margins:
             np.minimum.at(least, owner[has_margin], margin[has_margin])
             is_finite[owner[~finite]] = False
         return np.where(is_finite & np.isfinite(least), least, np.nan)
-
-    def _of_corners(self, cell_type, points):
-        measures, positions = self._volumes(points, _CORNER_EDGES[cell_type])
-        if cell_type == VTK_HEXAHEDRON:
-            measures.append(self._axes_volume(points, positions))
-        return _least(measures)
 
     def _volumes(self, points, edges):
         """Volumes spanned by the edges from one point of cells to three others.

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from vtkmodules.vtkCommonCore import VTK_FLOAT
 from vtkmodules.vtkCommonDataModel import vtkImageData
-from vtkmodules.vtkCommonMath import vtkMatrix4x4
-from vtkmodules.vtkCommonTransforms import vtkGeneralTransform, vtkMatrixToLinearTransform
+from vtkmodules.vtkCommonTransforms import vtkGeneralTransform
 from vtkmodules.vtkFiltersHybrid import vtkGridTransform
 
 from vtk_mls import Affine, Chain, Field, Grid
@@ -55,7 +54,7 @@ def to_vtk_transform(transform: Transform, grid: Grid | None = None) -> vtkGener
     for member in reversed(members):  # the backward map of the last comes first
         parts = [np.linalg.inv(member.matrix)] if isinstance(member, Affine) else _warp(member)
         for part in parts:
-            result.Concatenate(_linear(part) if isinstance(part, np.ndarray) else part)
+            result.Concatenate(part.ravel().tolist() if isinstance(part, np.ndarray) else part)
     return result
 
 
@@ -110,11 +109,3 @@ def _warp(field):
     size = np.ptp(grid.corners(), axis=0).max() or np.abs(grid.spacing).max()
     warp.SetInverseTolerance(_INVERSE_TOLERANCE * size)
     return [to_axes, warp, frame]
-
-
-def _linear(matrix):
-    """A vtkMatrixToLinearTransform of a matrix (4, 4)."""
-    copy, transform = vtkMatrix4x4(), vtkMatrixToLinearTransform()
-    copy.DeepCopy(matrix.ravel())
-    transform.SetInput(copy)
-    return transform
