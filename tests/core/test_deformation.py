@@ -32,6 +32,7 @@ GOOD = {"rest": np.eye(3), "deformed": np.eye(3) + 1, "device": "reference"}
         ),
         ({"rest": [["a"] * 3] * 3}, TypeError, "`rest` must be numbers"),
         ({"kind": "rigit"}, ValueError, "`kind` must be one of affine, rigid.*'rigit'"),
+        ({"cut_frame": "paper"}, ValueError, "`cut_frame` must be .*rest.*deformed.*'paper'"),
         ({"degree": 0}, ValueError, "`degree` must be 1, 2 or 3, got 0"),
         ({"degree": 1.5}, ValueError, "`degree` must be 1, 2 or 3"),
         ({"alpha": 0}, ValueError, "`alpha` must be a positive number, got 0"),

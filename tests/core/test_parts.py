@@ -13,8 +13,6 @@ from control_point_sets import (
 from pairwise import paired, rare
 
 from vtk_mls import INTERPOLATIONS, Grid, HalfPlane, Plane, Sampling, Surface
-from vtk_mls.engine import dispatch
-from vtk_mls.engine import opencl_engine as engine
 from vtk_mls.engine.device import devices as device
 
 REACH = {"nearest": 0, "linear": 0, "cubic": 1}
@@ -132,23 +130,6 @@ def test_the_specification_agrees(kind_and_degree, cuts, rng):
     (values,) = d.resample([image[source_block]], Sampling(source, part, "cubic"))
     (expected,) = d.resample([image], Sampling(grid, interpolation="cubic"))
     np.testing.assert_allclose(values, expected[target_block], rtol=0, atol=1e-9)
-
-
-@pytest.mark.parametrize("key", DEVICES)
-def test_a_part_of_the_source_goes_in_slices(key, grid, rng, monkeypatch):
-    """As on a GPU whose memory is small."""
-    chosen = engine.on(dispatch.choose(key))
-    d = deformation(*random_handles(rng, 15), ("rigid", 1), key)
-    image = rng.normal(size=(*grid.shape, 4))
-    (expected,) = d.resample([image], Sampling(grid, interpolation="cubic"))
-    first, dimensions = PARTS[2]
-    source, source_block = needed(d, grid, grid.part(first, dimensions), 1)
-    monkeypatch.setattr(chosen.memory, "in_place", False)
-    monkeypatch.setattr(chosen.memory, "limit", image[source_block].nbytes)
-    (got,) = d.resample(
-        [image[source_block]], Sampling(source, grid.part(first, dimensions), "cubic")
-    )
-    np.testing.assert_array_equal(got, expected[block(first, dimensions)])
 
 
 @pytest.mark.parametrize("key", ["reference", *DEVICES])

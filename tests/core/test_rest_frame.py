@@ -15,7 +15,7 @@ from control_point_sets import (
 from cut_shapes import lengths
 from pairwise import paired
 
-from vtk_mls import Deformation, Grid, HalfPlane, Plane, Sampling, Surface
+from vtk_mls import Grid, HalfPlane, Plane, Sampling, Surface
 from vtk_mls.base.progress import SILENT
 
 SIZE = 4.0  # of the box 4 x 2 x 1 that is cut
@@ -228,20 +228,6 @@ def test_a_loop_round_the_edge_has_no_kink(shape, motion):
 # What any map must be
 
 
-def test_without_cuts_both_frames_are_the_same(kind_and_degree, device, rng):
-    rest, deformed = bent(rng)
-    one = rest_frame(rest, deformed, kind_and_degree, device)
-    other = replace(one, cut_frame="deformed")
-    v, grid = rng.uniform(*BOX, (50, 3)), Grid((9, 8, 3), (0, 0, 0), (0.5, 0.25, 0.4))
-    for answers in (
-        [d.backward(v) for d in (one, other)],
-        [d.forward(rest) for d in (one, other)],
-        [d.jacobian(v) for d in (one, other)],
-        [d.displacement_field(grid).displacement for d in (one, other)],
-    ):
-        np.testing.assert_array_equal(*answers)
-
-
 # Kernels do as the specification
 
 
@@ -334,12 +320,6 @@ def test_the_map_of_one_side_continues_behind_its_face(device, rng):
 
 
 # Errors
-
-
-def test_an_unknown_frame_is_named():
-    message = "`cut_frame` must be .*rest.*deformed.*'paper'"
-    with pytest.raises(ValueError, match=message):
-        Deformation(np.eye(3), np.eye(3), cut_frame="paper")
 
 
 @pytest.mark.parametrize("motion", [(-0.6, -0.3, 0), (-1.2, -0.6, 0)])

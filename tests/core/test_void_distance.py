@@ -48,13 +48,6 @@ def test_it_is_that_of_the_grid(cut, option, device):
             np.testing.assert_array_equal(values, d.resample([VALUES], sampling)[0])
 
 
-@pytest.mark.parametrize("device", ENGINES)
-def test_without_cuts_it_is_infinite(device):
-    got = np.zeros(GRID.shape, np.float32)
-    opened([], device).resample([VALUES], GRID, void_distance=got)
-    assert np.isposinf(got).all()
-
-
 @pytest.mark.parametrize(
     "bad",
     [

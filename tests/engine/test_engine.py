@@ -186,7 +186,7 @@ def test_a_source_larger_than_the_memory_goes_in_slices(key, rng, monkeypatch):
     chosen = engine.on(dispatch.choose(key))
     rest, deformed = random_handles(rng, 15, 4)
     d = deformation(rest, deformed, ("rigid", 1), key)
-    grid = Grid((24, 22, 60), spacing=(11, 12, 4))
+    grid = Grid((24, 22, 60), spacing=(11, 12, 4)).part((2, 1, 5), (20, 20, 50))
     image = rng.normal(size=(*grid.shape, 2))
     whole = d.resample([image], Sampling(grid, interpolation="cubic"))[0]
     monkeypatch.setattr(chosen.memory, "in_place", False)
