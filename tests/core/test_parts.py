@@ -51,12 +51,6 @@ def block(first, dimensions):
     return tuple(slice(a, a + n) for a, n in zip(first[::-1], dimensions[::-1]))
 
 
-ROTATIONS_FIRST = [
-    pytest.param(kind, marks=[pytest.mark.matrix] * (kind[0] != "rigid"))
-    for kind in KINDS_AND_DEGREES
-]
-
-
 def needed(d, source, target, reach):
     """The part of `source` that interpolation needs for `target`, and where it lies."""
     low, high = d.source_bounds(Sampling(source, target))
@@ -73,19 +67,16 @@ def needed(d, source, target, reach):
     kind_and_degree=[("rigid", 1), ("affine", 1), *rare(*KINDS_AND_DEGREES[2:])],
     cuts=CUTS,
     lanes=["vectors", "scalars"],
+    alpha=[2, 3],
 )
-def test_a_part_is_the_whole_to_the_bit(key, kind_and_degree, cuts, lanes, grid, rng, monkeypatch):
+def test_a_part_is_the_whole_to_the_bit(
+    key, kind_and_degree, cuts, lanes, alpha, grid, rng, monkeypatch
+):
+    """With alpha 3 rotations are fitted again at some places and not at others, side by side."""
     if lanes == "scalars":
         monkeypatch.setattr(device.Device, "lanes", property(lambda self: 1))
-    d = deformation(*random_handles(rng, 15), kind_and_degree, key, cuts=CUTS[cuts])
-    check(d, grid)
-
-
-@pytest.mark.parametrize("key", DEVICES)
-@pytest.mark.parametrize("kind_and_degree", ROTATIONS_FIRST)
-def test_a_large_alpha_too(key, kind_and_degree, grid, rng):
-    """Rotations are fitted again at some places and not at others, side by side."""
-    check(deformation(*random_handles(rng, 15), kind_and_degree, key, alpha=3), grid)
+    options = {"alpha": alpha, "cuts": CUTS[cuts]}
+    check(deformation(*random_handles(rng, 15), kind_and_degree, key, **options), grid)
 
 
 @pytest.mark.parametrize("key", DEVICES)

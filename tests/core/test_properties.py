@@ -7,6 +7,7 @@ from control_point_sets import (
     EXTENT,
     HARD_SETS,
     KINDS_AND_DEGREES,
+    TOLERANCE,
     deformation,
     places,
     random_handles,
@@ -15,6 +16,7 @@ from control_point_sets import (
 from map_checks import slopes
 from pairwise import paired, rare
 
+from vtk_mls import Deformation
 from vtk_mls.model.kinds.polynomials import monomial_values
 
 # Share of the extent that float64 arithmetic, or float32 kernels, may lose.
@@ -215,9 +217,10 @@ def test_a_narrow_set_turns_about_its_length(kind, device, rng):
 def test_jacobian_is_the_derivative(kind_and_degree, rng):
     """The specification's closed form against differences of the specification's map."""
     for count in (1, 2, 3, 4, 7, 15, 40):
-        for alpha in (1, 1.3, 2):
+        for alpha, smoothing in ((1, 0), (1.3, 0), (2, 0), (1, 1), (2, 30)):
             rest, deformed = random_handles(rng, count)
-            d = deformation(rest, deformed, kind_and_degree, alpha=alpha)
+            options = {"alpha": alpha, "smoothing": smoothing}
+            d = deformation(rest, deformed, kind_and_degree, **options)
             v = rng.uniform(0, EXTENT, (50, 3))
             got, expected = d.jacobian(v), slopes(d, v, 1e-3)
             assert np.abs(got - expected).max() <= 1e-5 * max(1, np.abs(expected).max())
@@ -228,3 +231,28 @@ def test_jacobian_at_a_control_point_is_the_limit(kind_and_degree, device, rng):
     d = deformation(rest, deformed, kind_and_degree, device)
     near = d.jacobian(deformed + 1e-4)
     np.testing.assert_allclose(d.jacobian(deformed), near, rtol=0, atol=2e-3)
+
+
+def fitted(rest, deformed, v, kind, alpha, smoothing):
+    """G(v) by the equations of the paper, for one v (3,): Eq. 3 to 7, and Kabsch's rotation."""
+    w = 1 / (((deformed - v) ** 2).sum(axis=1) + smoothing**2) ** alpha
+    p_star, q_star = w @ rest / w.sum(), w @ deformed / w.sum()
+    p, q = rest - p_star, w[:, None] * (deformed - q_star)
+    if kind == "affine":
+        m = np.linalg.solve(q.T @ (deformed - q_star), q.T @ p)
+    else:
+        u, _, vt = np.linalg.svd(q.T @ p)
+        m = u @ np.diag([1, 1, np.linalg.det(u @ vt)]) @ vt
+    return (v - q_star) @ m + p_star
+
+
+@paired(
+    kind=["rigid", "affine"], alpha=[2, 1.3, *rare(1, 3)], smoothing=[0, 2, 40], device=PRECISION
+)
+def test_is_the_fit_with_these_weights(kind, alpha, smoothing, device, rng):
+    rest, deformed = random_handles(rng, 15)
+    d = Deformation(rest, deformed, kind, alpha=alpha, smoothing=smoothing, device=device)
+    v = np.concatenate([rng.uniform(0, EXTENT, (50, 3)), deformed + 0.1])
+    expected = [fitted(rest, deformed, place, kind, alpha, smoothing) for place in v]
+    bound = 1e-9 if device == "reference" else TOLERANCE[kind, 1][0]
+    assert np.linalg.norm(d.backward(v) - expected, axis=1).max() <= bound

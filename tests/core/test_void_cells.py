@@ -190,6 +190,9 @@ def test_slabs_are_the_whole(device, monkeypatch):
         monkeypatch.setattr("vtk_mls.engine.map.origin_nodes._NODES", 1)
         monkeypatch.setattr(engine_for(device).memory, "in_place", False)
     np.testing.assert_array_equal(d.void_of_cells(grid).at_center, expected)
+    listed = np.arange(grid.size * 3 // 4, grid.size, 7)
+    distances = engine_for(device).void_distance_listed(d, grid, listed)
+    np.testing.assert_array_equal(distances, d.void_distance_field(grid).ravel()[listed])
     part = grid.part((3, 2, 4), (15, 12, 16))
     found, inner = d.void_of_cells(part).at_center, expected[4:19, 2:13, 3:17]
     np.testing.assert_array_equal(found, inner)
