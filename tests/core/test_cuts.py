@@ -14,8 +14,10 @@ from control_point_sets import (
 from cut_shapes import EVERY_SHAPE, SHAPES, lengths
 from map_checks import slopes
 from pairwise import paired, rare
+from vtkmodules.vtkFiltersSources import vtkSphereSource
 
 from vtk_mls import CUT_FRAMES, Deformation, Grid, HalfPlane, Plane, Surface
+from vtk_mls.vtk.shape_surfaces import triangles_of
 
 
 @pytest.fixture(params=CUT_FRAMES)
@@ -148,19 +150,12 @@ def test_how_far_the_detour_of_a_curved_surface_is_from_the_shortest_path():
     """Through a hemispherical cup at its pole. The shortest path is a chord to the rim, inside,
     and a quarter of a circle back, outside; the detour has two chords, 5 % less.
     """
-    rings, sectors = 12, 60
-    angle = 2 * np.pi * np.arange(sectors) / sectors
-    polar = np.pi / 2 * np.arange(1, rings + 1)[:, None] / rings
-    ring = [np.sin(polar) * np.cos(angle), np.sin(polar) * np.sin(angle), np.cos(polar) + 0 * angle]
-    points = np.vstack([[0, 0, 1], np.stack(ring, axis=-1).reshape(-1, 3)])
-    cells = []
-    for j in range(sectors):
-        k = (j + 1) % sectors
-        cells.append((0, 1 + j, 1 + k))
-        for low in range(1, (rings - 1) * sectors, sectors):
-            cells += [(low + j, low + k, low + sectors + j)]
-            cells += [(low + k, low + sectors + j, low + sectors + k)]
-    cup = Surface(points, cells)
+    ball = vtkSphereSource()
+    ball.SetRadius(1)
+    ball.SetEndPhi(90)
+    ball.SetThetaResolution(60)
+    ball.SetPhiResolution(13)
+    cup = Surface(*triangles_of(ball))
     inside, outside = np.array([0.001, 0.001, 0.99]), np.array([0.001, 0.001, 1.01])
     assert cup.blocks(inside, outside)
     exact = np.sqrt(2) + np.pi / 2

@@ -22,34 +22,22 @@ PLANE = Plane(MIDDLE, (1, 0.1, 0))
 HALF_PLANE = HalfPlane(MIDDLE, (1, 0, 0), (0, 0, 1))
 
 
-def _cap():
-    """A shallow dome across the x axis, open all around."""
-    t = 2 * np.pi * np.arange(12) / 12
-    points, triangles = [(2, 1, 0.5)], []
-    for radius, height in ((0.25, 0.05), (0.6, 0.2)):
-        points += [(2 + height, 1 + radius * np.cos(a), 0.5 + 0.6 * radius * np.sin(a)) for a in t]
-    for i in range(12):
-        a, b = 1 + i, 1 + (i + 1) % 12
-        triangles += [(0, a, b), (a, 12 + a, b), (b, 12 + a, 12 + b)]
-    return Surface(points, triangles)
-
-
-def _closed_box(low, high):
-    corner = np.array([(x, y, z) for z in (0, 1) for y in (0, 1) for x in (0, 1)])
-    squares = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-    triangles = [half for a, b, c, d in squares for half in ((a, b, c), (a, c, d))]
-    return Surface(low + corner * np.subtract(high, low), triangles)
-
-
+CAP = Surface(
+    [(2, 0.3, 0.2), (2, 1.7, 0.2), (2, 1, 0.9), (2.2, 1, 0.4)], [(0, 1, 3), (1, 2, 3), (2, 0, 3)]
+)
+CLOSED = Surface(
+    [(-1, -1, -1), (9, -1, -1), (-1, 5, -1), (-1, -1, 4)],
+    [(0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3)],
+)
 SHAPES = {
     "crossing half-planes": [HALF_PLANE, HalfPlane((2, 1, 0.4), (0.3, 1, 0), (0, 0, -1))],
     "half-plane": [HALF_PLANE],
     "polygon": [Surface.polygon([(2, 0.3, 0.2), (2, 1.7, 0.2), (2, 1.7, 0.8), (2, 0.3, 0.8)])],
     "plane": [PLANE],
-    "bent surface": [_cap()],
+    "bent surface": [CAP],
     "two planes": [PLANE, Plane(MIDDLE, (0, 1, 0.2))],
     "plane and half-plane": [PLANE, HalfPlane(MIDDLE, (0, 1, 0), (0, 0, 1))],
-    "closed box": [_closed_box((0.5, 0.3, 0.15), (3, 1.7, 0.85))],
+    "closed surface": [CLOSED],
 }
 EVERYWHERE = ["reference", *DEVICES]
 

@@ -1,5 +1,7 @@
 """Voids that cuts open, and gradients at their faces (section 4 of the paper)."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from control_point_sets import (
@@ -9,6 +11,7 @@ from control_point_sets import (
     random_rotation,
 )
 from cut_shapes import HALF_PLANE, SHAPES, lengths
+from pairwise import paired
 
 from vtk_mls import (
     CUT_FRAMES,
@@ -150,6 +153,41 @@ OPENINGS = {
     "half-plane": HalfPlane((16.3, 16, 10.2), (1, 0.2, 0.1), (0, 0, 1)),
     "polygon": Surface.polygon([(16.3, -9, 10), (16.3, 40, 10), (17.3, 40, 50), (17.3, -9, 50)]),
 }
+
+
+OPTIONS = {
+    "rest": {},
+    "deformed": {"cut_frame": "deformed"},
+    "between nodes": {"map_tolerance": 0.05},
+    "two cuts": {"cuts": [OPENINGS["plane"], HalfPlane((16, 16, 10), (0.1, 0.2, 1), (0, 1, 0))]},
+}
+
+
+@paired(shape=OPENINGS, option=OPTIONS, device=["reference", *DEVICES])
+def test_a_resampling_tells_the_void_distances_of_the_grid(shape, option, device, rng):
+    d = replace(pulled_apart(OPENINGS[shape], device, cut_frame="rest"), **OPTIONS[option])
+    grid = Grid((41, 37, 33), (-2, -1, 0), (0.9, 0.9, 1))
+    array = rng.uniform(size=grid.shape).astype(np.float32)
+    for part in (grid, grid.part((3, 4, 2), (30, 25, 20))):
+        expected = d.void_distance_field(part)
+        assert 0 < (expected < 0).sum() < part.size
+        for void_values in VOID_VALUES:
+            sampling = Sampling(grid, part, void_values=void_values)
+            got = np.full(part.shape, np.nan, np.float32)
+            (values,) = d.resample([array], sampling, void_distance=got)
+            np.testing.assert_allclose(got, expected, atol=1e-4)
+            np.testing.assert_array_equal(values, d.resample([array], sampling)[0])
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [np.zeros((4, 3, 2)), np.zeros((2, 3, 4), "f4"), np.zeros((4, 3, 2, 2), "f4")[..., 0], "all"],
+    ids=["float64", "shape", "strided", "no array"],
+)
+def test_void_distances_that_cannot_be_filled_are_refused(bad):
+    d, grid = Deformation([[0, 0, 0]], [[1, 0, 0]], device="reference"), Grid((2, 3, 4))
+    with pytest.raises(ValueError, match="`void_distance` must be a writeable, contiguous array"):
+        d.resample([np.zeros(grid.shape)], grid, void_distance=bad)
 
 
 @pytest.mark.parametrize("key", DEVICES)
