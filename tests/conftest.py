@@ -13,6 +13,7 @@ from control_point_sets import DEVICES, KINDS_AND_DEGREES
 from pairwise import few_with_each_value
 
 from vtk_mls.engine import dispatch, opencl_engine
+from vtk_mls.engine.launch.launcher import Launcher
 
 _FEW_CASES = {}  # cases that run and all cases, by test
 
@@ -25,6 +26,19 @@ def kind_and_degree(request):
 @pytest.fixture
 def rng():
     return np.random.default_rng(20240229)
+
+
+@pytest.fixture
+def launched(monkeypatch):
+    """The kernels that are launched: their names, and for how many points."""
+    launches, launch = [], Launcher.launch
+
+    def note(self, name, constants, count, *arguments):
+        launches.append((name, count))
+        launch(self, name, constants, count, *arguments)
+
+    monkeypatch.setattr(Launcher, "launch", note)
+    return launches
 
 
 @pytest.fixture

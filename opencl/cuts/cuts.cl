@@ -122,16 +122,6 @@ inline vec origin_of(const cuts_t *cuts, vec v, vec d) {
     statement                                                                                     \
   }
 
-// Whether an obstacle is between v and g.
-inline integer blocked(const cuts_t *cuts, vec v, vec g) {
-  integer any = 0;
-  int cut_index = 0;
-#define BLOCK(shape)                                                                              \
-  FOR_EACH_CUT(shape, any |= shape##_blocks(cut, shape##_point(cut, v), shape##_point(cut, g));)
-  SHAPES(BLOCK)
-  return any;
-}
-
 // The obstacles between v and g: bit i for cut i.
 inline integer crossed(const cuts_t *cuts, vec v, vec g) {
   integer bits = 0;
@@ -143,6 +133,9 @@ inline integer crossed(const cuts_t *cuts, vec v, vec g) {
   SHAPES(CROSS)
   return bits;
 }
+
+// Whether an obstacle is between v and g.
+inline integer blocked(const cuts_t *cuts, vec v, vec g) { return crossed(cuts, v, g) != 0; }
 
 // Control points whose damped squared distances are cached.
 #define CACHED_BY_CUTS 64

@@ -12,7 +12,7 @@
 #endif
 
 #if SAMPLE_TAPS > 1
-#if HAS_INFINITY
+#if !IS_INTEGER
 // The sum of the taps with weight of lane l, one after the other.
 inline SUM weighted_sum(const box_t *box, const offsets_t *at, const int is_whole,
                         __global const VALUE *values, int l) {
@@ -48,7 +48,7 @@ HOT VALUES value_in(const box_t *box, const offsets_t *at, const int is_whole,
 #if HAS_PIVOT
   sum += pivot;
 #endif
-#if HAS_INFINITY
+#if !IS_INTEGER
   // 0 times infinity is NaN, and differences of finite values may be infinite. Copies: the compiler
   // keeps variables in memory whose address a loop uses.
   if ((HAS_PIVOT || !is_whole) && !ALL(TO_INTEGER(isfinite(sum)))) {

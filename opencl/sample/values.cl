@@ -4,27 +4,21 @@
 // the nearest value, to which the sum is added: a constant stays the same to the bit, and 64-bit
 // integers keep the digits that double does not have.
 
-#ifndef VALUE
-#error "VALUE is missing: type of the array"
+#if !defined(VALUE) || !defined(IS_INTEGER)
+#error "VALUE or IS_INTEGER is missing: type of the array"
 #endif
 
 // Vector of LANES values, and the conversion of sums to it; integers are rounded and clamped.
-#define ROUNDING_char _sat_rte
-#define ROUNDING_uchar _sat_rte
-#define ROUNDING_short _sat_rte
-#define ROUNDING_ushort _sat_rte
-#define ROUNDING_int _sat_rte
-#define ROUNDING_uint _sat_rte
-#define ROUNDING_long _sat_rte
-#define ROUNDING_ulong _sat_rte
-#define ROUNDING_float
-#define ROUNDING_double
 #if LANES == 1
 #define VALUES VALUE
 #else
 #define VALUES GLUE(VALUE, LANES)
 #endif
-#define CAST GLUE(GLUE(convert_, VALUES), GLUE(ROUNDING_, VALUE))
+#if IS_INTEGER
+#define CAST GLUE(GLUE(convert_, VALUES), _sat_rte)
+#else
+#define CAST GLUE(convert_, VALUES)
+#endif
 
 #define LANE_VALUE(values, l) (((VALUE *)&(values))[l])
 
@@ -37,9 +31,6 @@
 #define BITS64_long 1
 #define BITS64_ulong 1
 #define IS_INTEGER64 (HAS_PIVOT && GLUE(BITS64_, VALUE))
-#define HAS_INFINITY_float 1
-#define HAS_INFINITY_double 1
-#define HAS_INFINITY GLUE(HAS_INFINITY_, VALUE)
 
 // Values of taps: of 64-bit integers as they are, of others as the sums have them.
 #if IS_INTEGER64

@@ -60,13 +60,6 @@ PAPER = {
     ("256^3", "similarity"): (325, 70550),
     ("256^3", "polynomial, degree 2"): (730, 793000),
 }
-# How many times quicker we want to be.
-GOALS = {
-    "vtkTransformToGrid (TPS)": 5,
-    "vtkImageReslice (TPS)": 3,
-    "vtkTransformFilter (TPS)": 1,
-    "vtkTransformFilter (TPS^-1)": 5,
-}
 DRAGS = 200  # moves
 
 
@@ -88,10 +81,6 @@ def main():
         # what was measured is there even if the rest is not waited for
         arguments.output.parent.mkdir(parents=True, exist_ok=True)
         arguments.output.write_text(json.dumps(run, indent=1) + "\n")
-    print("\nTimes of VTK's thin-plate spline over ours (rigid)")
-    for table in tables:
-        for line in gains(table):
-            print(line)
 
 
 def timings(is_large):
@@ -280,17 +269,6 @@ def paper(title):
     if question != "displacement map":
         return {}
     return {name: times for (n, name), times in PAPER.items() if n == size}
-
-
-def gains(table):
-    """How much quicker than VTK's splines ours are, a line each."""
-    rows, (question, _, size) = table["rows"], table["title"].partition(", ")
-    for spline in sorted(GOALS.keys() & rows.keys()):
-        smallest, median = (rows[spline][f] / rows["rigid"][f] for f in ("smallest", "median"))
-        line = f"  {spline:30}{question[:24]:>26}{size:>7}"
-        line += f"{smallest:8.1f} of the smallest,{median:6.1f} of the medians"
-        is_goal = size == "128^3" and not question.startswith("drag")
-        yield line + (f"   (goal: at least {GOALS[spline]})" if is_goal else "")
 
 
 if __name__ == "__main__":

@@ -8,6 +8,11 @@ import pytest
 import vtk_mls
 from vtk_mls import Deformation, Grid, HalfPlane, Plane, Sampling, Surface
 
+FAR_CUTS = (
+    Plane((0, 0, 1e20), (0, 0, 1)),
+    HalfPlane((1e20, 0, 0), (0, 0, 1), (1, 0, 0)),
+    Surface.polygon([(0, 0, 0), (1e20, 0, 0), (0, 1e20, 0)]),
+)
 GOOD = {"rest": np.eye(3), "deformed": np.eye(3) + 1, "device": "reference"}
 
 
@@ -19,14 +24,31 @@ GOOD = {"rest": np.eye(3), "deformed": np.eye(3) + 1, "device": "reference"}
         ({"rest": np.zeros((3, 2))}, ValueError, r"`rest` must have the shape \(n, 3\)"),
         ({"deformed": np.full((3, 3), np.nan)}, ValueError, "`deformed` must be finite.*row 0"),
         ({"rest": np.full((3, 3), np.inf)}, ValueError, "`rest` must be finite"),
+        ({"rest": [(0, 0, 0), (0, 1e299, 0)]}, ValueError, "`rest` must be within 1e.37.* row 1"),
+        (
+            {"deformed": [(0, 0, 0), (-1e38, 0, 0)]},
+            ValueError,
+            "`deformed` must be within .* row 1",
+        ),
         ({"rest": [["a"] * 3] * 3}, TypeError, "`rest` must be numbers"),
         ({"kind": "rigit"}, ValueError, "`kind` must be one of affine, rigid.*'rigit'"),
+        ({"cut_frame": "paper"}, ValueError, "`cut_frame` must be .*rest.*deformed.*'paper'"),
         ({"degree": 0}, ValueError, "`degree` must be 1, 2 or 3, got 0"),
         ({"degree": 1.5}, ValueError, "`degree` must be 1, 2 or 3"),
         ({"alpha": 0}, ValueError, "`alpha` must be a positive number, got 0"),
         ({"alpha": -1}, ValueError, "`alpha` must be a positive number"),
         ({"alpha": np.nan}, ValueError, "`alpha` must be a positive number"),
         ({"alpha": np.inf}, ValueError, "`alpha` must be a positive number, got inf"),
+        ({"smoothing": -1.5}, ValueError, "`smoothing` must be a number from 0 on, got -1.5"),
+        ({"smoothing": np.nan}, ValueError, "`smoothing` must be a number from 0 on, got nan"),
+        ({"smoothing": np.inf}, ValueError, "`smoothing` must be a number from 0 on, got inf"),
+        ({"smoothing": -1}, ValueError, "`smoothing` must be a number from 0 on, got -1"),
+        ({"smoothing": "much"}, TypeError, "`smoothing` must be a number, got 'much'"),
+        ({"smoothing": (1, 2)}, TypeError, r"`smoothing` must be a number, got \(1, 2\)"),
+        *(
+            ({"map_tolerance": bad}, ValueError, "`map_tolerance` must be a number from 0 on, got")
+            for bad in (-0.1, np.nan, np.inf)
+        ),
         ({"alpha": "one"}, TypeError, "`alpha` must be a number, got 'one'"),
         ({"weights": [1, 2]}, ValueError, r"`weights` must be one number per control point"),
         ({"weights": [1, 0, 1]}, ValueError, "`weights` must be positive, got 0.0.*point 1"),
@@ -47,6 +69,7 @@ GOOD = {"rest": np.eye(3), "deformed": np.eye(3) + 1, "device": "reference"}
         ({"kind": None}, ValueError, "`kind` must be one of.* got None"),
         ({"degree": np.ones(9)}, ValueError, r"`degree` must be 1, 2 or 3, got an array"),
         ({"cuts": 5}, TypeError, "`cuts` must be Plane, HalfPlane or Surface, got 5"),
+        *(({"cuts": cut}, ValueError, "`cuts` must be within 1e.10 times the") for cut in FAR_CUTS),
         ({"cuts": [None]}, TypeError, "`cuts` must be Plane, HalfPlane or Surface, got None"),
         ({"cuts": np.ones((500, 3))}, TypeError, "`cuts` must be Plane, HalfPlane or Surface"),
     ],

@@ -11,7 +11,6 @@ from pairwise import paired, rare
 
 from vtk_mls.engine import dispatch
 from vtk_mls.engine import opencl_engine as engine
-from vtk_mls.engine.device import devices as opencl
 
 CUTS = {"none": ()} | {name: SHAPES[name] for name in ("half-plane", "polygon", "plane")}
 KINDS = [("rigid", 1), ("affine", 1), ("similarity", 1), ("polynomial", 2), ("polynomial", 3)]
@@ -88,15 +87,6 @@ class TestOnDevices:
         whole = ask(d, points)
         rows = rng.permutation(len(points))[:300]
         assert_equal_bits(ask(d, points[rows]), whole[rows])
-
-    def test_one_point_for_each_work_item(self, key, rng, monkeypatch):
-        """As GPUs do."""
-        monkeypatch.setattr(opencl.Device, "lanes", property(lambda self: 1))
-        d = deformation(*random_handles(rng, 40, SHIFT), ("rigid", 1), key, cuts=CUTS["half-plane"])
-        points = scattered(rng, 500)
-        whole = forward(d, points)
-        for some, rows in calls(points, rng):
-            assert_equal_bits(forward(d, some), whole[rows])
 
     @pytest.mark.parametrize("cuts", CUTS)
     def test_little_memory(self, cuts, key, rng, monkeypatch):

@@ -13,7 +13,6 @@ from cut_shapes import SHAPES
 from pairwise import paired, rare
 
 from vtk_mls import Deformation, HalfPlane, Plane, Surface
-from vtk_mls.engine.device import devices as opencl
 
 EVERYWHERE = ["reference", *DEVICES]
 ALPHAS = [2, *rare(0.5, 1, 3)]
@@ -29,9 +28,9 @@ FEW_KINDS = [
 CUTS = {"none": ()} | {name: SHAPES[name] for name in ("half-plane", "polygon", "plane")}
 
 
-def sound_places(d, low=30, high=226, count=300, seed=7):
+def sound_places(d):
     """Places (m, 3) that are not void, nor at a fold or a cut."""
-    v = np.random.default_rng(seed).uniform(low, high, (count, 3))
+    v = np.random.default_rng(7).uniform(30, 226, (300, 3))
     return v[(np.linalg.det(d.jacobian(v)) > 0.3) & (d.void_distance(v) > 1e-5 * EXTENT)]
 
 
@@ -59,13 +58,20 @@ def are_apart(cuts, x, y):
     return apart
 
 
-@paired(cuts=CUTS, alpha=ALPHAS, kind_and_degree=KINDS_AND_DEGREES, device=EVERYWHERE)
-def test_undoes_backward_and_is_undone_by_it(cuts, alpha, kind_and_degree, device, rng):
+@paired(
+    cuts=CUTS,
+    alpha=ALPHAS,
+    kind_and_degree=KINDS_AND_DEGREES,
+    device=EVERYWHERE,
+    smoothing=[0, 30, *rare(1)],
+)
+def test_undoes_backward_and_is_undone_by_it(cuts, alpha, kind_and_degree, device, smoothing, rng):
     """Wherever the map does not fold and no cut is in the way."""
     # each side of a plane needs more control points than a cubic has coefficients
     count = 150 if (kind_and_degree, cuts) == (("polynomial", 3), "plane") else 40
     rest, deformed = random_handles(rng, count, 2)
-    d = deformation(rest, deformed, kind_and_degree, device, alpha=alpha, cuts=CUTS[cuts])
+    options = {"alpha": alpha, "cuts": CUTS[cuts], "smoothing": smoothing}
+    d = deformation(rest, deformed, kind_and_degree, device, **options)
     v = sound_places(d)
     assert len(v) > 150
     x = d.backward(v)
@@ -77,73 +83,13 @@ def test_undoes_backward_and_is_undone_by_it(cuts, alpha, kind_and_degree, devic
     assert np.percentile(error, 98) <= 1e-5
 
 
-@pytest.mark.skipif(
-    not DEVICES, reason="no OpenCL device that computes right: `vtk-mls doctor` says why"
-)
-class TestManyPoints:
-    """Enough for a lattice of first guesses."""
-
-    @pytest.fixture(params=DEVICES)
-    def device(self, request):
-        return request.param
-
-    @paired(cuts=CUTS, alpha=[2, *rare(1, 3)], kind_and_degree=KINDS_AND_DEGREES)
-    def test_agree_with_few(self, alpha, cuts, kind_and_degree, device, rng):
-        self.check(alpha, cuts, kind_and_degree, device, rng)
-
-    @paired(
-        cuts=["half-plane", "none"],
-        alpha=[2, *rare(3)],
-        kind_and_degree=[("rigid", 1), *rare(("polynomial", 2))],
-    )
-    def test_agree_one_by_one(self, alpha, cuts, kind_and_degree, device, rng, monkeypatch):
-        """As GPUs do: one point per work item."""
-        monkeypatch.setattr(opencl.Device, "lanes", property(lambda self: 1))
-        self.check(alpha, cuts, kind_and_degree, device, rng)
-
-    def check(self, alpha, cuts, kind_and_degree, device, rng):
-        rest, deformed = random_handles(rng, 60, 2)
-        options = {"alpha": alpha, "cuts": CUTS[cuts]}
-        d = deformation(rest, deformed, kind_and_degree, device, **options)
-        v = sound_places(d, count=90_000)
-        assert len(v) > 70_000
-        x = d.backward(v)
-        field = d.forward_field(x)
-        assert field.found.all()
-        assert misses(d, x, field).max() <= 1e-5
-        few = deformation(rest, deformed, kind_and_degree, "reference", **options)
-        expected = few.forward_field(x[::700])
-        error = np.linalg.norm(field.displacement[::700] - expected.displacement, axis=1)
-        assert error.max() <= 1e-5 * EXTENT
-
-    @pytest.mark.matrix
-    def test_where_broydens_method_overflows(self, device):
-        """A cubic that folds: as many find their place as do without first guesses."""
-        rng = np.random.default_rng(1)  # 3% overflow
-        d = deformation(*random_handles(rng, 60, 25), ("polynomial", 3), device, alpha=2)
-        x = rng.uniform(0, EXTENT, (70_000, 3))
-        many, few = d.forward_field(x), d.forward_field(x[:10_000])
-        assert (few.found & ~many.found[:10_000]).mean() <= 0.01
-        assert misses(d, x, many).max() <= 1e-4
-
-    def test_that_are_not_finite(self, device, rng):
-        rest, deformed = random_handles(rng, 15, 4)
-        d = deformation(rest, deformed, ("rigid", 1), device)
-        x = rng.uniform(0, EXTENT, (70_000, 3))
-        expected = d.forward_field(x)
-        x[5, 0], x[6, 1], x[7, 2] = np.nan, np.inf, -np.inf
-        field = d.forward_field(x)
-        np.testing.assert_array_equal(np.flatnonzero(~field.found), [5, 6, 7])
-        assert np.isnan(field.displacement[5:8]).all()
-        error = np.abs(field.displacement - expected.displacement)[field.found]
-        assert error.max() <= 1e-4
-
-    def test_points_lost_between_two_halves(self, device, rng):
-        """All the material within 3 of the plane is pushed through it, and nothing else."""
-        d = pressed(device)
-        x = rng.uniform(-9, 9, (70_000, 3))
-        x = x[np.abs(np.abs(x[:, 2]) - 3) > 1e-4]
-        np.testing.assert_array_equal(d.forward_field(x).found, np.abs(x[:, 2]) > 3)
+def test_points_that_are_not_finite_have_no_image(device, rng):
+    d = deformation(*random_handles(rng, 9), ("rigid", 1), device)
+    x = np.array([(1, 2, 3), (np.nan, 2, 3), (1, np.inf, 3), (1, 2, -np.inf)])
+    field = d.forward_field(x)
+    np.testing.assert_array_equal(field.found, [True, False, False, False])
+    for answer in (field.displacement, d.forward(x)):
+        np.testing.assert_array_equal(np.isnan(answer).all(axis=1), ~field.found)
 
 
 @paired(
@@ -163,21 +109,6 @@ def test_coordinates_of_every_size_and_precision(count, world, dtype, device, rn
     assert field.displacement.dtype == np.float32
     back = d.backward(x + field.displacement.astype(float)) - x
     assert np.abs(back).max() <= 1e-5 * EXTENT * scale
-
-
-def test_points_that_are_not_finite_have_no_image(device, rng):
-    d = deformation(*random_handles(rng, 9), ("rigid", 1), device)
-    x = np.array([(1, 2, 3), (np.nan, 2, 3), (1, np.inf, 3)])
-    field = d.forward_field(x)
-    np.testing.assert_array_equal(field.found, [True, False, False])
-    np.testing.assert_array_equal(np.isnan(field.displacement).all(axis=1), [False, True, True])
-    np.testing.assert_array_equal(np.isnan(d.forward(x)).all(axis=1), [False, True, True])
-
-
-def test_points_without_an_image_get_a_finite_displacement(device):
-    field = pressed(device).forward_field([(0, 3, 1)])
-    assert not field.found.any()
-    assert np.isfinite(field.displacement).all()
 
 
 def bar(along, across):
@@ -238,32 +169,18 @@ def test_carries_control_points_to_where_they_were_dragged(kind_and_degree, devi
     np.testing.assert_allclose(got, deformed, rtol=0, atol=1e-5 * EXTENT)
 
 
-def pressed(device, cut_frame="deformed"):
-    """Two halves that are pressed by 3 each towards a plane, where they lose what comes to it."""
+def test_material_pushed_through_a_cut_has_no_image(device, rng):
+    """Two halves are pressed by 3 each towards a plane, where they lose what comes to it."""
     deformed = np.array([(-9, 0, 5), (9, 0, 5), (0, 9, 6), (-9, 0, -5), (9, 0, -5), (0, 9, -6)])
     rest = deformed + np.where(deformed[:, 2:] > 0, 1, -1) * [0, 0, 3.0]
     plane = Plane((0, 0, 0), (0, 0, 1))
-    return Deformation(rest, deformed, cuts=[plane], cut_frame=cut_frame, device=device)
-
-
-def test_material_pushed_through_a_cut_has_no_image(device):
-    """Both halves of a block are pressed into each other: the middle has no image."""
-    x = np.array([[0, 3, z] for z in (-6.0, -2, 2, 6)])
-    is_nan = np.isnan(pressed(device).forward(x)).all(axis=1)
-    np.testing.assert_array_equal(is_nan, [False, True, True, False])
-
-
-def test_a_fold_has_no_place(device):
-    """Two control points exchanged along a line fold the space between them over itself."""
-    deformed = np.array([(0, 0, 0), (10, 0, 0), (40, 0, 0), (50, 0, 0), (20, 30, 0), (20, 0, 30)])
-    rest = deformed.astype(float)
-    rest[[1, 2]] = rest[[2, 1]]
-    d = Deformation(rest, deformed, "affine", alpha=2, device=device)
-    x = np.random.default_rng(0).uniform(0, 50, (500, 3)) * [1, 0.2, 0.2]
-    v = d.forward(x)
-    found = ~np.isnan(v[:, 0])
-    assert np.linalg.norm(d.backward(v[found]) - x[found], axis=1).max() <= 1e-5 * 100
-    assert found.any()
+    d = Deformation(rest, deformed, cuts=[plane], cut_frame="deformed", device=device)
+    x = rng.uniform(-9, 9, (100 if device == "reference" else 20_000, 3))
+    x = x[np.abs(np.abs(x[:, 2]) - 3) > 1e-4]
+    field = d.forward_field(x)
+    np.testing.assert_array_equal(field.found, np.abs(x[:, 2]) > 3)
+    np.testing.assert_array_equal(np.isfinite(d.forward(x)).all(axis=1), field.found)
+    assert np.isfinite(field.displacement).all()
 
 
 @pytest.mark.parametrize("key", DEVICES)
@@ -396,24 +313,3 @@ def test_a_side_on_which_the_map_is_inside_out_everywhere(device):
     field = d.forward_field(x)
     assert 0.8 < field.found.mean() < 1
     assert np.isfinite(field.displacement).all()
-
-
-@pytest.mark.parametrize("name", ["rest", "deformed"])
-def test_control_points_beyond_float32_are_refused(name):
-    places = {"rest": [(0, 0, 0), (1, 0, 0)], "deformed": [(0, 0, 0), (1, 0, 0)]}
-    places[name] = [(0, 0, 0), (1e299, -1e299, 0)]
-    with pytest.raises(ValueError, match=f"`{name}` must be within 1e\\+37.* row 1"):
-        Deformation(**places)
-
-
-@pytest.mark.parametrize(
-    "cut",
-    [
-        Plane((0, 0, 1e20), (0, 0, 1)),
-        HalfPlane((1e20, 0, 0), (0, 0, 1), (1, 0, 0)),
-        Surface.polygon([(0, 0, 0), (1e20, 0, 0), (0, 1e20, 0)]),
-    ],
-)
-def test_cuts_far_beyond_the_control_points_are_refused(cut):
-    with pytest.raises(ValueError, match="`cuts` must be within 1e\\+10 times the extent"):
-        Deformation([(0, 0, 0), (1, 0, 0)], [(0, 0, 0), (1, 1, 0)], cuts=[cut])

@@ -13,8 +13,6 @@ from control_point_sets import (
 from pairwise import paired, rare
 
 from vtk_mls import INTERPOLATIONS, Grid, HalfPlane, Plane, Sampling, Surface
-from vtk_mls.engine import dispatch
-from vtk_mls.engine import opencl_engine as engine
 from vtk_mls.engine.device import devices as device
 
 REACH = {"nearest": 0, "linear": 0, "cubic": 1}
@@ -53,12 +51,6 @@ def block(first, dimensions):
     return tuple(slice(a, a + n) for a, n in zip(first[::-1], dimensions[::-1]))
 
 
-ROTATIONS_FIRST = [
-    pytest.param(kind, marks=[pytest.mark.matrix] * (kind[0] != "rigid"))
-    for kind in KINDS_AND_DEGREES
-]
-
-
 def needed(d, source, target, reach):
     """The part of `source` that interpolation needs for `target`, and where it lies."""
     low, high = d.source_bounds(Sampling(source, target))
@@ -75,19 +67,16 @@ def needed(d, source, target, reach):
     kind_and_degree=[("rigid", 1), ("affine", 1), *rare(*KINDS_AND_DEGREES[2:])],
     cuts=CUTS,
     lanes=["vectors", "scalars"],
+    alpha=[2, 3],
 )
-def test_a_part_is_the_whole_to_the_bit(key, kind_and_degree, cuts, lanes, grid, rng, monkeypatch):
+def test_a_part_is_the_whole_to_the_bit(
+    key, kind_and_degree, cuts, lanes, alpha, grid, rng, monkeypatch
+):
+    """With alpha 3 rotations are fitted again at some places and not at others, side by side."""
     if lanes == "scalars":
         monkeypatch.setattr(device.Device, "lanes", property(lambda self: 1))
-    d = deformation(*random_handles(rng, 15), kind_and_degree, key, cuts=CUTS[cuts])
-    check(d, grid)
-
-
-@pytest.mark.parametrize("key", DEVICES)
-@pytest.mark.parametrize("kind_and_degree", ROTATIONS_FIRST)
-def test_a_large_alpha_too(key, kind_and_degree, grid, rng):
-    """Rotations are fitted again at some places and not at others, side by side."""
-    check(deformation(*random_handles(rng, 15), kind_and_degree, key, alpha=3), grid)
+    options = {"alpha": alpha, "cuts": CUTS[cuts]}
+    check(deformation(*random_handles(rng, 15), kind_and_degree, key, **options), grid)
 
 
 @pytest.mark.parametrize("key", DEVICES)
@@ -132,23 +121,6 @@ def test_the_specification_agrees(kind_and_degree, cuts, rng):
     (values,) = d.resample([image[source_block]], Sampling(source, part, "cubic"))
     (expected,) = d.resample([image], Sampling(grid, interpolation="cubic"))
     np.testing.assert_allclose(values, expected[target_block], rtol=0, atol=1e-9)
-
-
-@pytest.mark.parametrize("key", DEVICES)
-def test_a_part_of_the_source_goes_in_slices(key, grid, rng, monkeypatch):
-    """As on a GPU whose memory is small."""
-    chosen = engine.on(dispatch.choose(key))
-    d = deformation(*random_handles(rng, 15), ("rigid", 1), key)
-    image = rng.normal(size=(*grid.shape, 4))
-    (expected,) = d.resample([image], Sampling(grid, interpolation="cubic"))
-    first, dimensions = PARTS[2]
-    source, source_block = needed(d, grid, grid.part(first, dimensions), 1)
-    monkeypatch.setattr(chosen.memory, "in_place", False)
-    monkeypatch.setattr(chosen.memory, "limit", image[source_block].nbytes)
-    (got,) = d.resample(
-        [image[source_block]], Sampling(source, grid.part(first, dimensions), "cubic")
-    )
-    np.testing.assert_array_equal(got, expected[block(first, dimensions)])
 
 
 @pytest.mark.parametrize("key", ["reference", *DEVICES])

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from control_point_sets import DEVICES, EXTENT, random_handles
+from control_point_sets import DEVICES, random_handles
 
 from vtk_mls import Aborted, Deformation, Grid, HalfPlane, Sampling
 from vtk_mls.base.progress import whole
@@ -114,23 +114,6 @@ def test_all_methods_are_covered():
     public = {name for name in public if not name.startswith("_")}
     # residuals are `backward` at the control points
     assert public - {"residuals", "in_steps"} == {*QUESTIONS}
-
-
-@pytest.mark.parametrize("device", DEVICES, indirect=True)
-def test_the_search_for_first_guesses_reports(device, rng):
-    d = Deformation(*random_handles(rng, 9, 4), device=device)
-    x = rng.uniform(0, EXTENT, (300_000, 3)).astype(np.float32)
-    complete = Callback()
-    expected = d.forward_field(x, complete)
-    assert_grows_to_one(complete.fractions)
-    guessing = sum(0 < fraction < 0.1 for fraction in complete.fractions)
-    assert guessing >= 1
-    for last in (2, guessing + 1, guessing + 2):
-        stopping = Callback(last)
-        with pytest.raises(Aborted):
-            d.forward_field(x, stopping)
-        assert len(stopping.fractions) == last
-    np.testing.assert_array_equal(d.forward_field(x).displacement, expected.displacement)
 
 
 def test_work_on_nothing_ends_too():

@@ -8,7 +8,6 @@ from control_point_sets import DEVICES, random_rotation
 from scipy.ndimage import map_coordinates
 
 from vtk_mls import INTERPOLATIONS, Deformation, Grid, HalfPlane, Sampling
-from vtk_mls.base.interpolation import cast, sample
 
 DTYPES = [f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)]
 DTYPES += ["float32", "float64"]
@@ -83,16 +82,6 @@ def test_linear_functions_come_through_exactly(device, rng):
         np.testing.assert_allclose(got[inside], expected[inside], rtol=0, atol=1e-4)
 
 
-def test_integers_are_rounded_and_clamped(device):
-    grid, target = Grid((5, 1, 1)), Grid((4, 1, 1), origin=(0.75, 0, 0))
-    image = np.array([0, 10, 255, 255, 0], np.uint8).reshape(grid.shape)
-    d = Deformation([[0, 0, 0]], [[0, 0, 0]], device=device)
-    (linear,) = d.resample([image], Sampling(grid, target))
-    np.testing.assert_array_equal(linear.ravel(), [8, 194, 255, 64])  # 7.5, 193.75, 255, 63.75
-    (cubic,) = d.resample([image], Sampling(grid, target, "cubic"))
-    assert cubic.ravel()[2] == 255  # would overshoot
-
-
 def test_background_begins_half_a_voxel_outside(device):
     grid = Grid((3, 1, 1))
     image = np.array([1.0, 2.0, 3.0]).reshape(grid.shape)
@@ -106,7 +95,7 @@ def test_background_begins_half_a_voxel_outside(device):
 
 
 @pytest.mark.parametrize(
-    ("dtype", "background", "expected"),
+    ("dtype", "background", "replaced"),
     [
         ("uint8", -1000, 0),
         ("int16", 1e9, 32767),
@@ -114,35 +103,28 @@ def test_background_begins_half_a_voxel_outside(device):
         ("uint64", -1, 0),
         ("int64", np.inf, 2**63 - 1),
         ("float32", 1e300, np.inf),
+        ("uint8", 0, None),
+        ("uint8", 255, None),
+        ("uint8", 7.4, None),
+        ("int64", 2**62 + 1, None),
+        ("float32", np.nan, None),
     ],
 )
 def test_a_background_outside_the_range_of_a_type_is_reported(
-    device, dtype, background, expected, caplog
+    device, dtype, background, replaced, caplog
 ):
     d = Deformation([[100, 0, 0]], [[0, 0, 0]], device=device)
     grid = Grid((2, 2, 2))
     arrays = [np.ones(grid.shape), np.ones(grid.shape, dtype)]
     caplog.clear()
     wide, got = d.resample(arrays, Sampling(grid, background=background))
-    assert (got == expected).all()
+    expected = np.array(background).astype(dtype) if replaced is None else replaced
+    np.testing.assert_array_equal(got, np.full(grid.shape, expected, dtype))
     np.testing.assert_array_equal(wide, np.full(grid.shape, float(background)))
-    (line,) = caplog.messages
-    expected_text = f"got {background!r}: array 1 ({dtype}) gets {got.flat[0]} instead"
-    assert expected_text in line
-    assert line.startswith("`background` must be in the range of each array's type")
-
-
-@pytest.mark.parametrize(
-    ("dtype", "background"),
-    [("uint8", 0), ("uint8", 255), ("uint8", 7.4), ("int64", 2**62 + 1), ("float32", np.nan)],
-)
-def test_no_warning_for_a_background_in_the_range(device, dtype, background, caplog):
-    d = Deformation([[100, 0, 0]], [[0, 0, 0]], device=device)
-    grid = Grid((2, 2, 2))
-    caplog.clear()
-    (got,) = d.resample([np.ones(grid.shape, dtype)], Sampling(grid, background=background))
-    np.testing.assert_array_equal(got, np.full(grid.shape, background, dtype))
-    assert not caplog.messages
+    assert len(caplog.messages) == (replaced is not None)
+    for line in caplog.messages:
+        assert f"got {background!r}: array 1 ({dtype}) gets {got.flat[0]} instead" in line
+        assert line.startswith("`background` must be in the range of each array's type")
 
 
 def ends_of(dtype):
@@ -217,21 +199,6 @@ def exact_sums(values, index, interpolation):
     return total
 
 
-def test_small_changes_of_large_values_come_through(device, rng):
-    """A pressure in pascal: its waves are as exact as the places where they are taken."""
-    grid = Grid((20, 20, 20))
-    d = Deformation(*handles_in(grid, rng), device=device)
-    wave = 1e-3 * np.sin(grid.points()[:, 0]).reshape(grid.shape)
-    (got,) = d.resample([101325 + wave], grid)
-    origin = Deformation(d.rest, d.deformed, device="reference").backward(grid.points())
-    inside = grid.covers(origin)
-    expected = map_coordinates(wave, origin[:, ::-1].T, order=1, mode="nearest")
-    # indices below 20 are rounded to 1e-6, and the map is as exact; numbers near 1e5 to 1e-11
-    error = np.abs(got.ravel() - 101325 - expected)[inside]
-    assert error.max() <= 1e-3 * 8e-6 + 1e-10
-    assert inside.mean() > 0.5
-
-
 @pytest.mark.parametrize("dtype", ["float32", "float64"])
 @pytest.mark.parametrize("interpolation", ["linear", "cubic"])
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
@@ -269,7 +236,7 @@ def test_halves_are_rounded_to_even(device, dtype):
     assert got.ravel().tolist() == [0, 2, 2, 2]
 
 
-@pytest.mark.parametrize("dtype", ["int32", "uint32", "int64", "uint64"])
+@pytest.mark.parametrize("dtype", DTYPES[:8])
 def test_overshoot_ends_where_the_type_does(device, dtype):
     low, high = int(np.iinfo(dtype).min), int(np.iinfo(dtype).max)
     grid, target = Grid((6, 1, 1)), Grid((1, 1, 1), (2.5, 0, 0))
@@ -323,15 +290,6 @@ def test_one_slice_stays_one_slice(device, rng):
     got = Deformation(rest, deformed, device=device).resample([image], grid)[0]
     assert got.shape == grid.shape
     assert np.ptp(got) > 0
-
-
-def test_sample_is_catmull_rom():
-    """Quadratics between inner points, which linear interpolation misses."""
-    x = np.arange(8.0)
-    values, grid = (x**2).reshape(1, 1, 8), Grid((8, 1, 1))
-    index = np.array([[2.3, 0, 0], [4.75, 0, 0]])
-    np.testing.assert_allclose(sample(values, index, "cubic", 0, grid), [2.3**2, 4.75**2])
-    assert sample(values, index, "linear", 0, grid)[0] == pytest.approx(0.7 * 4 + 0.3 * 9)
 
 
 @pytest.mark.parametrize(
@@ -389,14 +347,6 @@ def test_more_values_than_31_bits_count(key):
     corner = Grid((3, 1, 1), (2**16 - 3, 2**15, 0))
     d = Deformation([[0, 0, 0]], [[0, 0, 0]], device=key)
     assert d.resample([image], Sampling(grid, corner))[0].tolist() == [[[5, 6, 7]]]
-
-
-@pytest.mark.parametrize("dtype", ["int64", "uint64"])
-def test_integers_of_64_bits_reach_their_ends(dtype):
-    """The largest is no float64; the next one is one too many."""
-    limits = np.iinfo(dtype)
-    got = cast(np.array([-1e30, 1e30]), np.dtype(dtype))
-    assert got.tolist() == [limits.min, limits.max]
 
 
 @pytest.mark.parametrize("dtype", [">i2", ">f4", ">f8"])

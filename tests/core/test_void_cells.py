@@ -185,10 +185,14 @@ def test_slabs_are_the_whole(device, monkeypatch):
     assert 0 < expected.sum() < expected.size
     monkeypatch.setattr(void_cells, "MAX_SLAB_CELLS", 3 * 19 * 17)
     np.testing.assert_array_equal(d.void_of_cells(grid).at_center, expected)
-
-
-def test_without_cuts_nothing_is_void():
-    d = Deformation([[0, 0, 0]], [[0, 0, 0]], device=FAST)
-    void = d.void_of_cells(Grid((5, 4, 3)))
-    assert void.at_center.shape == void.touched.shape == (2, 3, 4)
-    assert not (void.at_center | void.touched).any()
+    if device != "reference":
+        monkeypatch.setattr("vtk_mls.engine.launch.launcher._MAX_WORK", 1)
+        monkeypatch.setattr("vtk_mls.engine.map.origin_nodes._NODES", 1)
+        monkeypatch.setattr(engine_for(device).memory, "in_place", False)
+    np.testing.assert_array_equal(d.void_of_cells(grid).at_center, expected)
+    listed = np.arange(grid.size * 3 // 4, grid.size, 7)
+    distances = engine_for(device).void_distance_listed(d, grid, listed)
+    np.testing.assert_array_equal(distances, d.void_distance_field(grid).ravel()[listed])
+    part = grid.part((3, 2, 4), (15, 12, 16))
+    found, inner = d.void_of_cells(part).at_center, expected[4:19, 2:13, 3:17]
+    np.testing.assert_array_equal(found, inner)

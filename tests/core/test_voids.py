@@ -1,5 +1,7 @@
 """Voids that cuts open, and gradients at their faces (section 4 of the paper)."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from control_point_sets import (
@@ -9,11 +11,11 @@ from control_point_sets import (
     random_rotation,
 )
 from cut_shapes import HALF_PLANE, SHAPES, lengths
+from pairwise import paired
 
 from vtk_mls import (
     CUT_FRAMES,
     VOID_VALUES,
-    Aborted,
     Deformation,
     Grid,
     HalfPlane,
@@ -83,28 +85,21 @@ def test_openings_made_in_slabs_are_those_of_the_whole(cuts, device, rng, monkey
     d = Deformation(rest, deformed, cuts=cuts, device=device)
     grid = Grid((19, 17, 11), (-5, -5, -5), (14, 16, 26))
     for part in (grid, grid.part((3, 4, 2), (15, 11, 8))):
-        whole, fractions = d.displacement_field(part), []
-        np.testing.assert_array_equal(
-            d.void_distance_field(part, progress=fractions.append), whole.void_distance
-        )
+        whole = d.displacement_field(part)
+        np.testing.assert_array_equal(d.void_distance_field(part), whole.void_distance)
         np.testing.assert_array_equal(d.void_field(part), whole.void)
-        assert len(fractions) > 2
-        assert fractions == sorted(fractions)
-        assert fractions[-1] == 1
-    with pytest.raises(Aborted, match="as `progress` asked"):
-        d.void_distance_field(grid, progress=lambda fraction: True)
 
 
 def test_without_cuts_there_is_no_void(device, rng):
-    assert np.isinf(
-        Deformation([(0, 0, 0)], [(1, 0, 0)]).void_distance_field(Grid((2, 3, 4)))
-    ).all()
-    assert not Deformation([(0, 0, 0)], [(1, 0, 0)]).void_field(Grid((2, 3, 4))).any()
-    d = Deformation(*random_handles(rng, 5), device=device)
-    field = d.displacement_field((4, 4, 4))
+    d, grid = Deformation(*random_handles(rng, 5), device=device), Grid((4, 3, 2))
+    field, cells = d.displacement_field(grid.dimensions), d.void_of_cells(grid)
     assert field.void_distance is None
-    assert not field.void.any()
-    assert np.isinf(d.void_distance([[1, 2, 3]])).all()
+    assert cells.at_center.shape == cells.touched.shape == grid.cells.shape
+    assert not any(void.any() for void in (field.void, d.void_field(grid), *cells))
+    resampled = np.zeros(grid.shape, np.float32)
+    d.resample([resampled.copy()], grid, void_distance=resampled)
+    for distance in (d.void_distance([[1, 2, 3]]), d.void_distance_field(grid), resampled):
+        assert np.isposinf(distance).all()
 
 
 # Gradients
@@ -158,6 +153,41 @@ OPENINGS = {
     "half-plane": HalfPlane((16.3, 16, 10.2), (1, 0.2, 0.1), (0, 0, 1)),
     "polygon": Surface.polygon([(16.3, -9, 10), (16.3, 40, 10), (17.3, 40, 50), (17.3, -9, 50)]),
 }
+
+
+OPTIONS = {
+    "rest": {},
+    "deformed": {"cut_frame": "deformed"},
+    "between nodes": {"map_tolerance": 0.05},
+    "two cuts": {"cuts": [OPENINGS["plane"], HalfPlane((16, 16, 10), (0.1, 0.2, 1), (0, 1, 0))]},
+}
+
+
+@paired(shape=OPENINGS, option=OPTIONS, device=["reference", *DEVICES])
+def test_a_resampling_tells_the_void_distances_of_the_grid(shape, option, device, rng):
+    d = replace(pulled_apart(OPENINGS[shape], device, cut_frame="rest"), **OPTIONS[option])
+    grid = Grid((41, 37, 33), (-2, -1, 0), (0.9, 0.9, 1))
+    array = rng.uniform(size=grid.shape).astype(np.float32)
+    for part in (grid, grid.part((3, 4, 2), (30, 25, 20))):
+        expected = d.void_distance_field(part)
+        assert 0 < (expected < 0).sum() < part.size
+        for void_values in VOID_VALUES:
+            sampling = Sampling(grid, part, void_values=void_values)
+            got = np.full(part.shape, np.nan, np.float32)
+            (values,) = d.resample([array], sampling, void_distance=got)
+            np.testing.assert_allclose(got, expected, atol=1e-4)
+            np.testing.assert_array_equal(values, d.resample([array], sampling)[0])
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [np.zeros((4, 3, 2)), np.zeros((2, 3, 4), "f4"), np.zeros((4, 3, 2, 2), "f4")[..., 0], "all"],
+    ids=["float64", "shape", "strided", "no array"],
+)
+def test_void_distances_that_cannot_be_filled_are_refused(bad):
+    d, grid = Deformation([[0, 0, 0]], [[1, 0, 0]], device="reference"), Grid((2, 3, 4))
+    with pytest.raises(ValueError, match="`void_distance` must be a writeable, contiguous array"):
+        d.resample([np.zeros(grid.shape)], grid, void_distance=bad)
 
 
 @pytest.mark.parametrize("key", DEVICES)
@@ -246,21 +276,6 @@ def test_vectors_must_lie_on_the_grid():
     d = Deformation([[0, 0, 0]], [[1, 0, 0]], device="reference")
     with pytest.raises(ValueError, match=r"`vectors` must have .*\(4, 3, 2, 3\), got \(4, 3, 2\)"):
         d.resample_gradients(np.zeros((4, 3, 2)), Grid((2, 3, 4)))
-
-
-def test_turned_vectors_are_normals_of_the_deformed_levels(rng):
-    """The normal of a level of f stays normal to that level of f(G(v))."""
-    grid = Grid((30, 30, 30), spacing=(2, 2, 2))
-    rest, deformed = rng.uniform(5, 55, (2, 10, 3))
-    rest = deformed + 0.05 * (rest - deformed)
-    d = Deformation(rest, deformed, "similarity", device="reference")
-    normals = np.broadcast_to(np.array([0.6, 0, 0.8], np.float32), (*grid.shape, 3))
-    got = d.resample_gradients(normals, grid, normalise=True).reshape(-1, 3)
-    expected = np.einsum("mij,i->mj", d.jacobian(grid.points()), [0.6, 0, 0.8])
-    expected /= lengths(expected)[:, None]
-    inside = lengths(got) > 0
-    assert inside.mean() > 0.5
-    np.testing.assert_allclose(got[inside], expected[inside], rtol=0, atol=1e-4)
 
 
 def test_pushed_vectors_move_with_the_material(device, rng):

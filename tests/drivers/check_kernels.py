@@ -61,77 +61,56 @@ POINTS = np.concatenate([RNG.uniform(0, EXTENT, (30, 3)), DEFORMED[:3]])
 
 def steps(engine):
     """Names of steps, and functions that return errors relative to the extent or to 1."""
-    compare = partial(difference, engine)
-    yield from map_steps(engine, compare)
-    yield from spline_steps(engine, compare)
-    yield from handle_steps(engine, compare)
+    compare = partial(partial, difference, engine)
+
+    def ask(name, d, *questions):
+        """Steps for a deformation, or for some of these questions."""
+        smooth = POINTS[:30] if d.kind == "spline" else POINTS  # r has no slope at a cone
+        answers = {
+            "points": compare(EXTENT, "backward", d, POINTS),
+            "slopes": compare(1, "jacobian", d, smooth),
+            "grid": compare(EXTENT, "displacement_field", d, GRID),
+            "inverse": partial(inverse, engine, d),
+        }
+        return [(f"{name}: {question}", answers[question]) for question in questions or answers]
+
+    yield from map_steps(ask)
+    listed = np.arange(1, GRID.size, 3)
+    arguments = deformation("rigid", "half-plane"), GRID, listed
+    yield "rigid, half-plane: listed points", compare(EXTENT, "void_distance_listed", *arguments)
     yield from node_steps(compare)
     yield from image_steps(engine, compare)
 
 
-def map_steps(engine, compare):
-    """Every kind with every cut, in both frames."""
+def map_steps(ask):
+    """Every kind with every cut, in both frames; splines in float and in double; other handles."""
     for kind in KINDS:
         for cut in CUTS:
-            name, d = f"{kind}, {cut}", deformation(kind, cut)
-            yield f"{name}: points", lambda d=d: compare("backward", d, POINTS) / EXTENT
-            if cut in ("no cut", "half-plane"):
-                yield f"{name}: slopes", lambda d=d: compare("jacobian", d, POINTS)
-                yield f"{name}: grid", lambda d=d: compare("displacement_field", d, GRID) / EXTENT
-                yield f"{name}: inverse", lambda d=d: inverse(engine, d)
-    d, listed = deformation("rigid", "half-plane"), np.arange(1, GRID.size, 3)
-    yield (
-        "rigid, half-plane: listed points",
-        lambda d=d: compare("void_distance_listed", d, GRID, listed) / EXTENT,
-    )
+            only = () if cut in ("no cut", "half-plane") else ["points"]
+            yield from ask(f"{kind}, {cut}", deformation(kind, cut), *only)
     for kind, cut in zip(KINDS, ("surface", "half-plane", "plane", "surface")):
-        name, d = f"{kind}, {cut} that stays", deformation(kind, cut, "deformed")
-        yield f"{name}: points", lambda d=d: compare("backward", d, POINTS) / EXTENT
-        yield f"{name}: slopes", lambda d=d: compare("jacobian", d, POINTS)
-        yield f"{name}: inverse", lambda d=d: inverse(engine, d)
-
-
-def spline_steps(engine, compare):
-    """Each order, in float and in double."""
+        d = deformation(kind, cut, "deformed")
+        yield from ask(f"{kind}, {cut} that stays", d, "points", "slopes", "inverse")
     for order, noise in ((1, 0), (2, 0), (3, 0), (3, 9.0)):
         rest = REST + noise * RNG.normal(size=REST.shape)
         d = Deformation(rest, DEFORMED, "spline", order=order, device="reference")
-        name = f"spline of order {order}{', in double' * (noise > 0)}"
-        yield f"{name}: points", lambda d=d: compare("backward", d, POINTS) / EXTENT
-        yield f"{name}: slopes", lambda d=d: compare("jacobian", d, POINTS[:30])
-        if order == 3 and noise == 0:
-            yield f"{name}: grid", lambda d=d: compare("displacement_field", d, GRID) / EXTENT
-            yield f"{name}: inverse", lambda d=d: inverse(engine, d)
-
-
-def handle_steps(engine, compare):
-    """Curves, regions, limits and several steps."""
+        only = () if order == 3 and noise == 0 else ("points", "slopes")
+        yield from ask(f"spline of order {order}{', in double' * (noise > 0)}", d, *only)
     for name, d in handle_scenes.scenes(REST, DEFORMED).items():
-        yield f"{name}: points", lambda d=d: compare("backward", d, POINTS) / EXTENT
-        if d.degree < 3:  # slopes of degree 3 are less exact
-            yield f"{name}: slopes", lambda d=d: compare("jacobian", d, POINTS)
-        if name == "rigid, shapes and other limits":
-            yield f"{name}: grid", lambda d=d: compare("displacement_field", d, GRID) / EXTENT
-            yield f"{name}: inverse", lambda d=d: inverse(engine, d)
+        only = ("points", "slopes") if d.degree < 3 else ["points"]  # less exact
+        yield from ask(name, d, *(() if name == "rigid, shapes and other limits" else only))
 
 
 def node_steps(compare):
     """Maps within a tolerance."""
     gentle = DEFORMED + 0.01 * (REST - DEFORMED)
-    d = Deformation(gentle[:2], DEFORMED[:2], "affine", map_tolerance=0.005, device="reference")
-    yield (
-        "affine, between nodes",
-        lambda d=d: compare("displacement_field", d, FINE_GRID) / EXTENT,
-    )
+    settings = {"kind": "affine", "map_tolerance": 0.005, "device": "reference"}
+    d = Deformation(gentle[:2], DEFORMED[:2], **settings)
+    yield "affine, between nodes", compare(EXTENT, "displacement_field", d, FINE_GRID)
     # cells at control points get nodes that are closer
     corners, moved = np.array([(0.0, 0, 0), (EXTENT,) * 3]), np.array([(0.6, 0, 0.3), (0, 0.4, 0)])
-    d = Deformation(
-        *(corners + moved, corners, "affine"), steps=4, map_tolerance=0.005, device="reference"
-    )
-    yield (
-        "affine, 4 steps, between nodes",
-        lambda d=d: compare("displacement_field", d, STEPS_GRID) / EXTENT,
-    )
+    d = Deformation(corners + moved, corners, steps=4, **settings)
+    yield "affine, 4 steps, between nodes", compare(EXTENT, "displacement_field", d, STEPS_GRID)
 
 
 def image_steps(engine, compare):
@@ -141,25 +120,18 @@ def image_steps(engine, compare):
     images = [(image * (100 if type_ is np.uint8 else 1)).astype(type_) for type_ in types]
     d = deformation("affine", "plane")
     for method in ("nearest", "linear", "cubic"):
-        arguments = d, images, Sampling(GRID, interpolation=method, background=-1.0)
-        yield (
-            f"images, {method}",
-            lambda arguments=arguments: compare("resample", *arguments) / 100,
-        )
+        sampling = Sampling(GRID, interpolation=method, background=-1.0)
+        yield f"images, {method}", compare(100, "resample", d, images, sampling)
     d = deformation("rigid", "half-plane")
     vectors = np.random.default_rng(2).normal(size=(*GRID.shape, 3)).astype(np.float32)
-    yield (
-        "vectors that turn",
-        lambda: compare("resample", d, [vectors], Sampling(GRID), covariant={0: False}) / 5,
-    )
-    yield "gradient of an image", lambda: compare("gradient", images[0], GRID)
+    arguments = d, [vectors], Sampling(GRID)
+    yield "vectors that turn", compare(5, "resample", *arguments, covariant={0: False})
+    yield "gradient of an image", compare(1, "gradient", images[0], GRID)
     heights = (FINE_GRID.points() @ [0.5, 0.3, 0.8] - 30).reshape(FINE_GRID.shape)
-    heights = heights.astype(np.float32)
-    yield "void of cells", lambda: compare("void_by_corners", heights, 2.0)
+    yield "void of cells", compare(1, "void_by_corners", heights.astype(np.float32), 2.0)
     field = reference.displacement_field(d, FINE_GRID)[0]
-    axes = FINE_GRID.index_to_world
-    yield "voxels that may fold", lambda: compare("doubtful_voxels", field, axes)
-    yield "slopes on a grid", lambda: compare("jacobian_field", d, GRID)
+    yield "voxels that may fold", compare(1, "doubtful_voxels", field, FINE_GRID.index_to_world)
+    yield "slopes on a grid", compare(1, "jacobian_field", d, GRID)
 
 
 def deformation(kind, cut, cut_frame="rest"):
@@ -168,13 +140,13 @@ def deformation(kind, cut, cut_frame="rest"):
     return Deformation(REST, DEFORMED, kind, device="reference", **options)
 
 
-def difference(engine, method, *arguments, **options):
-    """Differences between results of the kernels and of the specification."""
+def difference(engine, unit, method, *arguments, **options):
+    """Differences between results of the kernels and of the specification, in a unit."""
     results = [getattr(module, method)(*arguments, **options) for module in (engine, reference)]
     if isinstance(results[0], np.ndarray):
         results = [[result] for result in results]
     pairs = [(np.asarray(a, float), b) for a, b in zip(*results) if a is not None]
-    return np.concatenate([np.abs(a - b).ravel() for a, b in pairs])
+    return np.concatenate([np.abs(a - b).ravel() for a, b in pairs]) / unit
 
 
 def inverse(engine, d):

@@ -94,12 +94,6 @@ def test_no_driver_is_checked_after_the_first_that_works(found, monkeypatch):
     assert checked == []
 
 
-def test_a_device_that_fails_is_skipped(found):
-    second = dataclasses.replace(CPU, key="2:0", name="Sound")
-    found(GPU, CPU, second, fast=BAD, slow=BAD)
-    assert key_of(dispatch.choose()) == second.key
-
-
 def test_the_reference_is_used_if_all_devices_fail(found, caplog):
     dispatch._warn_once.cache_clear()
     found(CPU, slow=BAD)
@@ -164,42 +158,36 @@ def test_a_folder_left_by_an_uninstalled_pyopencl(monkeypatch):
     assert "/somewhere/pyopencl has no pyopencl: install it again" in problem
 
 
-def pocl(key, version, target, native=16):
+def of_width(native, kind, platform, version="OpenCL 3.0", driver="", key="0:0"):
     handle = types.SimpleNamespace(native_vector_width_float=native)
-    return device.Device(
-        key, "CPU", quirks.POCL, "cpu", f"OpenCL 3.0 PoCL HSTR: {target}", handle, version
-    )
+    return device.Device(key, "D", platform, kind, version, handle, driver)
+
+
+def pocl(key, driver, target, native=16):
+    version = f"OpenCL 3.0 PoCL HSTR: {target}"
+    return of_width(native, "cpu", quirks.POCL, version, driver, key)
+
+
+WITHOUT_AVX512, WITH_AVX512 = "pthread-x86_64-linux-gnu-znver3", "cpu-x86_64-skylake-avx512"
 
 
 @pytest.mark.parametrize(
-    ("version", "target", "native", "lanes", "double"),
+    ("found", "lanes", "double"),
     [
-        ("3.0, OpenCL 3.0 PoCL 3.0  Linux", "pthread-x86_64-linux-gnu-znver3", 16, 8, 4),
-        ("3.0, OpenCL 3.0 PoCL 3.0  Linux", "pthread-x86_64-haswell", 8, 8, 4),
-        ("3.1, OpenCL 3.0 PoCL 3.1", "cpu-x86_64-pc-linux-gnu-skylake-avx512", 16, 16, 16),
-        ("6.0, OpenCL 3.0 PoCL 6.0", "cpu-x86_64-pc-linux-gnu-znver3", 16, 16, 16),
+        (pocl("0:0", "3.0, OpenCL 3.0 PoCL 3.0  Linux", WITHOUT_AVX512, 16), 8, 4),
+        (pocl("0:0", "3.0, OpenCL 3.0 PoCL 3.0  Linux", "pthread-x86_64-haswell", 8), 8, 4),
+        (pocl("0:0", "3.1, OpenCL 3.0 PoCL 3.1", WITH_AVX512, 16), 16, 16),
+        (pocl("0:0", "6.0, OpenCL 3.0 PoCL 6.0", WITHOUT_AVX512, 16), 16, 16),
+        (of_width(16, "cpu", quirks.INTEL), 16, 16),
+        (of_width(8, "cpu", quirks.INTEL), 8, 8),
+        (of_width(1, "cpu", quirks.INTEL), 4, 4),
+        (of_width(16, "cpu", "Unknown"), 4, 4),
+        (of_width(16, "gpu", quirks.INTEL), 1, 1),
+        (of_width(4, "accelerator", "Unknown"), 1, 1),
     ],
 )
-def test_old_pocl_has_no_wide_vectors_without_avx512(version, target, native, lanes, double):
-    found = pocl("0:0", version, target, native)
+def test_the_width_of_vectors(found, lanes, double):
     assert (found.lanes, found.double_lanes) == (lanes, double)
-
-
-@pytest.mark.parametrize(
-    ("kind", "platform", "native", "lanes"),
-    [
-        ("cpu", quirks.INTEL, 16, 16),
-        ("cpu", quirks.INTEL, 8, 8),
-        ("cpu", quirks.INTEL, 1, 4),
-        ("cpu", "Unknown", 16, 4),
-        ("gpu", quirks.INTEL, 16, 1),
-        ("accelerator", "Unknown", 4, 1),
-    ],
-)
-def test_the_width_of_vectors(kind, platform, native, lanes):
-    handle = types.SimpleNamespace(native_vector_width_float=native)
-    found = device.Device("0:0", "D", platform, kind, "OpenCL 3.0", handle)
-    assert (found.lanes, found.double_lanes) == (lanes, lanes)
     assert dataclasses.replace(found, width=2).lanes == 2
 
 
@@ -330,12 +318,6 @@ def test_a_fork_gets_an_error():
     child.join()
     assert "forked" in answer
     assert "spawn" in answer
-
-
-def test_sources_are_one_text():
-    text = device.source("grid_jacobian.cl", (("FIT", "fit_rotation.cl"),))
-    assert "#include" not in text
-    assert text.count("inline quaternion_t whole_rotation") == 1
 
 
 @pytest.mark.filterwarnings("ignore")  # output of the compiler

@@ -4,7 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from control_point_sets import DEVICES, EXTENT, TOLERANCE, deformation, places, random_handles
+from control_point_sets import (
+    DEVICES,
+    EXTENT,
+    KINDS_AND_DEGREES,
+    TOLERANCE,
+    deformation,
+    places,
+    random_handles,
+)
 from pairwise import paired, rare
 
 from vtk_mls import HalfPlane
@@ -16,6 +24,7 @@ pytestmark = pytest.mark.skipif(
 )
 
 KINDS = [("affine", 1), ("polynomial", 2)]
+OTHER_KINDS = [pair for pair in KINDS_AND_DEGREES if pair not in KINDS]  # not fitted in both
 
 
 @pytest.fixture(params=DEVICES)
@@ -94,10 +103,10 @@ def check(key, handles, kind_and_degree, alpha, rng):
     assert error.max() <= 2e-3
 
 
-@pytest.mark.parametrize("alpha", [2, 1.5, 3])
-@pytest.mark.parametrize("kind_and_degree", KINDS)
-@pytest.mark.parametrize("name", UNEVEN_SETS)
+@paired(name=UNEVEN_SETS, kind_and_degree=[*KINDS, *OTHER_KINDS], alpha=[2, 1.5, 3, *rare(1)])
 def test_few_that_outweigh_the_others(key, name, kind_and_degree, alpha, rng):
+    """Near a few control points the others decide twist and slopes across, and weigh little."""
+    alpha = min(alpha, 2) if kind_and_degree[1] == 3 else alpha  # else double is too inexact
     check(key, UNEVEN_SETS[name](rng), kind_and_degree, alpha, rng)
 
 

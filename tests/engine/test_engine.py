@@ -45,37 +45,28 @@ def voxels(difference, points):
     return np.linalg.norm(difference, axis=-1) / size * EXTENT
 
 
-@paired(kind_and_degree=KINDS_AND_DEGREES, count=[15, 200], alpha=[0.5, 1.3, 1, 1.5, 2, 3])
-def test_backward_on_random_sets(key, kind_and_degree, alpha, count, rng):
+@paired(
+    kind_and_degree=KINDS_AND_DEGREES,
+    count=[15, 200],
+    alpha=[0.5, 1.3, 1, 1.5, 2, 3],
+    smoothing=[0, 30, *rare(1e-4, 1, 1000)],
+)
+def test_backward_on_random_sets(key, kind_and_degree, alpha, count, smoothing, rng):
     rest, deformed = random_handles(rng, count)
     v = places(rng, deformed, 2000)
-    expected = deformation(rest, deformed, kind_and_degree, alpha=alpha).backward(v)
-    got = deformation(rest, deformed, kind_and_degree, key, alpha=alpha).backward(v)
-    error = voxels(got - expected, deformed)
+    expected, got = (
+        deformation(rest, deformed, kind_and_degree, name, alpha=alpha, smoothing=smoothing)
+        for name in ("reference", key)
+    )
+    error = voxels(got.backward(v) - expected.backward(v), deformed)
     largest, p99 = TOLERANCE[kind_and_degree]
     assert np.percentile(error, 99) <= p99
     assert error.max() <= largest
-
-
-@paired(
-    kind_and_degree=KINDS_AND_DEGREES, alpha=[2, 1, *rare(1.5, 3)], width=[1, 10], size=[2, 3, 4]
-)
-def test_clusters_that_outweigh_all_others(key, kind_and_degree, alpha, width, size, rng):
-    """Near a few control points the others decide twist and slopes across, and weigh little."""
-    middles = rng.uniform(20, EXTENT - 20, (60 // size, 1, 3))
-    deformed = (middles + rng.normal(0, width / 2, (60 // size, size, 3))).reshape(-1, 3)
-    rest = deformed + 8 * np.sin(deformed / 50)[:, [1, 2, 0]]
-    near = middles + width * rng.normal(size=(len(middles), 30, 3))
-    v = np.concatenate([places(rng, deformed, 500), near.reshape(-1, 3)])
-    expected = deformation(rest, deformed, kind_and_degree, alpha=alpha)
-    got = deformation(rest, deformed, kind_and_degree, key, alpha=alpha)
-    largest, p99 = TOLERANCE[kind_and_degree]
-    error = voxels(got.backward(v) - expected.backward(v), deformed)
-    assert np.percentile(error, 99) <= p99
-    assert error.max() <= 2 * largest
-    slopes = expected.jacobian(v)
-    error = np.abs(got.jacobian(v) - slopes).max(axis=(1, 2)) / np.abs(slopes).max(axis=(1, 2))
-    assert np.percentile(error, 99) <= (1e-2 if kind_and_degree == ("polynomial", 3) else 1e-3)
+    if smoothing:
+        slopes = expected.jacobian(v[:300])
+        error = np.abs(got.jacobian(v[:300]) - slopes).max(axis=(1, 2))
+        error /= np.maximum(1, np.abs(slopes).max(axis=(1, 2)))
+        assert np.percentile(error, 97) <= 1e-3
 
 
 @pytest.mark.parametrize("name", HARD_SETS)
@@ -186,7 +177,7 @@ def test_a_source_larger_than_the_memory_goes_in_slices(key, rng, monkeypatch):
     chosen = engine.on(dispatch.choose(key))
     rest, deformed = random_handles(rng, 15, 4)
     d = deformation(rest, deformed, ("rigid", 1), key)
-    grid = Grid((24, 22, 60), spacing=(11, 12, 4))
+    grid = Grid((24, 22, 60), spacing=(11, 12, 4)).part((2, 1, 5), (20, 20, 50))
     image = rng.normal(size=(*grid.shape, 2))
     whole = d.resample([image], Sampling(grid, interpolation="cubic"))[0]
     monkeypatch.setattr(chosen.memory, "in_place", False)
@@ -306,21 +297,6 @@ def test_moved_handles_do_not_rebuild_kernels(key, rng, monkeypatch):
     for count in (15, 16, 700):
         deformation(*random_handles(rng, count), ("rigid", 1), key).backward([[1, 2, 3]])
     assert not built
-
-
-def test_threads_share_an_engine(key, rng):
-    from concurrent.futures import ThreadPoolExecutor
-
-    sets = [random_handles(rng, 5 + i) for i in range(8)]
-    v = rng.uniform(0, EXTENT, (1000, 3))
-
-    def ask(handles):
-        return Deformation(*handles, device=key).backward(v)
-
-    alone = [ask(handles) for handles in sets]
-    with ThreadPoolExecutor(4) as pool:
-        together = list(pool.map(ask, sets))
-    np.testing.assert_array_equal(alone, together)
 
 
 def test_calls_wait_for_each_other(key, rng):

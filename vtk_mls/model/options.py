@@ -11,8 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from vtk_mls.base import validation
 from vtk_mls.base.errors import InputError
-from vtk_mls.base.validation import as_float, short_repr
+from vtk_mls.base.validation import short_repr
 from vtk_mls.model import kinds
 
 # Kinds that are a spline with some settings, as of `with_kind`.
@@ -74,9 +75,7 @@ class Option:
             return value
         if isinstance(value, str):
             value = self.spellings.get(value, value)
-        number = as_float(name, value, "a number")
-        if number.ndim:
-            raise TypeError(f"`{name}` must be a number, got {short_repr(value)}")
+        number = validation.number(name, value)
         if not (np.isfinite(number) and self.is_valid(number)):
             raise InputError(f"must be {self.expected}, got {short_repr(value)}", argument=name)
         return type(self.default)(number)

@@ -133,6 +133,7 @@ def array_constants(array, launcher):
     return (
         *launcher.sums(double=array.dtype.name not in _SUMMED_IN_FLOAT),
         ("VALUE", c_type(array)),
+        ("IS_INTEGER", int(array.dtype.kind in "iu")),
         offset(array),
     )
 

@@ -23,7 +23,6 @@ class Launcher:
 
     def __init__(self, device):
         self.device, self.memory = device, Memory(device)
-        self._kernels = {}
         self.tables, self.lattices = weakref.WeakKeyDictionary(), weakref.WeakKeyDictionary()
 
     # Slices of the work
@@ -55,12 +54,8 @@ class Launcher:
 
     def launch(self, name, constants, count, *arguments):
         """Launch a kernel for `count` points."""
-        cached = self._kernels.get((name, constants))
-        if cached is None:
-            kernel = devices.kernel(self.device, name, constants)
-            cached = self._kernels[name, constants] = kernel, dict(constants)["LANES"]
-        kernel, lanes = cached
-        items = -(-count // lanes)
+        kernel = devices.kernel(self.device, name, constants)
+        items = -(-count // dict(constants)["LANES"])
         local = 64 if self.device.kind == "gpu" else 16
         kernel(self.memory.queue, (-(-items // local) * local,), (local,), *arguments)
 
