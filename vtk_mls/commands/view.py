@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-from vtk_mls import io
 from vtk_mls.commands import map_options, running
 from vtk_mls.commands.running import files_named, read
 from vtk_mls.commands.supervision import step, temporary_folder
