@@ -27,7 +27,7 @@ CASES ?= 10000
 CHECKED := tests/core tests/engine tests/filters tests/project
 # Tests with the mouse: two at a time. A busy machine can lose an event, so a failed test runs once
 # more and is listed under RERUN.
-BY_MOUSE := tests/paraview tests/web tests/editor/test_window.py
+BY_MOUSE := tests/napari tests/paraview tests/web tests/editor/test_window.py
 SECOND_TRY := --numprocesses 2 --dist worksteal --reruns 1 -rR
 PY := .venv/bin/python
 
@@ -42,13 +42,13 @@ test: lint .venv-slicer/made.stamp
 	@bash .ci/drivers
 	$(PY) -m pytest --numprocesses auto --dist worksteal -m "not matrix" $(BY_MOUSE:%=--ignore %)
 
-mouse: .venv/test-$(OPENCL).stamp
+mouse: .venv/test-$(OPENCL).stamp .venv-napari/made.stamp
 	@bash .ci/drivers
 	@bash tests/paraview/install.sh
 	@bash tests/web/install.sh
 	$(PY) -m pytest $(SECOND_TRY) -m "not matrix" $(BY_MOUSE)
 
-matrix: lint .venv-slicer/made.stamp
+matrix: lint .venv-slicer/made.stamp .venv-napari/made.stamp
 	@bash .ci/drivers
 	@bash tests/paraview/install.sh trixie forky
 	@bash tests/web/install.sh
@@ -91,10 +91,18 @@ bench: .venv/bench-$(OPENCL).stamp
 	@$(PY) tests/benchmarks/bench.py $(if $(LARGE),--large)
 
 clean:
-	rm -rf .venv .venv-oclgrind .venv-slicer .cache .pytest_cache .ruff_cache .mypy_cache build demo-output dist \
+	rm -rf .venv .venv-oclgrind .venv-slicer .venv-napari .cache .pytest_cache .ruff_cache .mypy_cache build demo-output dist \
 	  docs/_build docs/gallery docs/reference/made vtk_mls/filters/__init__.pyi
 
 # Readers of 3D Slicer, in their own environment because of their VTK. Python compiles what is imported.
+.venv-napari/made.stamp: .venv/made.stamp
+	$(PYTHON) -m venv --clear .venv-napari
+	@.venv-napari/bin/python -m pip install --quiet --no-compile --disable-pip-version-check \
+	  -e '.[opencl,napari]' 'napari[pyqt6]' pytest || { \
+	  echo "****** LEFT OUT: the plugin of napari, for napari cannot be installed ******"; \
+	  rm -rf .venv-napari/bin; }
+	@touch $@
+
 .venv-slicer/made.stamp: .venv/made.stamp
 	$(PYTHON) -m venv --clear .venv-slicer
 	@.venv-slicer/bin/python -m pip install --quiet --no-compile --disable-pip-version-check \
