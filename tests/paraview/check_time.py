@@ -41,27 +41,16 @@ def handles(time):
 
 
 def shift(dataset):
-    """How far a dataset, or its first block, is moved along x."""
-    if dataset.IsA("vtkMultiBlockDataSet"):
-        dataset = dataset.GetBlock(0)
+    """How far a dataset is moved along x."""
     return array(dataset, "ForwardDisplacement")[..., 0].mean()
 
 
 moving = write_series("handles", map(handles, TIMES))
-sphere, wavelet = simple.Sphere(), simple.Wavelet(WholeExtent=[0, 4, 0, 4, 0, 4])
+sphere = simple.Sphere()
 deform = simple.MLSDeform(Input=sphere, ControlPoints=moving)
-blocks = simple.MLSDeform(Input=simple.GroupDatasets(Input=[sphere]), ControlPoints=moving)
-image = simple.MLSDeform(Input=wavelet, ControlPoints=moving)
-image.MapTolerance = 0
-before = array(servermanager.Fetch(wavelet), "RTData")
 for time in (0.0, 3.0, 1.0):
-    for proxy in (deform, blocks, image):
-        proxy.UpdatePipeline(time)
-    for proxy in (deform, blocks):
-        np.testing.assert_allclose(shift(servermanager.Fetch(proxy)), time, atol=1e-5)
-    n = int(time)
-    found = array(servermanager.Fetch(image), "RTData")
-    np.testing.assert_allclose(found[..., n:], before[..., : 5 - n], rtol=1e-5)
+    deform.UpdatePipeline(time)
+    np.testing.assert_allclose(shift(servermanager.Fetch(deform)), time, atol=1e-5)
 
 # An animation.
 view = simple.GetActiveViewOrCreate("RenderView")

@@ -27,6 +27,10 @@ def button(text):
     return _middle(found, found.rect()) if found else None
 
 
+def no_button(text):
+    return not _labeled(QtWidgets.QPushButton, text)
+
+
 def check_box(text):
     """A check box, by its label."""
     found = _labeled(QtWidgets.QCheckBox, text)

@@ -137,12 +137,15 @@ def test_open_has_our_reader_selected(gui):
     for name, values in (("beats", steps), ("scan0", steps[..., 0]), ("scan1", steps[..., 1])):
         file = PROJECT / gui.folder / f"{name}.nii"
         nibabel.save(nibabel.Nifti1Image(values, np.eye(4)), file)
+    folder = gui.value(f"__import__('os').path.abspath('{gui.folder}')")
     for name in ("beats.nii", "scan..nii"):
         gui.press("ctrl+o")
         gui.hover("button('Cancel')")
-        gui.type(f"{gui.folder}/")
-        gui.type(name)
-        if "." in name.removesuffix(".nii"):  # a group is only selected
+        gui.type(f"{folder}/")
+        if name == "beats.nii":
+            gui.enter(name, "no_button('Cancel')")
+        else:
+            gui.type(name)  # which selects the group
             gui.click("button('OK')")
         gui.until("simple.GetActiveSource().SMProxy != image.SMProxy")
         gui.run("image = simple.GetActiveSource()")
