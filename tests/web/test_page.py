@@ -136,8 +136,8 @@ class Page:
         """Wait until the picture is final."""
         canvas = "document.querySelector('canvas')"
         self.tab.wait_for_function(f"{canvas}.width === {canvas}.clientWidth")
-        frames = -1
-        while frames != self.frames() or self.tab.locator(".v-progress-linear").count():
+        frames, busy = -1, self.tab.locator(".mls-stage > .v-progress-linear")
+        while frames != self.frames() or busy.count():
             frames = self.frames()
             time.sleep(2)
 

@@ -79,6 +79,14 @@ class User(Page):
         else:
             drag(self.tab.mouse, self.at(start), by)
 
+    def deform(self, start, by):
+        """Drag a handle, and wait for the final picture of the data that follow."""
+        before = self.pixels()
+        self.move(start, by)
+        self.until(lambda: np.abs(self.pixels() - before).mean() > 1)
+        self.rest()
+        self.done("dragged")
+
     def push(self, control):
         """Click a control, or tap it."""
         control.tap() if self.is_phone else control.click()
@@ -108,10 +116,6 @@ class User(Page):
     def handles(self):
         """The texts of all handles."""
         return self.tab.locator(".mls-row").all_text_contents()
-
-    def has_moved(self):
-        """Whether a handle in the visible part of the table has."""
-        return any(self.tab.locator(".mls-row .moved").all_text_contents())
 
     def save(self):
         self.press("Save")
@@ -166,10 +170,7 @@ def test_a_brain_is_cut_open(start, tmp_path):
     user.move((0.5 * width, 0.1 * height), (0.48 * width, 0.8 * height))
     user.tab.locator(".mls-status", has_text="selected").wait_for(state="attached")
     user.press("Select several handles (Ctrl)")
-    user.move(np.multiply(brain.grabbed, user.size), (0.15 * width, 0.02 * height))
-    user.until(user.has_moved)
-    user.rest()
-    user.done("dragged")
+    user.deform(np.multiply(brain.grabbed, user.size), (0.15 * width, 0.02 * height))
     user.save()
     brain.check(tmp_path / "saved")
     before, after = (_image_in(tmp_path / name) for name in (NAME, "saved/brain-deformed.nii.gz"))
@@ -232,15 +233,8 @@ def test_a_bone_is_posed(start, tmp_path, frog):
     user.done("rigid")
     middle = (bone.min(axis=0) + bone.max(axis=0)) / 2
     (middle,) = _from_above(scene.projection.pixels(middle[None]), user.size)
-    x = user.tab.get_by_label("x", exact=True)
-    before = x.input_value()
-    user.move(middle, (0.05 * user.size[0], 0.08 * user.size[1]))
-    user.until(lambda: x.input_value() != before)
-    user.rest()
-    user.done("moved")
-    user.move(middle + (0.05 * user.size[0] + 14, 0.08 * user.size[1]), (30, 20))
-    user.rest()
-    user.done("turned")
+    user.deform(middle, (0.05 * user.size[0], 0.08 * user.size[1]))
+    user.deform(middle + (0.05 * user.size[0] + 14, 0.08 * user.size[1]), (30, 20))  # a turn
     user.save()
     labels = frog.active_scalars.reshape(frog.dimensions[::-1])
     posed = _image_in(tmp_path / "saved" / "frog-deformed.seg.nrrd")
@@ -332,10 +326,7 @@ def test_a_large_image_is_deformed_in_all_resolutions(start, tmp_path):
     subprocess.run(convert, cwd=tmp_path, check=True, capture_output=True)
     user = start("brain.ome.zarr")
     brain = OpenedBrain(tmp_path, user.size)
-    user.move(np.multiply(brain.grabbed, user.size), (0.15 * user.size[0], 0))
-    user.until(user.has_moved)
-    user.rest()
-    user.done("dragged")
+    user.deform(np.multiply(brain.grabbed, user.size), (0.15 * user.size[0], 0))
     user.save()
     paths = tmp_path / "brain.ome.zarr", tmp_path / "saved" / "brain-deformed.ome.zarr"
     before, after = ([*zarr.open_group(path, mode="r").arrays()] for path in paths)

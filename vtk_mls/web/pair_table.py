@@ -44,7 +44,7 @@ def build(edit, begin):
 
 def _comparison(edit):
     toggle("comparison", [(mode, mode.capitalize()) for mode in MODES], edit, "compare_by")
-    text, options = "Share of the target", {"style": "width: 90px; flex: none;"}
+    text, options = "Share of the target", {"style": "width: 70px; flex: none;"}
     options.update(v_if="comparison === 'fade'", title=with_key(text, "change_share"))
     slider("share", text, (0, 1, 0.05), edit, **options)
     with html.Div(classes="mls-tools"):
