@@ -13,9 +13,9 @@ each library leads from their target positions to the moving ones, as images are
 
 Medians over 5 sets. The second table has median errors, and those of 9 of 10 places, for other
 numbers of landmarks, and for a fifth of published pairs: those of the package flybrains, at most
-1,300 of each file. Libraries that are not installed are left out: pip install
-antspyx flybrains itk-filtering itk-registration libigl molesq scipy SimpleITK; on Debian apt-get
-install plastimatch.
+1,300 of each file. The third counts scenes of tests/fuzz/folds.py that fold. Libraries that are not
+installed are left out: pip install antspyx flybrains itk-filtering itk-registration libigl molesq
+scipy SimpleITK; on Debian apt-get install plastimatch.
 """
 
 from __future__ import annotations
@@ -30,6 +30,7 @@ import sys
 import tempfile
 import time
 from contextlib import suppress
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -37,7 +38,9 @@ import numpy as np
 import peers
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "landmarks"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "fuzz"))
 
+import folds
 from landmark_pairs import NOISE, smooth_warp
 
 import vtk_mls
@@ -56,6 +59,7 @@ COMPARED = (
 )
 WILD = 15, 40.0  # landmarks, and the standard deviation of their moves
 SIDE = 32
+FOLDING_GRID = vtk_mls.Grid([48] * 3, [-HALF] * 3, [2 * HALF / 47] * 3)
 
 
 def automatic(q, p):
@@ -64,13 +68,12 @@ def automatic(q, p):
     return d.backward, d.forward
 
 
-def rigid(q, p):
-    d = vtk_mls.Deformation(p, q)
-    return d.backward, d.forward
-
-
-def rigid_in_steps(q, p):
-    d = vtk_mls.Deformation(p, q, steps="auto")
+def rigid(q, p, grid=None, **options):
+    """Ours; automatic steps are checked at the voxels of a grid, then with the map in float64."""
+    d = vtk_mls.Deformation(p, q, **options)
+    if grid:
+        d.displacement_field(grid)
+        return d.backward, replace(d, steps=d.steps_used, device="reference").backward
     return d.backward, d.forward
 
 
@@ -108,21 +111,17 @@ def simpleitk(q, p):
     return lambda x: np.array([transform.TransformPoint(y) for y in x.tolist()]), None
 
 
-def ants(q, p):
+def ants(q, p, side=SIDE, **options):
     import ants
 
     middle, size = (q.min(axis=0) + q.max(axis=0)) / 2, np.ptp(q, axis=0).max() / (2 * HALF)
     p, q = (p - middle) / size, (q - middle) / size
-    domain = ants.make_image([SIDE] * 3, origin=[-1.1 * HALF] * 3)
-    domain.set_spacing([2.2 * HALF / (SIDE - 1)] * 3)
+    domain = ants.make_image([side] * 3, origin=[-1.1 * HALF] * 3)
+    domain.set_spacing([2.2 * HALF / (side - 1)] * 3)
+    options = {"transform_type": "bspline", "enforce_stationary_boundary": False, **options}
     # its transforms lead from fixed to moving points
     transform = ants.fit_transform_to_paired_points(
-        p,
-        q,
-        transform_type="bspline",
-        domain_image=domain,
-        number_of_fitting_levels=6,
-        enforce_stationary_boundary=False,
+        p, q, domain_image=domain, number_of_fitting_levels=6, **options
     )
 
     def there(x):
@@ -257,7 +256,7 @@ def arap(q, p):
 LIBRARIES = {
     'vtk_mls, `kind="auto"`': ("vtk_mls", automatic),
     "vtk_mls, rigid (default)": ("vtk_mls", rigid),
-    'vtk_mls, rigid, `steps="auto"`': ("vtk_mls", rigid_in_steps),
+    'vtk_mls, rigid, `steps="auto"`': ("vtk_mls", partial(rigid, steps="auto")),
     "VTK, `vtkThinPlateSplineTransform` (r)": ("vtk", vtk),
     "ITK, `ThinPlateSplineKernelTransform`": ("itk", itk_kernel("ThinPlateSplineKernelTransform")),
     "ITK, the same with stiffness 0.5": ("itk", itk_kernel("ThinPlateSplineKernelTransform", 0.5)),
@@ -396,10 +395,40 @@ def print_held_out():
         print(f"| {title} | " + " | ".join(cells) + " |", flush=True)
 
 
+def print_folds():
+    """Of 10 hard scenes, in how many the map folds at a voxel's center, and the linear field."""
+    ours = partial(rigid, grid=FOLDING_GRID, steps="auto")
+    diffeomorphic = partial(ants, side=FOLDING_GRID.dimensions[0], transform_type="diffeo")
+    programs = {
+        'vtk_mls, rigid, `steps="auto"`': ("vtk_mls", ours),
+        'vtk_mls, spline, `steps="auto"`': ("vtk_mls", partial(ours, kind="spline")),
+        "vtk_mls, rigid, one step": ("vtk_mls", partial(ours, steps=1)),
+        "spline of BigWarp (scipy, thin_plate_spline)": ("scipy", scipy("thin_plate_spline")),
+        "ANTsPy, `diffeo`": ("antspyx", diffeomorphic),
+        "the same, 50 compositions": ("antspyx", partial(diffeomorphic, number_of_compositions=50)),
+    }
+    points, centers = FOLDING_GRID.points(), FOLDING_GRID.cells.points()
+    print("| | map folds | field folds | largest miss |\n|---|---|---|---|")
+    for name, (package, fit) in programs.items():
+        rng, counts, misses = np.random.default_rng(0), np.zeros(2, int), []
+        for _ in range(10 if version(package) else 0):
+            scene = folds.scene(rng, "rigid")
+            q, p = (HALF * (2 * x - 1) for x in (scene.deformed, scene.rest))
+            there, exactly = fit(q, p)
+            moved = (there(points) - points).reshape(*FOLDING_GRID.shape, 3)
+            field = vtk_mls.DisplacementField(moved, FOLDING_GRID)
+            worst = centers[folds.difference_determinants(there, centers, 0.5).argsort()[:200]]
+            least = folds.difference_determinants(exactly or there, worst, 1e-3).min()
+            counts += least <= 0, folds.negative_tetrahedra(field).any()
+            misses.append(np.linalg.norm(there(q) - p, axis=1).max())
+        if misses:
+            print(f"| {name} | {counts[0]} | {counts[1]} | {max(misses):.1e} |", flush=True)
+
+
 def main():
-    print_libraries()
-    print()
-    print_held_out()
+    for table in (print_libraries, print_held_out, print_folds):
+        table()
+        print()
 
 
 def print_libraries():

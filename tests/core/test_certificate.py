@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from control_point_sets import DEVICES
 
-from vtk_mls import Affine, BallMask, Chain, Deformation, Grid, HalfPlane, Plane
+from vtk_mls import Affine, BallMask, Chain, Deformation, DisplacementField, Grid, HalfPlane, Plane
 from vtk_mls.queries import certificate, fold_free
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "fuzz"))
@@ -126,6 +126,20 @@ def test_chains_have_certificates(rng):
     assert alone.folded > 0
     np.testing.assert_array_equal(chained.indices, alone.indices)
     assert Affine(np.diag([-1.0, 1, 1, 1])).certificate(where).folded == where.cells.size
+
+
+def test_inverse_fields_have_certificates(rng):
+    p, where, counts = rng.random((12, 3)), grid(), []
+    for amount in (0.01, 0.1):
+        d = Deformation(p, p + amount * rng.normal(size=p.shape), steps=16)
+        displacement = d.forward_field(where.points()).displacement.reshape(*where.shape, 3)
+        field = DisplacementField(displacement, where)
+        proof = certificate.certificate_of_inverse(d, field)
+        np.testing.assert_array_equal(
+            proof.indices, np.flatnonzero(folds.negative_tetrahedra(field))
+        )
+        counts.append(proof.folded)
+    assert counts[0] == 0 < counts[1]
 
 
 def test_steps_are_raised_where_voxels_fold(monkeypatch, caplog):

@@ -41,7 +41,7 @@ def enough_steps(engine, deformation, where=None, progress=SILENT):
     samples = _samples(deformation, where)
     for count, part in zip(counts, progress.divided(*counts)):
         candidate = deformation.in_steps(count)
-        smallest = _smallest_in_steps(engine, candidate, samples, part, MIN_DETERMINANT)
+        smallest = smallest_step_determinant(engine, candidate, samples, part, MIN_DETERMINANT)
         if smallest > MIN_DETERMINANT or candidate.steps_used >= MAX_STEPS:
             break
     if smallest <= MIN_DETERMINANT:
@@ -101,18 +101,12 @@ def smallest_determinant(engine, deformation):
     return float(_determinants(engine, deformation, points).min())
 
 
-def smallest_step_determinant(engine, deformation):
-    """The smallest determinant of the Jacobian of a step, at the samples of `enough_steps`."""
-    return _smallest_in_steps(engine, deformation, _samples(deformation, None), SILENT, -np.inf)
-
-
-def _smallest_in_steps(engine, deformation, samples, progress, limit):
+def smallest_step_determinant(engine, deformation, samples=None, progress=SILENT, limit=-np.inf):
     """The smallest determinant of the Jacobian of a step, or one that is not above `limit`.
 
-    It is sampled at points of the deformed space, which are followed through all steps, and around
-    the smallest ones found.
+    Points of `_samples` are followed through all steps, and others around the smallest values.
     """
-    points, radius = samples
+    points, radius = samples or _samples(deformation, None)
     values = engine.least_determinant(deformation, points, progress)
     smallest = values.min()
     rng = np.random.default_rng(0)
