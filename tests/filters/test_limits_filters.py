@@ -13,11 +13,11 @@ from vtk_mls.filters import MLSDeform, MLSDisplacementField
 from vtk_mls.vtk.arrays import ImageGeometry
 
 
-def scene(kind=MLSDeform, device="reference"):
+def scene(kind=MLSDeform):
     source = vtkRTAnalyticSource()
     source.SetWholeExtent(0, 8, 0, 8, 0, 8)
     deform = connect(kind(), source, control_points())
-    deform.SetDevice(device)
+    deform.SetDevice("reference")
     return deform, source
 
 
@@ -77,7 +77,7 @@ def test_a_changed_mask_is_used():
 
 @pytest.mark.parametrize("kind", [MLSDeform, MLSDisplacementField])
 def test_held_handles_are_reported_once(kind, messages):
-    deform, source = scene(kind, "reference")
+    deform, source = scene(kind)
     update(deform)
     messages.assert_none()
     deform.SetMaskBall(4, 4, 4, 1.5, 1)
@@ -115,7 +115,7 @@ LIMITS = {
 @pytest.mark.parametrize("limit", LIMITS)
 def test_limits_are_those_of_the_value(limit):
     set_limit, arguments = LIMITS[limit]
-    field, _ = scene(MLSDisplacementField, "reference")
+    field, _ = scene(MLSDisplacementField)
     set_limit(field)
     found = values_of(update(field), "BackwardDisplacement")
     value = Deformation(REST, DEFORMED, device="reference", **arguments)
