@@ -7,11 +7,17 @@ import pytest
 from pipelines import Executions, connect, control_points, update, values_of
 from smooth_images import assert_holds, expected, smooth_image
 from vtk_fixtures import DEFORMED, REST, TURNED, add_array, make_image
-from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkDataSetAttributes, vtkMultiBlockDataSet
+from vtkmodules.vtkCommonDataModel import (
+    vtkDataObject,
+    vtkDataSetAttributes,
+    vtkImageData,
+    vtkMultiBlockDataSet,
+)
 from vtkmodules.vtkCommonExecutionModel import vtkTrivialProducer
 from vtkmodules.vtkImagingCore import vtkRTAnalyticSource
 
-from vtk_mls import Deformation
+from vtk_mls import Deformation, HalfPlane
+from vtk_mls.filters import MLSDeform
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 
@@ -143,3 +149,35 @@ def test_blocks_do_not_keep_scalars_of_other_blocks(deform, messages):
     for number, name in enumerate("abc"):
         data = output.GetBlock(number).GetPointData()
         assert (data.GetNumberOfArrays(), data.GetArrayName(0)) == (1, name)
+
+
+# Outputs that are in use keep their memory (buffer_pool.py)
+
+
+def test_outputs_that_are_held_stay_as_they_are(rng):
+    image = vtkImageData()
+    image.SetDimensions(104, 104, 104)
+    image.AllocateScalars(10, 1)
+    values = np.frombuffer(image.GetPointData().GetScalars(), np.float32)
+    values[:] = rng.random(values.size)
+    deform, held = MLSDeform(), []
+    deform.SetInputData(image)
+    deform.AddCut(HalfPlane((35, 35, 35), (0, 0, 1), (1, 0, 0)))
+    rest = rng.uniform(0, 100, (6, 3))
+    deform.SetRestPoints(rest)
+    for _ in range(4):
+        deform.SetDeformedPoints(rest + rng.normal(size=(6, 3)))
+        deform.Update()
+        output, in_use = vtkImageData(), []
+        output.ShallowCopy(deform.GetOutput())
+        for data in (output.GetPointData(), output.GetCellData()):
+            in_use += [data.GetArray(number) for number in range(data.GetNumberOfArrays())]
+        del output, data
+        held.append([(array, np.array(array)) for array in in_use])
+        if len(held) == 3:
+            del held[1]
+        assert len(in_use) >= 4
+    del deform, in_use
+    for pairs in held:
+        for array, copy in pairs:
+            np.testing.assert_array_equal(np.array(array), copy)

@@ -37,6 +37,9 @@ class Scene:
         """Give control points as data."""
         self.deforming.SetInputDataObject(1, _polydata(**polydata))
 
+    def cut(self, surface):
+        self.deforming.SetInputDataObject(2, surface)
+
     def use(self, index, name):
         self.deforming.SetInputArrayToProcess(index, 1, 0, POINTS, name)
 
@@ -62,11 +65,23 @@ def _sliver():
 MOVE = DEFORMED - REST
 NAN = np.where(np.arange(24).reshape(8, 3) == 4, np.nan, MOVE)
 INF = np.where(np.arange(8) == 3, np.inf, 1.0)
+
+
+def sets(of="deforming", **properties):
+    """A function that sets properties of the filter or of the source of a scene."""
+
+    def spoil(scene):
+        for name, value in properties.items():
+            getattr(getattr(scene, of), f"Set{name}")(value)
+
+    return spoil
+
+
 # What is broken, and what the sentence says. Tests of the core have all wrong options.
 BOTH = {
-    "unknown kind": (lambda s: s.deforming.SetKind("elastic"), "`kind`.*rigid.*elastic"),
-    "alpha 0": (lambda s: s.deforming.SetAlpha(0), "`alpha` must be .*positive.* 0"),
-    "no device": (lambda s: s.deforming.SetDevice("77:0"), "no OpenCL device `77:0`"),
+    "unknown kind": (sets(Kind="elastic"), "`kind`.*rigid.*elastic"),
+    "alpha 0": (sets(Alpha=0), "`alpha` must be .*positive.* 0"),
+    "no device": (sets(Device="77:0"), "no OpenCL device `77:0`"),
     "no handles": (lambda s: s.deforming.SetInputDataObject(1, vtkPolyData()), "has no points"),
     "no array": (lambda s: s.feed(Weight=INF), "no numeric point array `Displacement`.*`Weight`"),
     "array named wrongly": (lambda s: s.use(0, "Moved"), "array `Moved`; it has `Displacement`"),
@@ -85,81 +100,49 @@ BOTH = {
     "ragged points": (lambda s: s.handles.SetRestPoints([(1, 2)]), "`RestPoints` must be rows of"),
     "unknown mode": (lambda s: s.handles.SetMode("random"), "`Mode` must be .*random"),
     "empty lattice": (
-        lambda s: (s.handles.SetMode("lattice"), s.handles.SetLatticeDimensions(2, 0, 1)),
+        sets("handles", Mode="lattice", LatticeDimensions=(2, 0, 1)),
         r"`LatticeDimensions` .*\(2, 0, 1\)",
     ),
     "lattice inside out": (
-        lambda s: (s.handles.SetMode("lattice"), s.handles.SetBounds(1, -1, 0, 1, 0, 1)),
+        sets("handles", Mode="lattice", Bounds=(1, -1, 0, 1, 0, 1)),
         "`Bounds` must be",
     ),
-    "nu 1": (lambda s: s.deforming.SetNu(1), "`nu` must be a number above 1, got 1"),
-    "zero normal": (
-        lambda s: (s.deforming.SetCutType("plane"), s.deforming.SetCutNormal(0, 0, 0)),
-        "`CutNormal` must not be zero",
-    ),
-    "parallel": (
-        lambda s: (s.deforming.SetCutType("half-plane"), s.deforming.SetCutInward(2, 0, 0)),
-        "`CutInward`.*not be parallel to the normal",
-    ),
-    "not a frame": (lambda s: s.deforming.SetCutFrame("x"), "`CutFrame` must be one of.* got 'x'"),
-    "not a type": (lambda s: s.deforming.SetCutType("disk"), "`CutType` .* none, plane.*'disk'"),
+    "nu 1": (sets(Nu=1), "`nu` must be a number above 1, got 1"),
+    "zero normal": (sets(CutType="plane", CutNormal=(0, 0, 0)), "`CutNormal` must not be zero"),
+    "parallel": (sets(CutType="half-plane", CutInward=(2, 0, 0)), "`CutInward`.*not be parallel"),
+    "not a frame": (sets(CutFrame="x"), "`CutFrame` must be one of.* got 'x'"),
+    "not a type": (sets(CutType="disk"), "`CutType` .* none, plane.*'disk'"),
     "no cut": (lambda s: s.deforming.AddCut("x"), "`cuts` must be Plane, HalfPlane or Surface"),
-    "no surface": (
-        lambda s: s.deforming.SetInputDataObject(2, vtkPolyData()),
-        "`Cuts` has no surface",
-    ),
-    "sliver": (
-        lambda s: s.deforming.SetInputDataObject(2, _sliver()),
-        "`Cuts` has no usable surface.*area",
-    ),
-    "no shapes": (
-        lambda s: s.deforming.SetHandleShapes("lines"),
-        "`HandleShapes` must be one of points, cells, got 'lines'",
-    ),
+    "no face": (lambda s: s.deforming.AddConstraint("x"), "`constraints` must be"),
+    "no surface": (lambda s: s.cut(vtkPolyData()), "`Cuts` has no surface"),
+    "sliver": (lambda s: s.cut(_sliver()), "`Cuts` has no usable surface.*area"),
+    "no shapes": (sets(HandleShapes="lines"), "`HandleShapes` must be .* points, cells, .*'lines'"),
     **{
-        f"blend {blend}": (
-            lambda s, blend=blend: s.deforming.SetBlend(blend),
-            f"`Blend` must be a (finite )?number, got {blend!r}",
-        )
+        f"blend {blend}": (sets(Blend=blend), f"`Blend` must be a (finite )?number, got {blend!r}")
         for blend in (np.nan, np.inf, "half", None)
     },
-    "steps": (lambda s: s.deforming.SetSteps(1000), "`steps` must be an integer from 1 to 256"),
+    "steps": (sets(Steps=1000), "`steps` must be an integer from 1 to 256"),
 }
 DEFORM = {
-    "unknown void": (lambda s: s.deforming.SetVoidValues("full"), "`VoidValues`.*'full'"),
-    "unknown interpolation": (lambda s: s.deforming.SetInterpolation("sharp"), "linear.*sharp"),
-    "unknown grid": (lambda s: s.deforming.SetOutputGrid("own"), "`OutputGrid` .*fitted.*own"),
-    "background of text": (lambda s: s.deforming.SetBackground("air"), "`background` .*air"),
-    "no scalars": (lambda s: s.deforming.SetGradientArray("x"), "`GradientArray`.*`x`.*`RTData`"),
-    "no vectors": (
-        lambda s: s.deforming.AddGradientVectorArray("x"),
-        "`GradientVectorArrays` names `x`",
-    ),
-    "flat": (
-        lambda s: s.deforming.AddGradientVectorArray("RTData"),
-        "`RTData`.*3 components.*got 1",
-    ),
+    "unknown void": (sets(VoidValues="full"), "`VoidValues`.*'full'"),
+    "unknown interpolation": (sets(Interpolation="sharp"), "linear.*sharp"),
+    "unknown grid": (sets(OutputGrid="own"), "`OutputGrid` .*fitted.*own"),
+    "background of text": (sets(Background="air"), "`background` .*air"),
+    "no scalars": (sets(GradientArray="x"), "`GradientArray`.*`x`.*`RTData`"),
+    "no vectors": (lambda s: s.deforming.AddGradientVectorArray("x"), "VectorArrays` names `x`"),
+    "flat": (lambda s: s.deforming.AddGradientVectorArray("RTData"), "`RTData`.*3 comp.*got 1"),
     "no such label": (lambda s: s.deforming.AddLabelArray("Bone"), "`Bone`.*it has `RTData`"),
     "no dimensions": (
-        lambda s: (s.deforming.SetOutputGrid("given"), s.deforming.SetOutputDimensions(3, 0, 3)),
+        sets(OutputGrid="given", OutputDimensions=(3, 0, 3)),
         r"`OutputDimensions` must be three positive integers .*\(3, 0, 3\)",
     ),
-    "no spacing": (
-        lambda s: (s.deforming.SetOutputGrid("given"), s.deforming.SetOutputSpacing(1, 0, 1)),
-        "`OutputSpacing` must not be zero",
-    ),
-    "no fit": (
-        lambda s: (s.deforming.SetOutputGrid("fitted"), s.deforming.SetAlpha(-2)),
-        "`alpha` must be .*-2",
-    ),
+    "no spacing": (sets(OutputGrid="given", OutputSpacing=(1, 0, 1)), "`OutputSpacing` must not"),
+    "no fit": (sets(OutputGrid="fitted", Alpha=-2), "`alpha` must be .*-2"),
     "nothing to fit": (
         lambda s: (s.deforming.SetOutputGrid("fitted"), s.handles.SetDeformedPoints(REST[:3])),
         "8 rest points, got 3",
     ),
-    "no device to fit": (
-        lambda s: (s.deforming.SetOutputGrid("fitted"), s.deforming.SetDevice("77:0")),
-        "no OpenCL device `77:0`",
-    ),
+    "no device to fit": (sets(OutputGrid="fitted", Device="77:0"), "no OpenCL device `77:0`"),
 }
 FIELD = {
     "empty mesh": (lambda s: s.deforming.SetInputDataObject(0, vtkPolyData()), "`Input` is empty"),

@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 from pipelines import Executions, connect, control_points, update, values_of
-from vtk_fixtures import DEFORMED, REST, add_array, make_image
+from vtk_fixtures import DEFORMED, FAST, REST, add_array, make_image
 
+from vtk_mls import CUT_FRAMES
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
+from vtk_mls.filters.control_point_source import lattice
 
 FILTERS = pytest.mark.parametrize("filter_type", [MLSDeform, MLSDisplacementField])
 
@@ -126,3 +128,33 @@ def test_blend_leads_from_rest_to_deformed(filter_type, image, own):
     np.testing.assert_allclose(result(deforming), expected, atol=1e-5)
     deforming.SetBlend(1)
     np.testing.assert_array_equal(result(deforming), whole)
+
+
+# Handles on a cut
+
+
+@pytest.mark.parametrize("cut", ["plane", "half-plane"])
+@pytest.mark.parametrize("frame", CUT_FRAMES)
+def test_a_handle_that_is_dragged_off_the_cut_takes_that_side_along(cut, frame):
+    """Its rest position, on the cut, does not tell the side."""
+    image = make_image((20, 20, 20))  # no point is on the cut
+    bounds = np.array(image.GetBounds())
+    middle = bounds.reshape(3, 2).mean(axis=1)
+    rest = lattice((3, 3, 3), bounds)
+    number = len(rest) // 2 + 9  # in the middle of the upper side
+    assert (rest[number] == [*middle[:2], bounds[5]]).all()
+    deforming = MLSDeform()
+    deforming.SetDevice(FAST)
+    deforming.SetInputData(image)
+    deforming.SetCutFrame(frame)
+    deforming.SetCutType(cut)
+    deforming.SetCutOrigin(middle)
+    deforming.SetRestPoints(rest)
+    voids = []
+    for way in (-4, 4):
+        deformed = rest.copy()
+        deformed[number, 0] += way
+        deforming.SetDeformedPoints(deformed)
+        voids.append(values_of(update(deforming), "VoidDistance") < -0.1)
+    assert voids[0].sum() > 50
+    np.testing.assert_array_equal(voids[0], voids[1][:, :, ::-1])

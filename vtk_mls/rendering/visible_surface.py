@@ -1,10 +1,10 @@
 """The visible surface of a view: world positions at pixels."""
 
 import numpy as np
-from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import vtkCommand, vtkFloatArray
 
 from vtk_mls.rendering.volume_ray import opaque_at
+from vtk_mls.vtk import arrays
 from vtk_mls.vtk.transforms import matrix_of
 
 
@@ -35,7 +35,7 @@ class VisibleSurface:
         last = (self._origin + self._size - 1).tolist()
         depth = vtkFloatArray()
         renderer.GetRenderWindow().GetZbufferData(*self._origin.tolist(), *last, depth)
-        self._depth = vtk_to_numpy(depth).reshape(self._size[::-1])
+        self._depth = arrays.to_numpy(depth).reshape(self._size[::-1])
         matrix = renderer.GetActiveCamera().GetCompositeProjectionTransformMatrix(
             renderer.GetTiledAspectRatio(), 0, 1
         )

@@ -1,13 +1,13 @@
 """Opacity of a volume along a ray."""
 
 import numpy as np
-from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonDataModel import vtkCompositeDataSet, vtkImageData
 from vtkmodules.vtkRenderingVolume import vtkVolumeMapper
 
 from vtk_mls.base.interpolation import sample
 from vtk_mls.rendering import deformed_volume
 from vtk_mls.rendering.material import material_at
+from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 from vtk_mls.vtk.transforms import matrix_of
 
@@ -85,7 +85,7 @@ def _values(mapper, image):
         return None
     grid = ImageGeometry.of_image(image).grid
     grid = grid.cells if is_cell_data else grid
-    values = vtk_to_numpy(array).reshape(*grid.shape, -1)
+    values = arrays.to_numpy(array).reshape(*grid.shape, -1)
     return values[..., -1], grid
 
 

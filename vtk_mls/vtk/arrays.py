@@ -126,7 +126,8 @@ def to_numpy(array):
     A view of VTK's memory where that is contiguous, else a copy; bits are uint8.
     """
     n, components = array.GetNumberOfTuples(), array.GetNumberOfComponents()
-    shape, is_bits = (n,) if components == 1 else (n, components), array.GetDataType() == VTK_BIT
+    shape = (n,) if components == 1 else (n, components)
+    is_bits = array.GetDataType() == VTK_BIT
     dtype = np.dtype(np.uint8) if is_bits else _dtype(array)
     if n == 0:
         return np.empty(shape, dtype)
