@@ -1,8 +1,5 @@
 """Equal points have equal answers, to the bit, whatever else is asked in the same call."""
 
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 from control_point_sets import DEVICES, EXTENT, deformation, random_handles
@@ -95,24 +92,3 @@ class TestOnDevices:
         whole = forward(d, points)
         monkeypatch.setattr(engine.on(dispatch.choose(key)).memory, "limit", 4 * 64 * 1024)
         assert_equal_bits(forward(d, points), whole)
-
-
-ANOTHER = """
-import sys
-import numpy as np
-from vtk_mls import Deformation
-rest, deformed, points = np.load(sys.argv[1]).values()
-d = Deformation(rest, deformed, device=sys.argv[2])
-np.save(sys.argv[3], d.forward(points))
-"""
-
-
-@pytest.mark.parametrize("device", ["reference", *DEVICES])
-def test_another_process(device, rng, tmp_path):
-    rest, deformed = random_handles(rng, 12, SHIFT)
-    points = scattered(rng, 60)
-    d = deformation(rest, deformed, ("rigid", 1), device)
-    np.savez(tmp_path / "scene.npz", rest, deformed, points[20:40])
-    arguments = [str(tmp_path / "scene.npz"), device, str(tmp_path / "found.npy")]
-    subprocess.run([sys.executable, "-c", ANOTHER, *arguments], check=True, timeout=300)
-    assert_equal_bits(np.load(tmp_path / "found.npy"), d.forward(points)[20:40])

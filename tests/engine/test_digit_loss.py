@@ -103,10 +103,13 @@ def check(key, handles, kind_and_degree, alpha, rng):
     assert error.max() <= 2e-3
 
 
-@paired(name=UNEVEN_SETS, kind_and_degree=[*KINDS, *OTHER_KINDS], alpha=[2, 1.5, 3, *rare(1)])
+@paired(name=UNEVEN_SETS, kind_and_degree=[*KINDS, *OTHER_KINDS], alpha=[2, 1.5, 3, 1])
 def test_few_that_outweigh_the_others(key, name, kind_and_degree, alpha, rng):
     """Near a few control points the others decide twist and slopes across, and weigh little."""
-    alpha = min(alpha, 2) if kind_and_degree[1] == 3 else alpha  # else double is too inexact
+    if kind_and_degree[1] == 3:
+        alpha = min(alpha, 2)  # else double is too inexact
+    if name == "hardly determined":
+        alpha = max(alpha, 1.5)  # else it is fitted in float
     check(key, UNEVEN_SETS[name](rng), kind_and_degree, alpha, rng)
 
 
