@@ -224,10 +224,8 @@ def test_a_bone_is_posed(start, tmp_path, frog):
     scene = _seen(tmp_path / "frog.seg.nrrd", user.size)
     bones = frog.label_connectivity(scalar_range=(_BONE, _BONE))[0]
     bone = frog.points[bones.active_scalars == 3]  # a shin
-    pixels = scene.projection.pixels(bone)
-    nearest = _from_above(pixels[[pixels[:, 2].argmin()]], user.size)[0]
     user.press("Make rigid: click on a mesh or label")
-    user.click(nearest)
+    user.click(_from_above(_seen_pixel(scene, bone), user.size)[0])
     user.tab.locator(".mls-status", has_text="1 rigid").wait_for(state="attached")
     user.rest()
     user.done("rigid")
@@ -344,6 +342,17 @@ def _in_slice(scene, pane, points, size):
     scene.window.Render()
     (shown,) = slices._visible_panes
     return _from_above(shown.projection.pixels(points), size)
+
+
+def _seen_pixel(scene, bone):
+    """A pixel (1, 2) where a bone with voxels at points (n, 3) is seen."""
+    box = bone.min(axis=0), bone.max(axis=0)
+    pixels = scene.projection.pixels(bone)
+    for pixel in np.rint(pixels[pixels[:, 2].argsort(), :2]):
+        hit = scene.items[0].rigid_hit(*scene.projection.ray(pixel))
+        if hit and np.allclose(hit[1]().bounds, box, atol=4):
+            return pixel[None]
+    raise AssertionError("the bone is hidden")
 
 
 def _from_above(pixels, size):
