@@ -300,6 +300,7 @@ def test_a_mesh_is_morphed(start, tmp_path):
         with user.tab.expect_file_chooser() as chooser:
             user.push(user.tab.get_by_role("button", name="Open handles ..."))
         chooser.value.set_files(tmp_path / "boundary.vtp")
+        user.says("boundary.vtp is shown")
         user.push(user.tab.locator(".v-select", has_text="Kind"))
         user.push(user.tab.get_by_role("option", name="affine"))
     user.tab.locator(".mls-status", has_text="affine").wait_for(state="attached")
