@@ -22,7 +22,9 @@ class CurveTool:
     def start(self):
         """Add a node at each click from now on."""
         self._line = CutLine(self._document.view.scene.overlay)
-        self._document.say("Click along the curve, on the surface or in a slice; Return ends it.")
+        self._document.say(
+            "Click along the curve, on the surface or in a slice. Return or the button ends it."
+        )
 
     def click(self, pixel, pane):
         """Add a node on the surface, or in a slice; whether a curve is drawn."""

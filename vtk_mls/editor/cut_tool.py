@@ -64,7 +64,7 @@ class CutTool:
             self._line = CutLine(self._scene.overlay)
             document.say(
                 "Click on the surface along the cut; click on the first point to close the line. "
-                "P cuts."
+                "P, or the button again, cuts."
             )
             return
         if len(line.points) < 2:
