@@ -14,11 +14,9 @@
 #else
 #define VALUES GLUE(VALUE, LANES)
 #endif
-#if IS_INTEGER
-#define CAST GLUE(GLUE(convert_, VALUES), _sat_rte)
-#else
-#define CAST GLUE(convert_, VALUES)
-#endif
+#define ROUNDING_0
+#define ROUNDING_1 _sat_rte
+#define CAST GLUE(GLUE(convert_, VALUES), GLUE(ROUNDING_, IS_INTEGER))
 
 #define LANE_VALUE(values, l) (((VALUE *)&(values))[l])
 

@@ -9,27 +9,31 @@ import pyopencl as cl
 import pytest
 from control_point_sets import DEVICES, random_rotation
 
+from vtk_mls import Deformation, Surface
 from vtk_mls.engine import dispatch
 from vtk_mls.engine.device import devices as device
+from vtk_mls.engine.map.cut_tables import cut_tables
 
 ROTATION = ["rotation.cl"]
 COUNT = 2000
 _KERNEL = """
-__kernel EXPLICIT_VECTORS void call(const long count, __global const float *in,
-                                    __global float *out) {{
+__kernel EXPLICIT_VECTORS void call(__global const float *table, const long count,
+                                    __global const float *in, __global float *out) {{
   long first = (long)get_global_id(0) * LANES;
   real a[{inputs}], r[{outputs}];
   for (int i = 0; i < {inputs}; ++i) a[i] = LOAD(in + i * count + first);
+  for (int i = 0; i < {outputs}; ++i) r[i] = 0;
   {body}
   for (int i = 0; i < {outputs}; ++i) STORE(r[i], out + i * count + first);
 }}
 """
 
 
-def call(chosen, lanes, files, body, arguments, outputs, **constants):
+def call(chosen, lanes, files, body, arguments, outputs, table=(0.0,), **constants):
     """Numbers (n, outputs) float32 that OpenCL C leaves in `r`, for each row of arguments `a`.
 
-    `files` of opencl/ are included beside types.cl; a work item computes `lanes` rows.
+    `files` of opencl/ are included beside types.cl; a work item computes `lanes` rows. OpenCL C may
+    read the floats `table`, too.
     """
     rows = np.asarray(arguments, np.float32)
     padded = np.resize(rows, (-(-len(rows) // 16) * 16, rows.shape[1]))
@@ -40,10 +44,13 @@ def call(chosen, lanes, files, body, arguments, outputs, **constants):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # output of the compiler
         kernel = cl.Program(context, text).build(options=["-w"]).call
-    planes = cl.Buffer(context, flags.COPY_HOST_PTR, hostbuf=np.ascontiguousarray(padded.T))
+    tables, planes = (
+        cl.Buffer(context, flags.COPY_HOST_PTR, hostbuf=np.ascontiguousarray(array, np.float32))
+        for array in (table, padded.T)
+    )
     result = np.empty((outputs, len(padded)), np.float32)
     out = cl.Buffer(context, flags.WRITE_ONLY, result.nbytes)
-    kernel(queue, (len(padded) // lanes,), None, np.int64(len(padded)), planes, out)
+    kernel(queue, (len(padded) // lanes,), None, tables, np.int64(len(padded)), planes, out)
     cl.enqueue_copy(queue, result, out)
     return result.T[: len(rows)]
 
@@ -170,3 +177,51 @@ def test_the_largest_root(of, ratios, rng):
     truth = sum(ratios) / np.linalg.norm(ratios) - 1
     # near a line the root meets another: its square has the digits
     assert (np.abs(got - truth) <= 5e-7 / truth).all()
+
+
+SURFACE = Deformation([(0, 0, 0)], [(0, 0, 1)], cuts=Surface.polygon(np.eye(3)))
+CUTS = {"TWICE_ALPHA": 2, **dict(cut_tables(SURFACE, SURFACE.regions[0])[0])}
+CUT_FILES = ["powers.cl", "cuts.cl"]
+V_AND_Q = "vec v = {a[0], a[1], a[2]}, q = {a[3], a[4], a[5]};"
+SHARES = np.linspace(0, 1, 201)
+
+
+def test_a_segment_through_a_shared_edge_crosses_one_triangle(of, rng):
+    """A fan of triangles: a segment through it passes just one, also through its edges and tip."""
+    rim = np.column_stack([*np.array([np.cos(t := np.arange(7) * 0.8), np.sin(t)]), 0.1 * t])
+    fan = np.stack([[(0, 0, 0), a, b] for a, b in itertools.pairwise(rim)]).astype(np.float32)
+    through = np.concatenate([fan[:, 0] * 0, (fan[:, 1] + fan[:, 0]) / 2, fan.mean(axis=1)])
+    away = units(rng, (len(through), 3)) + [0, 0, 3]
+    x = np.hstack([through - away, through + away])
+    body = f"""{V_AND_Q} for (int i = 0; i < {len(fan)}; ++i)
+    r[0] += select((real)(0), (real)(1), crosses_triangle(table + 9 * i, v, q) != 0);"""
+    inside = slice(2, len(through))  # the fan does not close at its first rim
+    got = of(CUT_FILES, body, x, 1, table=fan.ravel(), **CUTS)[inside, 0]
+    assert set(got.tolist()) <= {0.0, 1.0}
+    assert (got[-len(fan) :] == 1).all()
+
+
+def test_distances_to_triangles(of, rng):
+    corners, x = rng.uniform(-1, 1, (3, 3)), rng.uniform(-2, 2, (300, 3))
+    body = "r[0] = distance_to_triangle(table, (vec){a[0], a[1], a[2]});"
+    got = of(CUT_FILES, body, x, 1, table=corners.ravel(), **CUTS)[:, 0]
+    s, t = (shares.ravel() for shares in np.meshgrid(SHARES, SHARES))
+    s, t = s[s + t <= 1], t[s + t <= 1]
+    filled = (
+        corners[0] + s[:, None] * (corners[1] - corners[0]) + t[:, None] * (corners[2] - corners[0])
+    )
+    near = np.linalg.norm(x[:, None] - filled, axis=-1).min(axis=1)
+    assert (got <= near + 2e-6).all()
+    assert (got >= near - 0.02).all()  # what a step of the samples leaves
+
+
+def test_distances_of_segments(of, rng):
+    edge, x = rng.uniform(-1, 1, (2, 3)), rng.uniform(-1, 1, (300, 6))
+    x[0, 3:] = x[0, :3] + 2 * (edge[1] - edge[0])  # parallel
+    body = f"{V_AND_Q} r[0] = distance_of_segments(v, q, table);"
+    got = of(CUT_FILES, body, x, 1, table=edge.ravel(), **CUTS)[:, 0]
+    on_edge = edge[0] + SHARES[:, None] * (edge[1] - edge[0])
+    on_way = x[:, None, :3] + SHARES[:, None] * (x[:, 3:] - x[:, :3])[:, None]
+    near = np.linalg.norm(on_way[:, :, None] - on_edge, axis=-1).min(axis=(1, 2))
+    assert (got <= near + 2e-6).all()
+    assert (got >= near - 0.02).all()
