@@ -101,8 +101,8 @@ NO_FOLDS = FoldCheck(np.zeros(0, np.int64), np.zeros(0, np.int64), 0, np.inf)
 def volumes(positions):
     """Volumes (m, 6), times six, of Kuhn's tetrahedra of voxels with corners (m, 8, 3)."""
     x, y, xy, z, xz, yz, diagonal = np.moveaxis(positions[:, 1:] - positions[:, :1], 1, 0)
-    pairs = (x, xy), (xy, y), (y, yz), (yz, z), (z, xz), (xz, x)
-    return np.stack([np.einsum("mi,mi->m", diagonal, np.cross(*pair)) for pair in pairs], axis=1)
+    normals = np.cross(diagonal, np.stack([x, -y, y, -z, z, -x]))  # one slow call instead of six
+    return np.einsum("kmi,kmi->mk", normals, np.stack([xy, xy, yz, yz, xz, xz]))
 
 
 def doubtful_voxels(displacement, axes):
