@@ -23,6 +23,9 @@ typedef int integer;
 #define TO_REAL(i) ((float)(i))
 #define LOAD(from) (*(from))
 #define STORE(value, to) (*(to) = (value))
+#define STORE_FLAGS(flags, to) (*(to) = (uchar)((flags) & 1))
+#define LANES_AFTER(a, last) (last)
+#define FETCH(from)
 #else
 typedef GLUE(float, LANES) real;
 typedef GLUE(int, LANES) integer;
@@ -34,6 +37,11 @@ typedef GLUE(int, LANES) integer;
 #define AS_REAL(i) GLUE(as_float, LANES)(i)
 #define LOAD(from) GLUE(vload, LANES)(0, from)
 #define STORE(value, to) GLUE(vstore, LANES)(value, 0, to)
+#define STORE_FLAGS(flags, to) GLUE(vstore, LANES)(GLUE(convert_uchar, LANES)((flags) & 1), 0, to)
+// The lanes after the first, and `last`.
+#define AFTER(n) ((n) + 1)
+#define LANES_AFTER(a, last) __builtin_shufflevector(a, (real)(last), EACH_LANE(AFTER, 0))
+#define FETCH(from) __builtin_prefetch((const void *)(size_t)(from))
 #endif
 
 // A store past the caches, for results larger than these; `to` must be aligned as a vector.

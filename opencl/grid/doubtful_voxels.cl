@@ -11,13 +11,6 @@
 #define COMPONENT(a, b, c, n)                                                          \
   __builtin_shufflevector(__builtin_shufflevector(a, b, EACH_LANE(IN_FIRST_TWO, n)), c, \
                           EACH_LANE(OR_IN_THIRD, n))
-// The lanes after the first, and `last`.
-#define AFTER(n) ((n) + 1)
-#define NEXT(a, last) __builtin_shufflevector(a, (real)(last), EACH_LANE(AFTER, 0))
-#define FETCH(from) __builtin_prefetch((const void *)(size_t)(from))
-#else
-#define NEXT(a, last) (last)
-#define FETCH(from)
 #endif
 
 // Displacements of LANES points of a row from x on; the last of the row is repeated.
@@ -54,7 +47,8 @@ typedef struct { vec displacement, edge; } row_t;
 HOT row_t load_row(const voxels_t *voxels, __global const float *row, int x) {
   const vec from = load_displacements(row, x, voxels->size[0]);
   __global const float *last = row + 3 * min(x + LANES, voxels->size[0] - 1);
-  const vec to = {NEXT(from.x, last[0]), NEXT(from.y, last[1]), NEXT(from.z, last[2])};
+  const vec to = {LANES_AFTER(from.x, last[0]), LANES_AFTER(from.y, last[1]),
+                  LANES_AFTER(from.z, last[2])};
   return (row_t){from, edge(from, to, voxels->axes)};
 }
 
@@ -104,12 +98,9 @@ __kernel EXPLICIT_VECTORS void doubtful_voxels(
     lower = next;
     upper = next_upper;
     along_z = next_z;
-#if LANES > 1
-    if (nx >= LANES) {
-      GLUE(vstore, LANES)(GLUE(convert_uchar, LANES)(doubtful & 1), 0, to);
-      continue;
-    }
-#endif
-    for (int l = 0; l < min(LANES, nx); ++l) to[l] = (uchar)(LANE_INT(doubtful, l) & 1);
+    if (nx >= LANES)
+      STORE_FLAGS(doubtful, to);
+    else
+      for (int l = 0; l < nx; ++l) to[l] = (uchar)(LANE_INT(doubtful, l) & 1);
   }
 }

@@ -23,6 +23,7 @@ from vtk_mls.blocks import image_job as job
 from vtk_mls.commands import view
 from vtk_mls.commands.cli import main
 from vtk_mls.editor import saving
+from vtk_mls.queries import fold_free
 
 GRID = Grid(SHAPE[::-1], ORIGIN[::-1], SPACING[::-1])
 D = Deformation(HANDLES[:, :3], HANDLES[:, 3:], device="reference")
@@ -136,6 +137,21 @@ def test_the_displacement_field(folder, rng, small_blocks):
         assert (image.scale["z"], image.translation["x"], image.axes_units["y"]) == (
             *(4, 3, "micrometer"),
         )
+
+
+def test_automatic_steps_are_those_of_the_whole_grid(folder, rng, small_blocks, monkeypatch):
+    monkeypatch.setattr(fold_free, "enough_steps", lambda *arguments: 1)
+    write("in.ome.zarr", [values(rng)])
+    rest = GRID.at(rng.uniform(0, 1, (12, 3)) * np.subtract(GRID.dimensions, 1))
+    deformed = rest + 0.15 * np.ptp(rest, axis=0) * rng.normal(size=rest.shape)
+    np.savetxt("wild.csv", np.c_[rest, deformed], delimiter=",")
+    command = ["field", "in.ome.zarr", "wild.csv", "field.ome.zarr", "--steps", "auto"]
+    assert main([*command, "--kind", "rigid"]) == 0
+    d = Deformation(rest, deformed, steps="auto")
+    field = d.displacement_field(GRID).displacement
+    assert d.steps_used > 1
+    found = opened("field.ome.zarr", "0").read().result()
+    np.testing.assert_array_equal(np.moveaxis(found, 0, -1), field)
 
 
 def test_a_field_that_is_not_finite_is_an_error(folder, rng, refused):
