@@ -13,7 +13,7 @@ import numpy as np
 from vtk_mls.paraview import first_placement, handle_lists, panels, undo
 from vtk_mls.paraview.deferred_drags import DeferredDrags
 from vtk_mls.paraview.handle_lists import LISTS, OTHER_LIST
-from vtk_mls.paraview.handle_markers import HandleMarkers, hide_line
+from vtk_mls.paraview.handle_markers import HandleMarkers, remove_line
 from vtk_mls.paraview.live import SWITCH, Live
 from vtk_mls.paraview.observers import Observers
 from vtk_mls.paraview.optional_inputs import OptionalInputs
@@ -79,8 +79,9 @@ class HandleController:
         """Extend a widget that shows these handles."""
         if not self.observe_drags(widget):
             return
-        _raise(widget.GetClientSideObject().GetWidget())
-        hide_line(widget, self._observers)
+        vtk_widget = widget.GetClientSideObject().GetWidget()
+        _raise(vtk_widget)
+        self._observers.follow_widget(vtk_widget, remove_line)
         if not is_remote(widget):  # otherwise the server draws
             markers = self._markers.add_widget(widget)
             self._surface_mice.append(SurfaceMouse(widget, markers, self._add_handle))
@@ -105,10 +106,14 @@ class HandleController:
 
     def end(self):
         """Stop, since the proxy is deleted."""
-        parts = [self._observers, self._deferred_drags, *self._surface_mice, self._markers]
-        if self._live:
-            parts.append(self._live)
-        for part in parts:
+        parts = (
+            self._observers,
+            self._deferred_drags,
+            *self._surface_mice,
+            self._markers,
+            self._live,
+        )
+        for part in filter(None, parts):
             part.end()
 
     def _observe(self, proxy, name, callback):
@@ -276,10 +281,8 @@ class HandleController:
 def _add_deformed_points(source):
     """Give a source without deformed points those at rest, to be dragged."""
     rest, deformed = source.GetProperty("RestPoints"), source.GetProperty("DeformedPoints")
-    is_list = source.GetProperty("Mode").GetElement(0) == "points"
-    if is_list and deformed.GetNumberOfElements() == 0:
-        positions = [rest.GetElement(i) for i in range(rest.GetNumberOfElements())]
-        deformed.SetElements(positions, len(positions))
+    if pending_value(source, "Mode") == "points" and deformed.GetNumberOfElements() == 0:
+        deformed.Copy(rest)
 
 
 def _raise(widget):

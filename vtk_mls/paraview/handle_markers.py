@@ -169,10 +169,6 @@ def _pixel_sizes(positions, renderer):
     return 2 * np.abs(depth) * np.tan(np.radians(camera.GetViewAngle()) / 2) / height
 
 
-def hide_line(widget, observers):
+def remove_line(widget, event):
     """Remove the line between a widget's handles, so that it is neither drawn nor picked."""
-    observers.follow_widget(widget.GetClientSideObject().GetWidget(), _remove_line)
-
-
-def _remove_line(widget, event):
     actors_of(widget.GetRepresentation())[0].SetMapper(None)

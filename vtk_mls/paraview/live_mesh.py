@@ -89,8 +89,7 @@ class LiveEdges(LiveProp):
         apply_colors(mapper, display)
         super().__init__(display, mesh, renderer, mapper)
 
-    def _show(self, pending, is_dragging):
-        self._moved.deform(pending.deformation, exact=not is_dragging)
+    _show = LiveOutline._show
 
 
 def feature_edges(surface):

@@ -50,17 +50,13 @@ class OptionalInputs:
     def _name_cuts(self, observed, event):
         """Name the pending Cuts in the panel."""
         if proxy := find_proxy(self._proxy):
-            cuts, manager = proxy.GetProperty("Cuts"), proxy.GetSessionProxyManager()
-            sources = map(cuts.GetUncheckedProxy, range(cuts.GetNumberOfUncheckedProxies()))
-            names = [manager.GetProxyName("sources", source) or "?" for source in sources if source]
+            manager = proxy.GetSessionProxyManager()
+            cuts = [source for source, _ in _pending(proxy.GetProperty("Cuts")) if source]
+            names = [manager.GetProxyName("sources", source) or "?" for source in cuts]
             proxy.GetProperty("ConnectedCuts").SetElement(0, ", ".join(names) or "none")
 
     def _disconnect(self, points, event):
-        connections = [  # those that wait for an Apply included
-            (self._moved.GetUncheckedProxy(i), self._moved.GetUncheckedOutputPortForConnection(i))
-            for i in range(self._moved.GetNumberOfUncheckedProxies())
-        ]
-        if connections:
+        if connections := _pending(self._moved):
             self._connections = connections
             self._moved.RemoveAllProxies()
 
@@ -73,3 +69,9 @@ class OptionalInputs:
 
     def _forget(self, proxy, event):
         self._connections = []
+
+
+def _pending(prop):
+    """Proxies and ports of an input, those that wait for an Apply included."""
+    count = range(prop.GetNumberOfUncheckedProxies())
+    return [(prop.GetUncheckedProxy(i), prop.GetUncheckedOutputPortForConnection(i)) for i in count]

@@ -19,7 +19,6 @@ from vtk_mls.paraview.property_xml import (
     data_input,
     documentation,
     element,
-    elements,
     input_arrays,
     joined,
     only_for,
@@ -263,7 +262,10 @@ def _titled(name):
 
 
 _LIMITS = [prop for prop in tables.LIMITS if not isinstance(prop, (Value, Values))]
-_WHERE_IT_ACTS = [*elements(_LIMITS), _group(_LIMITS, "Where It Acts", panel_visibility="advanced")]
+_WHERE_IT_ACTS = [
+    *map(element, _LIMITS),
+    _group(_LIMITS, "Where It Acts", panel_visibility="advanced"),
+]
 
 # ParaView shows the widget of the plane where the first property of its group stands: Input, which
 # comes between CutType and these properties.
@@ -280,7 +282,7 @@ _CUT = [
         label="Cut Plane",
         panel_widget="InteractivePlane",
     ),
-    *elements((*_MORE, *tables.CUT_OPTIONS)),
+    *map(element, (*_MORE, *tables.CUT_OPTIONS)),
     *map(_titled, _TITLED_OF_CUTS),
 ]
 
@@ -305,7 +307,7 @@ def _filter_panel(description, inputs, middle, *properties):
     input_property, *others = inputs
     return [
         documentation(description, short_help=MOUSE_HELP),
-        *elements(tables.MAP),
+        *map(element, tables.MAP),
         *map(_titled, _TITLED),
         element(tables.CUT_TYPE),
         input_property,
@@ -321,8 +323,8 @@ def _filter_panel(description, inputs, middle, *properties):
         *_HANDLES,
         *_WHERE_IT_ACTS,
         element(tables.INITIAL_TRANSFORM),
-        *elements(properties),
-        *elements(tables.INTERACTIVE_COMPUTING),
+        *map(element, properties),
+        *map(element, tables.INTERACTIVE_COMPUTING),
     ]
 
 
@@ -399,7 +401,7 @@ LANDMARK_REPORT = [
     ),
     *_arrays_of("Input"),
     _RESTORED,
-    *elements(tables.LANDMARK_REPORT),
+    *map(element, tables.LANDMARK_REPORT),
 ]
 
 _CUBE = "-1 -1 -1  1 -1 -1  1 1 -1  -1 1 -1  -1 1 1  1 1 1  1 -1 1  -1 -1 1"
@@ -423,10 +425,10 @@ CONTROL_POINTS = [
         short_help=MOUSE_HELP,
     ),
     element(tables.MODE),
-    *elements(tables.FILES),
+    *map(element, tables.FILES),
     _group(tables.FILES, "Files, Converted to LPS", xml("Hints", *visibility(tables.SPACE))),
     *_draggable(element(tables.LISTS[0]), element(tables.LISTS[1], default=_CUBE)),
-    *elements(tables.LATTICE),
+    *map(element, tables.LATTICE),
     element(tables.WEIGHTS),
 ]
 

@@ -40,15 +40,20 @@ def vector(kind, name, default, text, *children, **attributes):
 
 def choice(name, options, default, text, *children, **attributes):
     """A string property shown as a drop-down list."""
-    strings = (xml("String", value=option) for option in options)
-    domain = xml("StringListDomain", *strings, name="options")
-    return vector("String", name, default, text, domain, *children, **attributes)
+    return vector("String", name, default, text, _options(options), *children, **attributes)
 
 
 def check_box(name, text, *children, default=0, **attributes):
     """A property that is on or off."""
-    domain = xml("BooleanDomain", name="bool")
-    return vector("Int", name, default, text, domain, *children, **attributes)
+    return vector("Int", name, default, text, _BOOLEAN, *children, **attributes)
+
+
+def _options(options):
+    strings = (xml("String", value=option) for option in options)
+    return xml("StringListDomain", *strings, name="options")
+
+
+_BOOLEAN = xml("BooleanDomain", name="bool")
 
 
 def data_input(name, port, data_type, text, *children, hints=None, **attributes):
@@ -153,11 +158,6 @@ def joined(values):
     return " ".join(f"{value:g}" for value in values)
 
 
-def elements(table):
-    """The XML of all properties of a table, in its order."""
-    return [element(prop) for prop in table]
-
-
 @singledispatch
 def element(prop, domain="", default=""):
     """The XML of a property.
@@ -169,7 +169,7 @@ def element(prop, domain="", default=""):
 
 @element.register
 def _(prop: properties.Number):
-    return _numeric(prop, [prop.default], "")
+    return _numeric(prop, [prop.default])
 
 
 @element.register
@@ -182,24 +182,22 @@ def _(prop: properties.Slider):
 @element.register
 def _(prop: properties.Vector, domain=""):
     labels = [_component_labels(prop.labels)] if len(prop.labels) > 3 else []
-    return _numeric(prop, prop.default, domain, *labels)
+    return _numeric(prop, prop.default, domain, hints=labels)
 
 
 @element.register
 def _(prop: properties.Choice):
-    hints = _hints(prop)
-    return choice(prop.name, prop.choices, prop.default, prop.help, hints, **_level(prop))
+    return _vector("String", prop, prop.default, _options(prop.choices))
 
 
 @element.register
 def _(prop: properties.Flag):
-    default = int(prop.default or prop.is_on_in_paraview)
-    return check_box(prop.name, prop.help, _hints(prop), default=default, **_level(prop))
+    return _vector("Int", prop, int(prop.default or prop.is_on_in_paraview), _BOOLEAN)
 
 
 @element.register
 def _(prop: properties.Text):
-    return vector("String", prop.name, prop.default, prop.help, _hints(prop), **_level(prop))
+    return _vector("String", prop, prop.default)
 
 
 @element.register
@@ -215,19 +213,17 @@ def _(prop: properties.TransformFile):
 @element.register
 def _(prop: properties.ArrayName):
     arrays = array_choice("scalars", "Input", none_string="none")
-    hints = _hints(prop, xml("NoDefault"))
-    return vector("String", prop.name, "none", prop.help, arrays, hints, **_level(prop))
+    return _vector("String", prop, "none", arrays, hints=[xml("NoDefault")])
 
 
 @element.register
 def _(prop: properties.ArrayNames):
-    return vector(
+    return _vector(
         "String",
-        prop.name,
+        prop,
         "none",
-        prop.help,
         array_choice("gradients" if prop.components == 3 else "arrays", "Input"),
-        _hints(prop, xml("NoDefault")),
+        hints=[xml("NoDefault")],
         command=f"Add{prop.singular}",
         clean_command=f"Clear{prop.name}",
         animateable=0,
@@ -235,19 +231,17 @@ def _(prop: properties.ArrayNames):
         repeat_command=1,
         number_of_elements=0,
         number_of_elements_per_command=1,
-        **_level(prop),
     )
 
 
 @element.register
 def _(prop: properties.Rows, domain="", default=""):
-    return vector(
+    return _vector(
         "Double",
-        prop.name,
+        prop,
         default or "none",
-        prop.help,
         domain,
-        _hints(prop, _component_labels(prop.columns)),
+        hints=[_component_labels(prop.columns)],
         animateable=0,  # ParaView's window would make key frames of a single number
         command=f"Set{prop.singular}",
         use_index=1,
@@ -255,19 +249,24 @@ def _(prop: properties.Rows, domain="", default=""):
         set_number_command=f"SetNumberOf{prop.name}",
         number_of_elements=len(default.split()),
         number_of_elements_per_command=len(prop.columns),
-        **_level(prop),
     )
 
 
 def _file(prop, extensions, description):
     chooser = xml("FileChooser", extensions=extensions, file_description=description)
-    files, hints = xml("FileListDomain", name="files"), _hints(prop, chooser)
-    return vector("String", prop.name, "", prop.help, files, hints, **_level(prop))
+    return _vector("String", prop, "", xml("FileListDomain", name="files"), hints=[chooser])
 
 
-def _numeric(prop, default, domain, *hints):
-    kind, text = _kind(default[0]), joined(default)
-    return vector(kind, prop.name, text, prop.help, domain, _hints(prop, *hints), **_level(prop))
+def _numeric(prop, default, domain="", hints=()):
+    return _vector(_kind(default[0]), prop, joined(default), domain, hints=hints)
+
+
+def _vector(kind, prop, default, *children, hints=(), **attributes):
+    """A property with name, help, level and visibility of `prop`."""
+    hints = [*hints, *visibility(prop)]
+    children = [*children, xml("Hints", *hints)] if hints else children
+    level = {"panel_visibility": "advanced"} if prop.is_advanced else {}
+    return vector(kind, prop.name, default, prop.help, *children, **attributes, **level)
 
 
 def _component_labels(names):
@@ -277,12 +276,3 @@ def _component_labels(names):
 
 def _kind(default):
     return "Int" if isinstance(default, int) else "Double"
-
-
-def _level(prop):
-    return {"panel_visibility": "advanced"} if prop.is_advanced else {}
-
-
-def _hints(prop, *hints):
-    hints = [*hints, *visibility(prop)]
-    return xml("Hints", *hints) if hints else ""

@@ -51,10 +51,8 @@ def pending_value(proxy, name, default=None):
 
 def is_pending(prop):
     """Whether a property has an edit that is not applied."""
-    count = prop.GetNumberOfUncheckedElements()
-    return count != prop.GetNumberOfElements() or any(
-        prop.GetUncheckedElement(i) != prop.GetElement(i) for i in range(count)
-    )
+    values = [prop.GetElement(i) for i in range(prop.GetNumberOfElements())]
+    return pending_values(prop) != values
 
 
 def is_remote(proxy):
