@@ -14,18 +14,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_fixtures import PROJECT
-from opened_brain import NAME, OpenedBrain, copy_to
+from opened_brain import NAME, OpenedBrain, copy_to, scene_of
 from page_mouse import drag
 from page_server import server
 from test_page import PHONE, Page
 from vtkmodules.vtkFiltersVerdict import vtkCellSizeFilter
 from vtkmodules.vtkIOXML import vtkXMLPolyDataReader, vtkXMLUnstructuredGridReader
-from vtkmodules.vtkRenderingCore import vtkRenderWindow
 from warped_brain import SUBJECT, Walk, WarpedBrain
 
 from vtk_mls import io
 from vtk_mls.editor.distortion import Distortion
-from vtk_mls.editor.scene import Scene
 from vtk_mls.editor.slices import Slices
 from vtk_mls.vtk import arrays
 
@@ -151,16 +149,6 @@ def _image_in(path):
     return sitk.GetArrayFromImage(sitk.ReadImage(str(path)))
 
 
-def _seen(path, size):
-    """The `Scene` of a file as the user sees it at first."""
-    window = vtkRenderWindow()
-    window.SetOffScreenRendering(True)
-    window.SetSize(*size)
-    scene = Scene(window, [io.read_dataset(path)])
-    scene.renderer.GetActiveCamera().SetUseHorizontalViewAngle(size[0] < size[1])
-    return scene
-
-
 def test_a_brain_is_cut_open(start, tmp_path):
     copy_to(tmp_path)
     user = start(NAME)
@@ -222,7 +210,7 @@ def frog(tmp_path):
 
 def test_a_bone_is_posed(start, tmp_path, frog):
     user = start("frog.seg.nrrd")
-    scene = _seen(tmp_path / "frog.seg.nrrd", user.size)
+    scene = scene_of(tmp_path / "frog.seg.nrrd", user.size)
     bones = frog.label_connectivity(scalar_range=(_BONE, _BONE))[0]
     bone = frog.points[bones.active_scalars == 3]  # a shin
     user.press("Make rigid: click on a mesh or label")
@@ -256,7 +244,7 @@ def test_a_cord_is_straightened(start, tmp_path, frog):
     user.press("Select all")
     user.press("Delete")
     user.press("Axial")
-    scene = _seen(tmp_path / "frog.seg.nrrd", user.size)
+    scene = scene_of(tmp_path / "frog.seg.nrrd", user.size)
     first, last = _in_slice(scene, "axial", np.array([nodes[0] + (0, 40, 0), nodes[3]]), user.size)
     user.move(first, last - first)
     user.press("Coronal")
