@@ -85,6 +85,7 @@ class User(Page):
         self.until(lambda: np.abs(self.pixels() - before).mean() > 1)
         self.rest()
         self.done("dragged")
+        assert self.tab.get_by_text("unsaved").is_visible(), "the view is turned instead"
 
     def push(self, control):
         """Click a control, or tap it."""
@@ -326,7 +327,7 @@ def test_a_large_image_is_deformed_in_all_resolutions(start, tmp_path):
     assert [name for name, _ in before] == [name for name, _ in after]
     assert [array.shape for _, array in before] == [array.shape for _, array in after]
     for (_, old), (_, new) in zip(before, after):
-        assert (old[:] != new[:]).mean() > 0.01
+        assert np.abs(old[:] - new[:]).max() > 0.2 * old[:].max()
 
 
 def _in_slice(scene, pane, points, size):
