@@ -41,11 +41,7 @@ class OpenedBrain:
     """
 
     def __init__(self, folder, size):
-        window = vtkRenderWindow()
-        window.SetOffScreenRendering(True)
-        window.SetSize(*size)
-        self._size, self._scene = size, Scene(window, [io.read_dataset(folder / NAME)])
-        self._scene.renderer.GetActiveCamera().SetUseHorizontalViewAngle(size[0] < size[1])
+        self._size, self._scene = size, scene_of(folder / NAME, size)
         handles = handles_on(self._scene.items, self._scene.bounds, 3)
         seen = self._scene.projection.pixels(handles)
         right = seen[seen[:, 0] > size[0] / 2]
@@ -82,6 +78,17 @@ class OpenedBrain:
         is_brain = red > blue + 25
         assert is_brain[is_face].mean() > 0.9
         assert (is_brain == is_hit).mean() > 0.95
+
+
+def scene_of(path, size):
+    """The `Scene` of a file as the page shows it at first, after it has got its size."""
+    window = vtkRenderWindow()
+    window.SetOffScreenRendering(True)
+    window.SetSize(900, 700)
+    scene = Scene(window, [io.read_dataset(path)])
+    window.SetSize(*size)
+    scene.renderer.GetActiveCamera().SetUseHorizontalViewAngle(size[0] < size[1])
+    return scene
 
 
 def picture_in(path):

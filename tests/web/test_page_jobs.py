@@ -14,18 +14,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_fixtures import PROJECT
-from opened_brain import NAME, OpenedBrain, copy_to
+from opened_brain import NAME, OpenedBrain, copy_to, scene_of
 from page_mouse import drag
 from page_server import server
 from test_page import PHONE, Page
 from vtkmodules.vtkFiltersVerdict import vtkCellSizeFilter
 from vtkmodules.vtkIOXML import vtkXMLPolyDataReader, vtkXMLUnstructuredGridReader
-from vtkmodules.vtkRenderingCore import vtkRenderWindow
 from warped_brain import SUBJECT, Walk, WarpedBrain
 
 from vtk_mls import io
 from vtk_mls.editor.distortion import Distortion
-from vtk_mls.editor.scene import Scene
 from vtk_mls.editor.slices import Slices
 from vtk_mls.vtk import arrays
 
@@ -87,6 +85,7 @@ class User(Page):
         self.until(lambda: np.abs(self.pixels() - before).mean() > 1)
         self.rest()
         self.done("dragged")
+        assert self.tab.get_by_text("unsaved").is_visible(), "the view is turned instead"
 
     def push(self, control):
         """Click a control, or tap it."""
@@ -151,16 +150,6 @@ def _image_in(path):
     return sitk.GetArrayFromImage(sitk.ReadImage(str(path)))
 
 
-def _seen(path, size):
-    """The `Scene` of a file as the user sees it at first."""
-    window = vtkRenderWindow()
-    window.SetOffScreenRendering(True)
-    window.SetSize(*size)
-    scene = Scene(window, [io.read_dataset(path)])
-    scene.renderer.GetActiveCamera().SetUseHorizontalViewAngle(size[0] < size[1])
-    return scene
-
-
 def test_a_brain_is_cut_open(start, tmp_path):
     copy_to(tmp_path)
     user = start(NAME)
@@ -222,7 +211,7 @@ def frog(tmp_path):
 
 def test_a_bone_is_posed(start, tmp_path, frog):
     user = start("frog.seg.nrrd")
-    scene = _seen(tmp_path / "frog.seg.nrrd", user.size)
+    scene = scene_of(tmp_path / "frog.seg.nrrd", user.size)
     bones = frog.label_connectivity(scalar_range=(_BONE, _BONE))[0]
     bone = frog.points[bones.active_scalars == 3]  # a shin
     user.press("Make rigid: click on a mesh or label")
@@ -241,9 +230,13 @@ def test_a_bone_is_posed(start, tmp_path, frog):
     assert 0.8 < after / before < 1.2
     assert (posed != labels).mean() > 0.01
     region = _vtk_file(vtkXMLPolyDataReader(), tmp_path / "saved" / "handles.vtp")
-    rest = arrays.to_numpy(region.GetPoints().GetData())
-    rest = rest[rest[:, 0] < bone[:, 0].max() + 5]  # without handles elsewhere
-    np.testing.assert_allclose(rest.max(axis=0), bone.max(axis=0), atol=4)
+    corners = np.unique(arrays.to_numpy(region.GetPolys().GetConnectivityArray()))
+    rest = arrays.to_numpy(region.GetPoints().GetData())[corners]
+    for expected, found in (
+        (bone.min(axis=0), rest.min(axis=0)),
+        (bone.max(axis=0), rest.max(axis=0)),
+    ):
+        np.testing.assert_allclose(found, expected, atol=5)
 
 
 def test_a_cord_is_straightened(start, tmp_path, frog):
@@ -256,7 +249,7 @@ def test_a_cord_is_straightened(start, tmp_path, frog):
     user.press("Select all")
     user.press("Delete")
     user.press("Axial")
-    scene = _seen(tmp_path / "frog.seg.nrrd", user.size)
+    scene = scene_of(tmp_path / "frog.seg.nrrd", user.size)
     first, last = _in_slice(scene, "axial", np.array([nodes[0] + (0, 40, 0), nodes[3]]), user.size)
     user.move(first, last - first)
     user.press("Coronal")
@@ -338,7 +331,7 @@ def test_a_large_image_is_deformed_in_all_resolutions(start, tmp_path):
     assert [name for name, _ in before] == [name for name, _ in after]
     assert [array.shape for _, array in before] == [array.shape for _, array in after]
     for (_, old), (_, new) in zip(before, after):
-        assert (old[:] != new[:]).mean() > 0.01
+        assert np.abs(old[:] - new[:]).max() > 0.2 * old[:].max()
 
 
 def _in_slice(scene, pane, points, size):
