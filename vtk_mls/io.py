@@ -11,7 +11,7 @@ import os
 from collections.abc import Callable, Sequence
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, Union
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -56,7 +56,7 @@ __all__ = [
     "write_handles",
     "write_transform",
 ]
-_PathLike = str | PathLike[str]
+_PathLike = Union[str, PathLike[str]]
 DATASETS = (formats.IMAGE, formats.MESH, formats.BLOCKS)
 
 

@@ -26,7 +26,7 @@ IN_ROOT = PROJECT / "tests/paraview/in_root.sh"
 PIP = "-m", "pip", "install", "--quiet", "--no-compile"  # Python compiles what is imported
 PLATFORMS = "manylinux_2_28_x86_64", "manylinux2014_x86_64"
 # Python, extra with an OpenCL driver, pinned packages
-ENDS = [("3.10", "pocl", ("numpy==1.24.4", "vtk==9.2.6")), ("3.14", "cpu", ())]
+ENDS = [("3.9", "pocl", ("numpy==1.24.4", "vtk==9.2.6")), ("3.14", "cpu", ())]
 BETWEEN = [("3.10", "cpu", ()), ("3.12", "cpu", ("numpy==1.26.4", "vtk==9.3.1"))]
 
 

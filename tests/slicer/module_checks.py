@@ -229,6 +229,25 @@ def test_hardened_volume_is_that_of_the_field(scene, logic):
     np.savez(os.environ["HARDENED"], before=before, places=origin * [-1, -1, 1], values=values)
 
 
+@pytest.mark.parametrize("make", [model, segmentation])
+def test_hardened_surface_is_moved_forward(scene, logic, make):
+    data = make(scene)
+    before = _points(data)
+    transform = logic.create(data)
+    p = before[:: len(before) // 8]
+    set_places(logic.add_handle(transform, markups(scene, p)), p + RNG.uniform(-2, 2, p.shape))
+    assert logic.update(transform), logic.message
+    expected = logic.deformation(transform).forward(before)
+    data.SetAndObserveTransformNodeID(transform.GetID())
+    assert data.HardenTransform()
+    assert _points(data) == pytest.approx(expected, abs=0.02)
+
+
+def _points(data):
+    (surface,) = deform_logic._surfaces(data)
+    return vtk_to_numpy(surface.GetPoints().GetData()).astype(float)
+
+
 def points_along(transform):
     """The points of the grid along its longest edge."""
     return max(transform.GetTransformFromParent().GetDisplacementGrid().GetDimensions())

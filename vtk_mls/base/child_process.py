@@ -44,7 +44,8 @@ def started(name, *arguments, **options):
     values of JSON. Options are those of `subprocess.Popen`; standard input should be `DEVNULL` in
     programs that embed Python. Yields the Popen and the folder. OSError if no child can be started.
     """
-    with tempfile.TemporaryDirectory(prefix=PREFIX, ignore_cleanup_errors=True) as folder:
+    folder = tempfile.mkdtemp(prefix=PREFIX)
+    try:
         python = interpreter()
         if python is None:
             raise OSError("this program has no Python interpreter to start")
@@ -58,6 +59,8 @@ def started(name, *arguments, **options):
                 yield child, Path(folder)
             finally:
                 child.kill()
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 def run(name, *arguments, timeout):
@@ -154,7 +157,7 @@ def _described(error):
     """An exception and its causes as values of JSON."""
     cause = error.__cause__ or (None if error.__suppress_context__ else error.__context__)
     classes = [(base.__module__, base.__qualname__) for base in type(error).__mro__]
-    fields = {name: value for name, value in vars(error).items() if isinstance(value, str | tuple)}
+    fields = {name: value for name, value in vars(error).items() if isinstance(value, (str, tuple))}
     record = {"classes": classes, "message": str(error), "fields": fields}
     return {**record, "cause": cause and _described(cause)}
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import accumulate
-from typing import TypeVar
+from typing import TypeVar, Union
 
 Step = TypeVar("Step")
 
@@ -66,7 +66,7 @@ class Progress:
 
 
 # A callback that stops the computation by a true return value, or a part of a computation.
-ProgressLike = Callable[[float], object] | Progress | None
+ProgressLike = Union[Callable[[float], object], Progress, None]
 
 
 @contextmanager

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Hashable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,7 @@ from vtk_mls.base.validation import freeze, short_repr
 # Values in the void of a cut: the background, or those of the material continued behind its face.
 VOID_VALUES = ("background", "continued")
 AUTOMATIC = "auto"  # background
-Background = float | str | tuple[float, ...]
+Background = Union[float, str, tuple[float, ...]]
 _MAX_LISTED = 4  # arrays in a warning
 
 

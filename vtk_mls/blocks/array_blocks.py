@@ -138,6 +138,6 @@ def _all_chunks(chunks: Any, components: tuple[int, ...]) -> Any:
     """`chunks` of three axes, and of the components."""
     if isinstance(chunks, dict):
         chunks = tuple(chunks.get(axis, "auto") for axis in range(3))
-    if not isinstance(chunks, tuple | list):
+    if not isinstance(chunks, (tuple, list)):
         chunks = (chunks,) * 3
     return (*chunks, *components)

@@ -1,5 +1,7 @@
 """The blocks of an output: whole chunks of its arrays, each computed and written by itself."""
 
+from __future__ import annotations
+
 import dataclasses
 import functools
 import itertools

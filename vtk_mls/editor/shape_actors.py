@@ -1,7 +1,5 @@
 """Draws regions, curves and the mask of a state."""
 
-import itertools
-
 import numpy as np
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
@@ -106,9 +104,9 @@ def _circles(center, radius):
 
 
 def _set_lines(target, lines):
-    offsets = np.cumsum([0, *map(len, lines)])
+    offsets = np.cumsum([0, *map(len, lines)]).tolist()
     cells = vtkCellArray()
-    for start, stop in itertools.pairwise(offsets.tolist()):
+    for start, stop in zip(offsets, offsets[1:]):
         cells.InsertNextCell(stop - start, [*range(start, stop)])
     target.SetPoints(polydata.points(np.concatenate(lines)) if lines else vtkPoints())
     target.SetLines(cells)

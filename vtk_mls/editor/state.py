@@ -1,5 +1,7 @@
 """The edited value: handles, options of the map, cuts and mask."""
 
+from __future__ import annotations
+
 import functools
 from dataclasses import dataclass, field, make_dataclass, replace
 
@@ -12,21 +14,37 @@ from vtk_mls.model.handles.handle_paths import blended_path
 
 _, _POLYNOMIAL = options.DEGREE.needs
 _CHOSEN = ("order", "smoothing", "softening")  # options that may be automatic
-# The options, with the defaults of the editor.
-_Options = make_dataclass(
-    "_Options",
+
+
+@dataclass(frozen=True, eq=False)
+class _Handles:
+    rest: np.ndarray
+    deformed: np.ndarray
+    weights: np.ndarray | None = None
+    labels: tuple = ()
+    anchored: np.ndarray | None = None
+    cuts: tuple = ()
+    handles: tuple = ()
+    mask: BallMask | None = None
+    enabled: np.ndarray | None = None
+    path: np.ndarray | None = None
+
+
+# With the options, and their defaults in the editor.
+_State = make_dataclass(
+    "_State",
     [
         (option.name, type(option.default), field(default=option.interactive_default))
         for option in options.OPTIONS
     ],
+    bases=(_Handles,),
     frozen=True,
     eq=False,
-    kw_only=True,
 )
 
 
 @dataclass(frozen=True, eq=False)
-class State(_Options):
+class State(_State):
     """Everything that an edit changes and undo restores.
 
     Attributes
@@ -48,17 +66,6 @@ class State(_Options):
     kind, alpha, ...
         All of `options.OPTIONS`, with the defaults of the editor.
     """
-
-    rest: np.ndarray
-    deformed: np.ndarray
-    weights: np.ndarray | None = None
-    labels: tuple = ()
-    anchored: np.ndarray | None = None
-    cuts: tuple = ()
-    handles: tuple = ()
-    mask: BallMask | None = None
-    enabled: np.ndarray | None = None
-    path: np.ndarray | None = None
 
     def __post_init__(self):
         if not isinstance(self.mask, (BallMask, type(None))):

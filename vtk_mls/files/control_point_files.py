@@ -11,6 +11,8 @@ All coordinates are returned in LPS (see `frames`). The caller can name the fram
 not say theirs; otherwise it is LPS.
 """
 
+from __future__ import annotations
+
 from contextlib import contextmanager
 from dataclasses import replace
 from os import PathLike

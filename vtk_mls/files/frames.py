@@ -20,7 +20,8 @@ def signs(frame):
     words = str(frame).strip().upper().split("-")
     letters = "".join(word[:1] for word in words) if len(words) == 3 else words[0]
     try:
-        return np.array([of[letter] for of, letter in zip(_SIGNS, letters, strict=True)])
+        x, y, z = letters
+        return np.array([of[letter] for of, letter in zip(_SIGNS, (x, y, z))])
     except (KeyError, ValueError):
         raise ValueError(f"must be LPS, RAS or another such frame, got `{frame!s:.40}`") from None
 

@@ -5,6 +5,8 @@ directions in a space of four dimensions, and no kind says another thing (ITK an
 these).
 """
 
+from __future__ import annotations
+
 import re
 from dataclasses import dataclass
 

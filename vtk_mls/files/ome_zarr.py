@@ -180,7 +180,7 @@ def _chunks_in(array, place):
         pairs.append(
             [
                 (slice(a, b), slice(a - rows.start, b - rows.start))
-                for a, b in itertools.pairwise(bounds)
+                for a, b in zip(bounds, bounds[1:])
             ]
         )
     for chunk in itertools.product(*pairs):

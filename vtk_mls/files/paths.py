@@ -7,6 +7,8 @@ blocks), the file that names the others is replaced last. Only a process killed 
 renamings leaves new data under an old header. In folders only files of the same names are replaced.
 """
 
+from __future__ import annotations
+
 import os
 import shutil
 import tempfile

@@ -29,6 +29,8 @@ BigWarp's first position is in the moving image, the second in the target, and B
 moving image: p is the first, q the second.
 """
 
+from __future__ import annotations
+
 import csv
 import math
 from dataclasses import dataclass

@@ -1,5 +1,7 @@
 """Sessions of the editor, `.mls.json`: the files of the data, the edit, and what is shown."""
 
+from __future__ import annotations
+
 import json
 import os
 from dataclasses import dataclass, field

@@ -94,7 +94,7 @@ def write_transform(
     is_itk = formats.AFFINE in line.writes
     if is_itk and is_affine:
         write = partial(itk_transforms.write, [_product(affines)])
-    elif is_itk and grid is None and all(isinstance(member, Affine | Field) for member in members):
+    elif is_itk and grid is None and all(isinstance(member, (Affine, Field)) for member in members):
         write = partial(itk_transforms.write, members)
     else:
         displacement, grid = _sampled(transform, grid)

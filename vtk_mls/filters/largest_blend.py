@@ -1,5 +1,7 @@
 """The largest share of a deformation that keeps a mesh valid."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -4,10 +4,12 @@
 and proxies, of options of the command line and of docs/properties.md. VTK is not needed here.
 """
 
+from __future__ import annotations
+
 import re
 import textwrap
 from collections.abc import Mapping
-from dataclasses import KW_ONLY, dataclass, field
+from dataclasses import dataclass, field
 
 from vtk_mls.base.errors import InputError
 from vtk_mls.base.grid import Grid
@@ -23,7 +25,6 @@ class Property:
     name: str  # in CamelCase: the methods are Set<name> and Get<name>
     default: object  # of the filter; it must not change a list
     help: str  # for every user: ParaView's tooltip and the help of the command, too
-    _: KW_ONLY
     more: str = ""  # for those who write programs
     unit: str = ""  # unit or frame of numbers
     is_advanced: bool = False  # whether ParaView shows it only among advanced properties
@@ -104,7 +105,6 @@ class Number(Property):
     property, Automatic<name>.
     """
 
-    _: KW_ONLY
     spellings: Mapping[str, int | str] = field(default_factory=dict, hash=False)
 
     def parsed(self, text):
@@ -126,16 +126,14 @@ class Number(Property):
 class Slider(Number):
     """A number with a usual range, for a slider; the help gives the allowed range."""
 
-    _: KW_ONLY
-    low: float
-    high: float
+    low: float = 0.0
+    high: float = 1.0
 
 
 @dataclass(frozen=True)
 class Vector(Property):
     """Several numbers, as arguments or as a sequence: integers if the default has integers."""
 
-    _: KW_ONLY
     labels: tuple = ("x", "y", "z")
 
     @property
@@ -170,8 +168,7 @@ class Dimensions(Vector):
 class Choice(Property):
     """One of some words."""
 
-    _: KW_ONLY
-    choices: tuple
+    choices: tuple = ()
 
     @property
     def values(self):
@@ -186,7 +183,6 @@ class Choice(Property):
 class Flag(Property):
     """On or off; with `is_on_in_paraview` it is on by default there."""
 
-    _: KW_ONLY
     is_on_in_paraview: bool = False
 
     values = "True or False"
@@ -255,7 +251,6 @@ class Items(Property):
 class ArrayNames(Items):
     """Names of point and cell arrays of the input, each once; `components` 0 is any number."""
 
-    _: KW_ONLY
     components: int = 0
 
     values = "names"
@@ -268,8 +263,7 @@ class ArrayNames(Items):
 class Values(Items):
     """Values of `vtk_mls`, which only Python can set; `kinds` says which."""
 
-    _: KW_ONLY
-    kinds: str
+    kinds: str = ""
 
     @property
     def values(self):
@@ -280,8 +274,7 @@ class Values(Items):
 class Value(Property):
     """A value of `vtk_mls` or None, which only Python can set; `kinds` says which."""
 
-    _: KW_ONLY
-    kinds: str
+    kinds: str = ""
 
     @property
     def values(self):

@@ -5,8 +5,10 @@ scripts, PyVista and the reference pages take them from `OPTIONS`. Control point
 not options.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable, Mapping
-from dataclasses import KW_ONLY, dataclass, field
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -30,7 +32,6 @@ class Option:
     default: Any  # in Python, in the filters and on the command line: a number, a text, or None
     label: str  # of a control in a panel
     help: str  # for all users
-    _: KW_ONLY
     more: str = ""  # help for programmers
     spellings: Mapping[str, int] = field(default_factory=dict, hash=False)  # of values, by text
     choices: tuple = ()  # possible values; empty for a number in a range, or a text

@@ -1,5 +1,7 @@
 """Fields of a deformation on grids and at points."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 
 import numpy as np

@@ -4,7 +4,6 @@ A segment adds the integrals of its weight w(t) times polynomials in t to the su
 integrals are computed by quadrature; the Gauss rule for the measure w(t) dt then has the same.
 """
 
-import itertools
 from typing import NamedTuple
 
 import numpy as np
@@ -50,7 +49,7 @@ def gauss_rule(segments, v, smoothing2, scale2, alpha, order):
     start = np.clip(projection, 0, 1) - projection  # of the nearest point, from the projection on
     ends = [np.arcsinh(s / width) for s in (-projection, start, 1 - projection)]
     t, weights = [], []
-    for low, high in itertools.pairwise(ends):
+    for low, high in zip(ends, ends[1:]):
         half = (high - low)[:, :, None] / 2
         u = (low + high)[:, :, None] / 2 + half * _AT
         t.append(width[:, :, None] * np.sinh(u) - start[:, :, None])

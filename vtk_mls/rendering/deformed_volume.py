@@ -1,5 +1,7 @@
 """A volume that is drawn deformed, without resampling it (section 4 of the paper)."""
 
+from __future__ import annotations
+
 from weakref import WeakKeyDictionary, ref
 
 import numpy as np

@@ -4,8 +4,6 @@ The volume of material at v relative to its volume at rest is 1 / det J_G(v). Th
 of the determinant, which is continuous where space starts to fold, while the ratio has a pole.
 """
 
-import itertools
-
 import numpy as np
 from vtkmodules.vtkCommonCore import vtkLookupTable
 
@@ -75,7 +73,7 @@ def shader_function(name):
     lines.append(f"  if (!(volume > 0.0)) return {_vec3(FOLDED)};")
     lines.append("  float change = -log2(volume);")
     lines.append(f"  vec3 color = {_vec3(_NODES[0][1])};")
-    for (low, _), (high, color) in itertools.pairwise(_NODES):
+    for (low, _), (high, color) in zip(_NODES, _NODES[1:]):
         share = f"clamp((change - {low}) / {high - low}, 0.0, 1.0)"
         lines.append(f"  color = mix(color, {_vec3(color)}, {share});")
     return "\n".join([*lines, "  return color;", "}", ""])

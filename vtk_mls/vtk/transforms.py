@@ -47,7 +47,7 @@ def to_vtk_transform(transform: Transform, grid: Grid | None = None) -> vtkGener
         Naming the argument.
     """
     members = members_of(transform)
-    if not all(isinstance(member, Affine | Field) for member in members):
+    if not all(isinstance(member, (Affine, Field)) for member in members):
         members = _sampled(members, grid)
     result = vtkGeneralTransform()
     result.PostMultiply()

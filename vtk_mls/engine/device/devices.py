@@ -1,5 +1,7 @@
 """OpenCL devices: discovery, contexts, and kernels built for them."""
 
+from __future__ import annotations
+
 import functools
 import os
 import re

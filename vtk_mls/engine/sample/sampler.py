@@ -1,5 +1,7 @@
 """Sampling of arrays on an OpenCL device, and the map to where they are sampled."""
 
+from __future__ import annotations
+
 from collections.abc import Hashable
 from typing import NamedTuple
 
