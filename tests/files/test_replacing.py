@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from command_fixtures import python
 from file_fixtures import MESHES, image_with
 from vtk_fixtures import TYPES, add_array, make_image
 from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet
@@ -49,7 +50,7 @@ DATASETS = {
     **dict.fromkeys((".vtp", ".stl", ".ply"), _sphere),
     ".vtu": MESHES[".vtu"],
     ".vts": MESHES[".vts"],
-    **dict.fromkeys((".vtm", ".vtpc", ".vtkhdf"), _blocks),
+    **dict.fromkeys((".vtm", ".vtpc"), _blocks),
 }
 
 
@@ -69,10 +70,38 @@ def test_a_full_disk_is_noticed_and_leaves_the_old_file(tmp_path, disk, suffix, 
     before = _contents(tmp_path)
     disk(0 if missing is None else max(full - missing, 0))
     sentence = " could not be written: (No space|File too)"
-    if suffix in (".vtm", ".vtpc", ".vtkhdf"):  # VTK does not know the reason
+    if suffix in (".vtm", ".vtpc"):  # VTK does not know the reason
         sentence = ""
     with pytest.raises((OSError, ValueError), match=rf"^`.*x\{suffix}`{sentence}"):
         io.write_dataset(dataset, path)
+    assert _contents(tmp_path) == before
+
+
+# HDF5 keeps what it could not write, and ends the process when it is next used.
+_WRITE_HDF = """
+import os, resource, sys
+from vtk_mls import io
+source, path, size = sys.argv[1:]
+blocks = io.read_dataset(source)
+resource.setrlimit(resource.RLIMIT_FSIZE, (int(size), resource.RLIM_INFINITY))
+try:
+    io.write_dataset(blocks, path)
+except (OSError, ValueError) as error:
+    print(error, flush=True)
+    os._exit(0)
+"""
+
+
+@pytest.mark.parametrize("missing", [1, 5_000, None], ids=["a byte", "5,000 bytes", "all"])
+def test_a_full_disk_is_noticed_by_hdf(tmp_path, missing):
+    source, path = tmp_path / "source.vtkhdf", tmp_path / "x.vtkhdf"
+    io.write_dataset(_blocks(), source)
+    path.write_bytes(b"the old one")
+    before = _contents(tmp_path)
+    size = 0 if missing is None else source.stat().st_size - missing
+    status, said, errors = python("-c", _WRITE_HDF, source, path, size)
+    assert status == 0, errors
+    assert said.startswith(f"`{path}`")
     assert _contents(tmp_path) == before
 
 

@@ -150,6 +150,7 @@ def test_the_plugin_takes_its_own_package_beside_a_clone(tmp_path, early):
 def test_released_pages_install_from_pypi_and_readme_links_to_addresses(tmp_path):
     shutil.copytree(PROJECT / ".ci", tmp_path / ".ci")
     shutil.copytree(PROJECT / "docs", tmp_path / "docs", ignore=shutil.ignore_patterns("_build"))
+    shutil.copytree(PROJECT / "slicer", tmp_path / "slicer")
     for name in ("README.md", "pyproject.toml"):
         shutil.copy(PROJECT / name, tmp_path)
     for _ in range(2):  # the second time changes nothing
@@ -157,6 +158,7 @@ def test_released_pages_install_from_pypi_and_readme_links_to_addresses(tmp_path
     readme = (tmp_path / "README.md").read_text(encoding="utf-8")
     assert {*re.findall(r"\]\((?!https:)[^)]*", readme)} == set()
     assert (tmp_path / "pyproject.toml").read_text(encoding="utf-8").count("owner/name") == 3
+    assert "git clone https://github.com/owner/name vtk_mls" in readme
     assert "pip install 'vtk-mls[vtk,cpu,web]'" in readme
     for page in (tmp_path / "README.md", *(tmp_path / "docs").rglob("*.md")):
         lines = page.read_text(encoding="utf-8").splitlines()
