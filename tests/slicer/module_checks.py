@@ -240,7 +240,11 @@ def test_hardened_surface_is_moved_forward(scene, logic, make):
     expected = logic.deformation(transform).forward(before)
     data.SetAndObserveTransformNodeID(transform.GetID())
     assert data.HardenTransform()
-    assert _points(data) == pytest.approx(expected, abs=0.02)
+    found = _points(data)
+    if make is segmentation:  # which Slicer samples again
+        expected, found = ([x.min(axis=0), x.max(axis=0)] for x in (expected, found))
+    tolerance = 0.3 if make is segmentation else 0.02
+    assert np.array(found) == pytest.approx(np.array(expected), abs=tolerance)
 
 
 def _points(data):
