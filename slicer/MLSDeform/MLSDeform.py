@@ -51,7 +51,6 @@ class MLSDeformParameterNode:
     """What the window shows; a deformation itself is on its transform node."""
 
     transform: slicer.vtkMRMLGridTransformNode
-    isLive: bool = True
 
 
 class MLSDeformLogic(ScriptedLoadableModuleLogic):
@@ -89,7 +88,6 @@ class MLSDeformWidget(ScriptedLoadableModuleWidget, VTKObservationMixin):
         self.parameters = self.logic.getParameterNode()
         self.ui.kind.addItems(KINDS)
         self.ui.transform.connect("currentNodeChanged(vtkMRMLNode*)", self.on_transform)
-        self.ui.isLive.connect("toggled(bool)", self.on_live)
         for name in ("create", "addHandle", "addBone", "addCut", "remove", "apply", "report"):
             getattr(self.ui, name).connect("clicked()", getattr(self, f"on_{name.lower()}"))
         self.ui.kind.connect("currentTextChanged(QString)", self.on_options)
@@ -120,11 +118,7 @@ class MLSDeformWidget(ScriptedLoadableModuleWidget, VTKObservationMixin):
 
     def on_transform(self, node):
         self.parameters.transform = node
-        self.on_live(self.parameters.isLive)
-
-    def on_live(self, is_live):
-        self.parameters.isLive = is_live
-        self.deform.follow(self.transform if is_live else None)
+        self.deform.follow(node)
         self.show()
 
     def on_addhandle(self):
@@ -147,9 +141,9 @@ class MLSDeformWidget(ScriptedLoadableModuleWidget, VTKObservationMixin):
 
     def on_remove(self):
         row = self.ui.parts.currentRow
-        if row >= 0:
+        if self.transform is not None and row >= 0:
             self.deform.remove(self.transform, self._parts()[row])
-        self.show()
+            self.show()
 
     def on_apply(self):
         self._with_transform(
@@ -158,8 +152,10 @@ class MLSDeformWidget(ScriptedLoadableModuleWidget, VTKObservationMixin):
 
     def on_report(self):
         def report(transform):
-            table = slicer.mrmlScene.AddNewNodeByClass("vtkMRMLTableNode", "Landmarks")
+            table = slicer.vtkMRMLTableNode()
+            table.SetName("Landmarks")
             self.deform.report(transform, table)
+            slicer.mrmlScene.AddNode(table)
             selection = slicer.app.applicationLogic().GetSelectionNode()
             selection.SetActiveTableID(table.GetID())
             slicer.app.applicationLogic().PropagateTableSelection()

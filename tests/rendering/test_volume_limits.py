@@ -182,7 +182,7 @@ def test_a_shader_error_after_the_first_picture(monkeypatch, messages):
     np.testing.assert_array_equal(scene.picture(), before)
 
 
-# VTK's messages during the first picture of volumes, each of which is reported once
+# Messages of VTK while it draws the first volume. VTK reports each of them once.
 
 
 def three_volumes():

@@ -63,7 +63,7 @@ class Saver:
     copies_data : bool
         Whether to copy the files of the datasets, for files that are temporary.
     times : tuple of float
-        Time steps of the first dataset, of which that with the index `step` is saved; or ().
+        Time steps of the first dataset, or (). The one at index `step` is saved.
     files : list of Path
         Files of the last save.
     warnings : list of str

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import napari
 import numpy as np
-from magicgui.widgets import CheckBox, ComboBox, Container, FloatSpinBox, PushButton, SpinBox
+from magicgui.widgets import ComboBox, Container, FloatSpinBox, PushButton, SpinBox
 from napari.layers import Image, Labels, Layer, Points
 from napari.utils.notifications import show_warning
 
@@ -41,11 +41,10 @@ class DeformWidget(Container):
         self._alpha = FloatSpinBox(label="Locality (alpha)", value=2, min=0.5, max=6, step=0.25)
         self._smoothing = FloatSpinBox(label="Smoothing", value=0, min=0, max=1e6)
         self._steps = SpinBox(label="Steps (0 prevents folds)", value=1, min=0, max=256)
-        self._live = CheckBox(label="Follow the points", value=True)
         super().__init__(
             widgets=[
                 *(self._data, self._rest, self._copy, self._moved),
-                *(self._kind, self._alpha, self._smoothing, self._steps, self._live),
+                *(self._kind, self._alpha, self._smoothing, self._steps),
             ]
         )
         self._copy.changed.connect(self._copy_points)
@@ -53,7 +52,6 @@ class DeformWidget(Container):
             chosen.changed.connect(self._follow)
         for option in (self._data, self._kind, self._alpha, self._smoothing, self._steps):
             option.changed.connect(self.update)
-        self._live.changed.connect(self.update)
         viewer.layers.events.inserted.connect(self.reset_choices)
         viewer.layers.events.removed.connect(self.reset_choices)
         self._follow()
@@ -78,23 +76,19 @@ class DeformWidget(Container):
 
     def _follow(self) -> None:
         for points in self._connected:
-            points.events.data.disconnect(self._on_data)
+            points.events.data.disconnect(self.update)
             points.mouse_drag_callbacks.remove(self._on_drag)
         self._connected = list({self._rest.value, self._moved.value} - {None})
         for points in self._connected:
-            points.events.data.connect(self._on_data)
+            points.events.data.connect(self.update)
             points.mouse_drag_callbacks.append(self._on_drag)
         self.update()
-
-    def _on_data(self, _=None) -> None:
-        if self._live.value:
-            self.update()
 
     def _on_drag(self, _, event):
         """Napari tells of moved points only at their release."""
         yield
         while event.type == "mouse_move":
-            self._on_data()
+            self.update()
             yield
 
     def deformation(self) -> Deformation:
@@ -118,7 +112,7 @@ class DeformWidget(Container):
             steps=self._steps.value or "auto",
         )
 
-    def update(self) -> None:
+    def update(self, _=None) -> None:
         """Deform the chosen layer; a sentence in napari's corner says what does not fit."""
         data, points = self._data.value, (self._rest.value, self._moved.value)
         if data is None or None in points or points[0] is points[1]:
