@@ -13,9 +13,11 @@ from napari.layers import Image, Labels, Layer, Points
 from napari.utils.notifications import show_warning
 
 from vtk_mls import Deformation, Grid, Sampling, dask
+from vtk_mls.model.options import MAX_STEPS, named
 
 # Blocks (nz, ny, nx) that are computed at once.
 _CHUNKS = (16, 512, 512)
+_KINDS = ("rigid", "similarity", "affine", "spline", "auto")
 _PLACED = ("scale", "translate", "rotate", "shear", "affine", "units", "axis_labels")
 
 
@@ -36,11 +38,11 @@ class DeformWidget(Container):
         self._rest = ComboBox(label="Points at rest", choices=self._layers(Points))
         self._copy = PushButton(text="Copy the points, to drag them")
         self._moved = ComboBox(label="Points moved", choices=self._layers(Points))
-        kinds = ("rigid", "similarity", "affine", "spline", "auto")
-        self._kind = ComboBox(label="Kind", choices=kinds)
-        self._alpha = FloatSpinBox(label="Locality (alpha)", value=2, min=0.5, max=6, step=0.25)
-        self._smoothing = FloatSpinBox(label="Smoothing", value=0, min=0, max=1e6)
-        self._steps = SpinBox(label="Steps (0 prevents folds)", value=1, min=0, max=256)
+        self._kind = ComboBox(choices=_KINDS, **_about("kind"))
+        low, high, step = named("alpha").slider
+        self._alpha = FloatSpinBox(min=low, max=high, step=step, **_about("alpha"))
+        self._smoothing = FloatSpinBox(min=0, max=1e6, **_about("smoothing"))
+        self._steps = SpinBox(min=0, max=MAX_STEPS, **_about("steps"))
         super().__init__(
             widgets=[
                 *(self._data, self._rest, self._copy, self._moved),
@@ -137,6 +139,12 @@ class DeformWidget(Container):
         layers = self._viewer.layers
         layers.insert(layers.index(data) + 1, self._deformed)
         layers.selection.active = self._moved.value  # ready to be dragged
+
+
+def _about(name):
+    """Label, default and tooltip of an option."""
+    option = named(name)
+    return {"label": option.label, "value": option.default, "tooltip": option.help}
 
 
 def deformed_levels(layer: Layer, deformation: Deformation) -> list:

@@ -21,12 +21,13 @@ from vtk.util.numpy_support import numpy_to_vtk, vtk_to_numpy
 
 import vtk_mls
 from vtk_mls import landmarks
+from vtk_mls.model.options import named
 
 # Roles of references. The n-th node of _REST belongs to the n-th of _MOVED.
 _DATA, _REST, _MOVED = "MLSDeform.data", "MLSDeform.rest", "MLSDeform.moved"
 _BONE, _CUT = "MLSDeform.bone", "MLSDeform.cut"
 # Options, as arguments of `vtk_mls.Deformation`, and their values in a new deformation.
-OPTIONS = {"kind": "rigid", "alpha": 2.0, "smoothing": 0.0, "steps": 1}
+OPTIONS = {name: named(name).default for name in ("kind", "alpha", "smoothing", "steps")}
 KINDS = ("rigid", "similarity", "affine", "spline", "auto")
 # Points of the grid along its longest edge: while the mouse moves, and at its release.
 COARSE, FINE = 64, 128
