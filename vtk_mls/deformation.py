@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from vtk_mls.base import validation
 from vtk_mls.base.grid import Grid
 from vtk_mls.base.progress import ProgressLike
+from vtk_mls.engine.device import device_check
 from vtk_mls.engine.dispatch import engine_for
 from vtk_mls.model.map_parameters import MapParameters
 from vtk_mls.model.options import named
@@ -237,7 +238,9 @@ class Deformation(Transform, MapParameters):
     @property
     def _engine(self):
         points = [region.control_points for region in self.regions]
-        return engine_for(self.device, any(p.kind.is_wrong_in_float32(p) for p in points))
+        needs_float64 = any(p.kind.is_wrong_in_float32(p) for p in points)
+        subjects = device_check.subjects({p.kind.name for p in points}, self.cuts)
+        return engine_for(self.device, needs_float64, subjects)
 
     def _material_samples(self, grid):
         return self.handle_set.positions

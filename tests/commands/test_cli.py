@@ -189,9 +189,9 @@ def test_doctor_shows_checked_devices(cache, tmp_path):
 def test_doctor_checks_devices_again(monkeypatch):
     rechecks, results = [], device_check.results
 
-    def record(devices, recheck=False):
+    def record(devices, subjects=device_check.SUBJECTS, recheck=False):
         rechecks.append(recheck)
-        return results(devices)
+        return results(devices, subjects)
 
     monkeypatch.setattr(device_check, "results", record)
     monkeypatch.setenv("PATH", os.devnull)  # no ParaView

@@ -45,8 +45,10 @@ def found(monkeypatch):
         by_key = {d.key: results.get(d.name.lower(), GOOD) for d in devices}
         monkeypatch.setattr(device, "_in_use", [])  # other tests of the process use drivers
         monkeypatch.setattr(device, "find", lambda: (list(devices), "OpenCL has no device"))
-        monkeypatch.setattr(device_check, "results", lambda found: [by_key[d.key] for d in found])
-        monkeypatch.setattr(device_check, "cached_result", lambda d: by_key[d.key])
+        monkeypatch.setattr(device_check, "failure", lambda d: by_key[d.key].failure)
+        monkeypatch.setattr(
+            device_check, "results", lambda found, subjects: [by_key[d.key] for d in found]
+        )
 
     return pretend
 
@@ -75,7 +77,7 @@ def test_no_driver_is_checked_after_the_first_that_works(found, monkeypatch):
         found(CPU, pocl, intel, **bad)
         results = device_check.results
         monkeypatch.setattr(
-            device_check, "results", lambda devices: checked.extend(devices) or results(devices)
+            device_check, "results", lambda found, _: checked.extend(found) or results(found, _)
         )
         checked.clear()
         return dispatch.choose(name)
@@ -89,7 +91,7 @@ def test_no_driver_is_checked_after_the_first_that_works(found, monkeypatch):
     choose(intel=BAD)
     checked.clear()
     assert dispatch.choose(is_checked=False) == pocl
-    monkeypatch.setattr(device_check, "cached_result", lambda device: None)
+    monkeypatch.setattr(device_check, "failure", lambda device: "")
     assert dispatch.choose(is_checked=False) == intel
     assert checked == []
 

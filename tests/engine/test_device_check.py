@@ -17,7 +17,7 @@ from vtk_mls.base import child_process, messages
 from vtk_mls.engine import dispatch
 from vtk_mls.engine.device import caches, device_check
 from vtk_mls.engine.device import devices as device
-from vtk_mls.engine.device.device_check import Result
+from vtk_mls.engine.device.device_check import BASIC, CUTS, SUBJECTS, Result
 
 USUAL = caches.folder()
 HANDLE = types.SimpleNamespace(native_vector_width_float=16)
@@ -77,14 +77,14 @@ def messages_of(function, *arguments):
 
 def test_a_sound_device_is_tested_once(child, monkeypatch):
     child("")
-    (result,), sentences = messages_of(device_check.results, [FAKE])
+    (result,), sentences = messages_of(device_check.results, [FAKE], [BASIC])
     assert result == Result()
     assert len(sentences) == 1
     assert sentences[0].startswith("Testing OpenCL on Processor (Maker)")
     child(DIES)
-    assert device_check.results([FAKE]) == [result]
+    assert device_check.results([FAKE], [BASIC]) == [result]
     monkeypatch.setattr(device_check, "_results", {})  # another process
-    assert messages_of(device_check.results, [FAKE]) == ([result], [])
+    assert messages_of(device_check.results, [FAKE], [BASIC]) == ([result], [])
     assert json.loads(device_check.result_path(FAKE).read_text())["device"] == str(FAKE)
 
 
@@ -100,16 +100,16 @@ def test_a_sound_device_is_tested_once(child, monkeypatch):
 @pytest.mark.skipif(sys.platform == "win32", reason="there are no signals on Windows")
 def test_a_driver_that_fails_is_not_used(child, behavior, sentence, monkeypatch):
     child(behavior)
-    (result,), sentences = messages_of(device_check.results, [FAKE])
+    (result,), sentences = messages_of(device_check.results, [FAKE], [BASIC])
     assert result.is_checked
     assert result.failure.startswith("it fails the check (")
     assert sentence in result.failure
     assert sentences[1].startswith(f"{FAKE} is not used: {result.failure}")
     child("")
     monkeypatch.setattr(device_check, "_results", {})
-    assert device_check.results([FAKE]) == [result]  # not tried again and again
+    assert device_check.results([FAKE], [BASIC]) == [result]  # not tried again and again
     for recheck in (True, False):
-        assert device_check.results([FAKE], recheck) == [Result()]
+        assert device_check.results([FAKE], [BASIC], recheck) == [Result()]
 
 
 @pytest.mark.parametrize(("behavior", "seconds"), [(HANGS, 0), (SPINS, 601), (WORKS, None)])
@@ -117,7 +117,7 @@ def test_only_a_child_that_hangs_is_ended(child, behavior, seconds, monkeypatch)
     """Processor time decides: on a busy machine a sound child can take long."""
     child(behavior)
     monkeypatch.setattr(device_check, "INTERVAL", 0.9)
-    (result,), sentences = messages_of(device_check.results, [FAKE])
+    (result,), sentences = messages_of(device_check.results, [FAKE], [BASIC])
     if seconds is None:
         assert result == Result()
     else:
@@ -125,30 +125,47 @@ def test_only_a_child_that_hangs_is_ended(child, behavior, seconds, monkeypatch)
         assert result == Result(reason, is_checked=False)
         assert sentences[1].startswith(f"{FAKE} is not used: {reason}; ")
     monkeypatch.setattr(device_check, "_results", {})
-    assert device_check.results([FAKE]) == [result]
+    assert device_check.results([FAKE], [BASIC]) == [result]
 
 
 def test_children_that_cannot_be_started(fresh, monkeypatch):
     for nothing in (None, [str(fresh / "nothing")], [sys.executable, "-c", "raise ImportError"]):
         monkeypatch.setattr(child_process, "interpreter", lambda nothing=nothing: nothing)
         monkeypatch.setattr(device_check, "_results", {})
-        (result,), sentences = messages_of(device_check.results, [FAKE])
+        (result,), sentences = messages_of(device_check.results, [FAKE], [BASIC])
         assert result == Result(is_checked=False)
         assert sentences[-1].startswith(f"{FAKE} is used, but not checked")
         assert not device_check.result_path(FAKE).exists()
 
 
 def test_a_device_that_a_child_does_not_find(fresh):
-    (result,), sentences = messages_of(device_check.results, [FAKE])
+    (result,), sentences = messages_of(device_check.results, [FAKE], [BASIC])
     assert not result.is_checked
     assert "the child process does not find the device" in sentences[-1]
+
+
+def test_kinds_and_cuts_are_tested_before_their_first_use(child):
+    child("")
+    asked = [device_check.subjects({kind}, cuts) for kind, cuts in (("rigid", ()), ("affine", [1]))]
+    assert asked == [(BASIC,), (BASIC, "affine", CUTS)]
+    _, sentences = messages_of(device_check.results, [FAKE], asked[0])
+    child(DIES)
+    assert device_check.results([FAKE], asked[0]) == [Result()]
+    (result,), more = messages_of(device_check.results, [FAKE], asked[1])
+    assert (len(sentences), len(more)) == (1, 2)  # nothing after the first failure
+    assert more[0].startswith("Testing affine with OpenCL on Processor (Maker)")
+    assert result.failure == device_check.failure(FAKE)
+    child("")
+    assert device_check.results([FAKE], recheck=True) == [Result()]
+    assert device_check.failure(FAKE) == ""
+    assert all(device_check.result_path(FAKE, subject).exists() for subject in SUBJECTS)
 
 
 def test_devices_of_one_kind_are_tested_once(child):
     child("")
     twin = dataclasses.replace(FAKE, key="0:1")
-    found, sentences = messages_of(device_check.results, [FAKE, twin])
-    assert found[0] is found[1]
+    found, sentences = messages_of(device_check.results, [FAKE, twin], [BASIC])
+    assert found == [Result()] * 2
     assert sentences[0].count("Processor") == 1
 
 
@@ -158,7 +175,7 @@ def test_broken_records_do_no_harm(child, text):
     place = device_check.result_path(FAKE)
     place.parent.mkdir(parents=True)
     place.write_text(text)
-    assert device_check.results([FAKE]) == [Result()]
+    assert device_check.results([FAKE], [BASIC]) == [Result()]
     assert json.loads(place.read_text())["failure"] == ""
 
 
@@ -167,14 +184,14 @@ def test_results_that_cannot_be_written(child, folder, monkeypatch):
     child("")
     with monkeypatch.context() as patch:
         patch.setattr(caches, "folder", lambda: folder)
-        assert device_check.results([FAKE]) == [Result()]
+        assert device_check.results([FAKE], [BASIC]) == [Result()]
 
 
 def test_a_child_is_no_process_of_the_parents_mpi_job(child, monkeypatch):
     monkeypatch.setenv("OMPI_COMM_WORLD_RANK", "3")
     monkeypatch.setenv("PMIX_RANK", "3")
     child("any('MPI' in k or 'PMI' in k for k in os.environ) and sys.exit(1)")
-    assert device_check.results([FAKE]) == [Result()]
+    assert device_check.results([FAKE], [BASIC]) == [Result()]
 
 
 def test_a_result_is_of_a_driver_and_kernels(monkeypatch):
@@ -212,14 +229,15 @@ def test_python_is_found_in_embedding_programs(tmp_path, monkeypatch):
 
 @pytest.mark.skipif(not DEVICES, reason="no OpenCL device that computes right")
 @pytest.mark.parametrize(
-    ("question", "changed", "failure"),
+    ("subject", "question", "changed", "failure"),
     [
-        ("jacobian", "answer + 0.01", "rigid Jacobian, fixed cut: wrong numbers, off by 0.01"),
-        ("jacobian", "answer * float('nan')", "rigid Jacobian, fixed cut: wrong numbers, off by n"),
-        ("forward", "(answer[0] + 0.1, answer[1])", "rigid inverse: wrong numbers, off by "),
+        (BASIC, "jacobian", "answer + 0.01", "rigid Jacobian: wrong numbers, off by 0.01"),
+        (CUTS, "jacobian", "answer * float('nan')", "Jacobian, fixed cut: wrong numbers, off by n"),
+        (BASIC, "forward", "(answer[0] + 0.1, answer[1])", "rigid inverse: wrong numbers, off by "),
+        ("affine", "backward", "answer + 0.1", "map at points: wrong numbers, off by "),
     ],
 )
-def test_wrong_results_are_detected(question, changed, failure, fresh, monkeypatch):
+def test_wrong_results_are_detected(subject, question, changed, failure, fresh, monkeypatch):
     """The real test of a real device whose kernels are wrong in a way that is hard to see."""
     stub = fresh / "stub.py"
     stub.write_text(
@@ -239,7 +257,7 @@ runpy.run_path(sys.argv[1])
     )
     monkeypatch.setattr(child_process, "interpreter", lambda: [sys.executable, str(stub)])
     (chosen,) = (found for found in device.list_devices() if found.key == DEVICES[0])
-    (result,) = device_check.results([chosen])
+    (result,) = device_check.results([chosen], [subject])
     assert failure in result.failure
 
 

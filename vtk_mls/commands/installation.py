@@ -83,7 +83,7 @@ def _devices(problems, retest):
     lines, devices, used_device = [], [], None
     try:
         devices = device.list_devices()
-        results = device_check.results(devices, retest)
+        results = device_check.results(devices, recheck=retest)
         if requested != "reference":
             used_device = dispatch.choose(requested)
     except DeviceError as error:

@@ -5,21 +5,22 @@ import os
 from vtk_mls.base import lazy
 from vtk_mls.base.messages import warn
 from vtk_mls.engine.device import device_check, devices, drivers
+from vtk_mls.engine.device.device_check import BASIC, SUBJECTS
 from vtk_mls.engine.device.devices import NoDevice
 from vtk_mls.reference import reference_engine as reference
 
 
-def engine_for(name=None, needs_float64=False):
+def engine_for(name=None, needs_float64=False, subjects=(BASIC,)):
     """The engine for `name`, the `device` of a `Deformation`, or DeviceError.
 
     It is the numpy reference, with one warning, if no device works and none is named, or if the
-    device has no float64 and the map needs it.
+    device has no float64 and the map needs it. The device has passed the check of `subjects`.
     """
     name = name or os.environ.get("VTK_MLS_DEVICE") or None
     if name == "reference":
         return reference
     try:
-        chosen = _chosen(name, os.getpid())
+        chosen = _chosen(name, subjects, os.getpid())
     except NoDevice as error:
         if name is not None:
             raise
@@ -37,13 +38,13 @@ _warn_once = lazy.cached(warn)
 
 
 @lazy.cached
-def _chosen(name, process):
+def _chosen(name, subjects, process):
     """The device for a name in a process; a fork must not use that of its parent."""
-    return choose(name)
+    return choose(name, subjects)
 
 
-def choose(name=None, is_checked=True):
-    """The device for `name`, which passed the check.
+def choose(name=None, subjects=SUBJECTS, is_checked=True):
+    """The device for `name`, which passed the check of subjects.
 
     Names are "gpu", "cpu" and "platform:device". The default is the first GPU, else the fastest CPU
     driver. MPI processes take the GPUs of their node in turn. Devices are checked in the order of
@@ -59,10 +60,8 @@ def choose(name=None, is_checked=True):
         candidates += sorted(cpus, key=lambda device: drivers.rank(device.platform))
     for device in candidates:
         if is_checked:
-            (result,) = device_check.results([device])
-        else:
-            result = device_check.cached_result(device)
-        if not (result and result.failure):
+            (result,) = device_check.results([device], subjects)
+        if not (result.failure if is_checked else device_check.failure(device)):
             return device
     missing = "no OpenCL device" + (f" `{name}`" if name else " that works")
     if name and any(name in (device.key, device.kind) for device in found):
@@ -76,5 +75,5 @@ def choose(name=None, is_checked=True):
 
 
 def _with_failure(device):
-    result = device_check.cached_result(device)
-    return f"{device}" + (f", not used: {result.failure}" if result and result.failure else "")
+    failure = device_check.failure(device)
+    return f"{device}" + (f", not used: {failure}" if failure else "")

@@ -55,7 +55,7 @@ def _comparison(edit):
 
 
 def _errors():
-    """The median error; phones keep its line, so that the picture above keeps its size."""
+    """The median error. Narrow pages keep its line, so that the picture above keeps its size."""
     text = "median_error ? `median error ${median_error} ${unit} ${choice}` : ''"
     title = "Each pair predicted from the others"
     html.Span(f"{{{{ {text} }}}}", classes="mls-errors text-caption", title=title)

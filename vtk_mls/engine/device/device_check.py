@@ -1,8 +1,9 @@
 """Checks an OpenCL device once before its first use, in child processes.
 
 Drivers miscompile, crash and hang. Two children at once run kernels on the device and compare them
-with the numpy reference (`kernel_checks`). The result is saved in the user's cache folder, one file
-per driver, processor and version of the kernels.
+with the numpy reference (`kernel_checks`). What all maps need is checked first; each other kind,
+and cuts, before their first use. The results are saved in the user's cache folder, one file per
+driver, processor, version of the kernels, and subject.
 """
 
 import hashlib
@@ -21,12 +22,16 @@ from vtk_mls.base import child_process, lazy
 from vtk_mls.base.messages import inform, warn
 from vtk_mls.base.resources import resource
 from vtk_mls.engine.device import caches, devices
+from vtk_mls.model.kinds import ALL_KINDS
 
 # A child hangs if it needs more seconds of processor time than this, some hundred times the usual,
 # or if it uses almost none between two looks. Other limits would be missed by a busy machine.
 MAX_SECONDS, MIN_SECONDS = 600, 0.5
 INTERVAL = 300  # seconds between two looks
-PARTS = 2  # of the check, one for each child
+PARTS = 2  # of the check of a subject, one for each child
+# Subjects: what all maps need, for the kind "rigid"; each other kind; and cuts.
+BASIC, CUTS = "rigid", "cuts"
+SUBJECTS = BASIC, *(kind for kind in ALL_KINDS if kind != BASIC), CUTS
 STEP, SECONDS = "step", "seconds"  # files that a child writes to its folder
 _CHECK = "vtk_mls.commands.kernel_checks:main"  # called by a child
 # A child is not a process of the parent's MPI job.
@@ -46,31 +51,57 @@ _results: dict[str, Result] = {}  # by file name
 _lock = threading.RLock()
 
 
-def results(found, recheck=False):
-    """The result for each device. Those without one are checked now; all are, to `recheck`."""
+def subjects(kinds, cuts):
+    """The subjects of a map of some kinds, with or without cuts."""
+    needed = {BASIC, *kinds, CUTS if cuts else BASIC}
+    return tuple(subject for subject in SUBJECTS if subject in needed)
+
+
+def results(found, subjects=SUBJECTS, recheck=False):
+    """The worst result of the subjects for each device, checked now where there is none.
+
+    To `recheck`, all are. Nothing is checked on a device after its first failure.
+    """
+    checked = set()
     with _lock:
-        for name, device in {_file_name(device): device for device in found}.items():
-            if recheck or cached_result(device) is None:
-                _results[name] = _check(device)
-                _write(device, _results[name])
-        return [_results[_file_name(device)] for device in found]
+        return [_worst(device, subjects, checked, recheck) for device in found]
 
 
-def cached_result(device):
-    """The result for `device` without a check."""
-    name = _file_name(device)
+def _worst(device, subjects, checked, recheck):
+    worst = Result()
+    for subject in subjects:
+        name = _file_name(device, subject)
+        if (recheck and name not in checked) or _cached(device, subject) is None:
+            _results[name] = _check(device, subject)
+            _write(device, subject, _results[name])
+        checked.add(name)
+        if _results[name].failure:
+            return _results[name]
+        if not _results[name].is_checked:
+            worst = _results[name]
+    return worst
+
+
+def failure(device):
+    """Why `device` must not be used, without a check; empty if no failure is known."""
+    found = [_cached(device, subject) for subject in SUBJECTS]
+    return next((result.failure for result in found if result and result.failure), "")
+
+
+def _cached(device, subject):
+    name = _file_name(device, subject)
     with _lock:
         if name not in _results:
             with suppress(OSError, AttributeError, KeyError, TypeError, ValueError):
-                record = json.loads(result_path(device).read_text())
+                record = json.loads(result_path(device, subject).read_text())
                 _results[name] = Result(str(record["failure"]), bool(record["is_checked"]))
         return _results.get(name)
 
 
-def result_path(device):
+def result_path(device, subject=BASIC):
     """The file with the result for `device`; None without a cache folder."""
     folder = caches.folder()
-    return folder and folder / "vtk_mls" / "devices" / _file_name(device)
+    return folder and folder / "vtk_mls" / "devices" / _file_name(device, subject)
 
 
 def description(device):
@@ -80,10 +111,10 @@ def description(device):
 
 
 @lazy.cached
-def _file_name(device):
-    """A digest of everything that a result depends on: drivers, processor, kernels."""
+def _file_name(device, subject=BASIC):
+    """A digest of everything that a result depends on: drivers, processor, kernels, the subject."""
     drivers = sorted({(d.platform, d.driver) for d in devices.list_devices()})
-    identity = repr((description(device)[1:], drivers, caches.processor(), _kernels()))
+    identity = repr((description(device)[1:], drivers, caches.processor(), _kernels(), subject))
     return hashlib.sha256(identity.encode()).hexdigest()[:24] + ".json"
 
 
@@ -98,25 +129,26 @@ def _kernels():
     return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
 
 
-def _write(device, result):
+def _write(device, subject, result):
     """Save a result. Without a writable folder or a child each process checks again."""
-    path = result_path(device)
+    path = result_path(device, subject)
     if path is None or not (result.is_checked or result.failure):
         return
     with suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
         handle, new = tempfile.mkstemp(dir=path.parent)
         with os.fdopen(handle, "w") as file:
-            json.dump({"device": str(device), **asdict(result)}, file)
+            json.dump({"device": str(device), "subject": subject, **asdict(result)}, file)
         os.replace(new, path)
 
 
-def _check(device):
+def _check(device, subject):
     """Check a device, and tell the user."""
+    what = "OpenCL" if subject == BASIC else f"{subject} with OpenCL"
     name = f"{device.name} ({device.platform})"
-    inform(f"Testing OpenCL on {name} before its first use, once: some ten seconds ...")
+    inform(f"Testing {what} on {name} before the first use, once: some seconds ...")
     try:
-        _compare(device)
+        _compare(device, subject)
         return Result()
     except TimeoutError as error:
         result = Result(f"not checked, {error}", is_checked=False)
@@ -129,7 +161,7 @@ def _check(device):
     return result
 
 
-def _compare(device):
+def _compare(device, subject):
     """Compare kernels on a device with the reference.
 
     ValueError if the device fails, TimeoutError if a child hangs, OSError if a child fails for
@@ -139,8 +171,9 @@ def _compare(device):
     # Standard input is not free: pvpython reads it.
     streams = {"stdin": subprocess.DEVNULL, "stderr": subprocess.STDOUT, "env": environment}
     with tempfile.TemporaryFile("w+", errors="replace") as output, ExitStack() as stack:
-        start = partial(child_process.started, _CHECK, description(device), stdout=output)
-        starts = [start(part, **streams) for part in range(PARTS)]
+        start = partial(child_process.started, _CHECK, description(device), subject, stdout=output)
+        parts = PARTS if subject in (BASIC, CUTS) else 1  # a kind has a single check
+        starts = [start(part, **streams) for part in range(parts)]
         for child, folder in [stack.enter_context(start) for start in starts]:
             status = _status(child, folder)
             if status:
