@@ -170,6 +170,9 @@ def new_window():
 def new_layer(window):
     """A vtkRenderer above all others of a window."""
     renderer = configured(vtkRenderer(), Layer=window.GetNumberOfLayers(), Interactive=False)
+    if hasattr(renderer, "UseOITOff"):  # VTK 9.3
+        # in software, translucent parts that need no order take as long as a mesh with it
+        renderer.UseOITOff()
     window.SetNumberOfLayers(window.GetNumberOfLayers() + 1)
     window.AddRenderer(renderer)
     return renderer
