@@ -189,7 +189,7 @@ class Deformation(Transform, MapParameters):
         present = self
         if tolerance != self.map_tolerance:
             present = self.in_steps(self.steps_used, tolerance)
-        field, folds, used = fold_free.checked_field(self._engine, present, grid, progress)
+        field, folds, used = fold_free.checked_field(self._field_engine, present, grid, progress)
         self._take_steps(used)
         vars(self).update(_last_check=(grid, folds))
         return field
@@ -237,9 +237,18 @@ class Deformation(Transform, MapParameters):
 
     @property
     def _engine(self):
+        return self._engine_for()
+
+    @property
+    def _field_engine(self):
+        return self._engine_for(device_check.FIELDS)
+
+    def _engine_for(self, *needed):
         points = [region.control_points for region in self.regions]
         needs_float64 = any(p.kind.is_wrong_in_float32(p) for p in points)
-        subjects = device_check.subjects({p.kind.name for p in points}, self.cuts)
+        subjects = device_check.subjects(
+            [*needed, *(p.kind.name for p in points), *[device_check.CUTS][: len(self.cuts)]]
+        )
         return engine_for(self.device, needs_float64, subjects)
 
     def _material_samples(self, grid):

@@ -146,7 +146,7 @@ def test_a_device_that_a_child_does_not_find(fresh):
 
 def test_kinds_and_cuts_are_tested_before_their_first_use(child):
     child("")
-    asked = [device_check.subjects({kind}, cuts) for kind, cuts in (("rigid", ()), ("affine", [1]))]
+    asked = [device_check.subjects(needed) for needed in (["rigid"], [CUTS, "affine"])]
     assert asked == [(BASIC,), (BASIC, "affine", CUTS)]
     _, sentences = messages_of(device_check.results, [FAKE], asked[0])
     child(DIES)

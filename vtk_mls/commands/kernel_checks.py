@@ -13,6 +13,7 @@ from vtk_mls.engine.device import devices
 from vtk_mls.engine.device.device_check import (
     BASIC,
     CUTS,
+    FIELDS,
     PARTS,
     SECONDS,
     STEP,
@@ -56,7 +57,7 @@ def _count_seconds(folder):
 
 
 def checks(engine):
-    """The checks of each subject: points, grids, images, Jacobians, the inverse; kinds; cuts.
+    """The checks of each subject: the inverse, images, Jacobians; kinds; fields; cuts.
 
     The compiler takes almost all of the time, so each build checks several things, and no check is
     of a larger kernel than it needs. The first image and the search for folds of a filter find most
@@ -89,17 +90,18 @@ def checks(engine):
         sampling = Sampling(_GRID, background=-1.0)
         return *module.resample(with_cut, arrays, sampling, void_distance=void), void / EXTENT
 
-    def from_images(module):
-        gradient = module.gradient(np.float32(image), _GRID)
-        return gradient, module.void_by_corners(np.float32(heights), 2.0)
+    def gradient(module):
+        return [module.gradient(np.float32(image), _GRID)]
+
+    def void_cells(module):
+        return [module.void_by_corners(np.float32(heights), 2.0)]
 
     def field(d, grid):
         return lambda module: [module.displacement_field(d, grid)[0] / EXTENT]
 
-    def between_nodes(module):
+    def image_between_nodes(module):
         sampling = Sampling(_FINE_GRID, background=-1.0)
-        images = module.resample(coarse, [np.float32(heights / EXTENT)], sampling)
-        return *field(coarse, _FINE_GRID)(module), *images
+        return module.resample(coarse, [np.float32(heights / EXTENT)], sampling)
 
     def at_points(d):
         return lambda module: [module.backward(d, points) / EXTENT]
@@ -109,15 +111,22 @@ def checks(engine):
 
     basic = [
         ("rigid inverse", inverse, 1e-4),
-        ("rigid map between nodes", between_nodes, 0.1 / EXTENT),
+        ("image between nodes", image_between_nodes, 0.1 / EXTENT),
+        ("gradient", gradient, 1e-3),
         ("rigid Jacobian", jacobian(rigid), 1e-3),
-        ("gradient, void of cells", from_images, 1e-3),
-        ("rigid map on a grid", field(rigid, _GRID), 1e-5),
     ]
-    cuts = [("images", images, 1e-3), ("Jacobian, fixed cut", jacobian(fixed_cut), 1e-3)]
+    fields = [
+        ("map between nodes", field(coarse, _FINE_GRID), 0.1 / EXTENT),
+        ("map on a grid", field(rigid, _GRID), 1e-5),
+    ]
+    cuts = [
+        ("images", images, 1e-3),
+        ("Jacobian, fixed cut", jacobian(fixed_cut), 1e-3),
+        ("void of cells", void_cells, 1e-3),
+    ]
     bounds = {**dict.fromkeys(ALL_KINDS, 1e-5), "polynomial": 1e-4}
     kinds = {kind: [("map at points", at_points(value(kind)), bounds[kind])] for kind in ALL_KINDS}
-    return {**kinds, BASIC: basic, CUTS: cuts}
+    return {**kinds, BASIC: basic, FIELDS: fields, CUTS: cuts}
 
 
 def error(engine, results):

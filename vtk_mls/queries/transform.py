@@ -263,7 +263,7 @@ class Transform:
         result = np.full(checked_grid("grid", grid).shape, np.inf, np.float32)
         with question(progress) as part:
             for layers, slab, share in fields.slabs(grid, part) if self.cuts else ():
-                result[layers] = self._engine.displacement_field(self, slab, share)[1]
+                result[layers] = self._field_engine.displacement_field(self, slab, share)[1]
             return result
 
     def void_field(self, grid: Grid, progress: ProgressLike = None) -> NDArray[np.bool_]:
@@ -494,9 +494,14 @@ class Transform:
         """The `engine.protocol.Engine` that evaluates this transform."""
         raise NotImplementedError
 
+    @property
+    def _field_engine(self):
+        """The same, for displacement fields."""
+        return self._engine
+
     def _field(self, grid, progress):
         """The `DisplacementField` on a grid, with as many steps as it needs."""
-        displacement, void_distance = self._engine.displacement_field(self, grid, progress)
+        displacement, void_distance = self._field_engine.displacement_field(self, grid, progress)
         return DisplacementField(displacement, grid, void_distance)
 
     def _prepare(self, grid, progress):

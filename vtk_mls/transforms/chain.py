@@ -155,7 +155,7 @@ def _on_grid(member, grid, points, progress, with_jacobian):
     if isinstance(member, PointwiseTransform):
         return member._on_grid(grid, points, progress, with_jacobian)
     mapping, differentiating = progress.divided(1, with_jacobian)
-    displacement, distance = member._engine.displacement_field(member, grid, mapping)
+    displacement, distance = member._field_engine.displacement_field(member, grid, mapping)
     jacobian = None
     if with_jacobian:
         jacobian = member._engine.jacobian_field(member, grid, differentiating)

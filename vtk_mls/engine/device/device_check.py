@@ -1,9 +1,9 @@
 """Checks an OpenCL device once before its first use, in child processes.
 
 Drivers miscompile, crash and hang. Two children at once run kernels on the device and compare them
-with the numpy reference (`kernel_checks`). What all maps need is checked first; each other kind,
-and cuts, before their first use. The results are saved in the user's cache folder, one file per
-driver, processor, version of the kernels, and subject.
+with the numpy reference (`kernel_checks`). What images and meshes need is checked first; other
+kinds, displacement fields and cuts before their first use. The results are saved in the user's
+cache folder, one file per driver, processor, version of the kernels, and subject.
 """
 
 import hashlib
@@ -29,9 +29,9 @@ from vtk_mls.model.kinds import ALL_KINDS
 MAX_SECONDS, MIN_SECONDS = 600, 0.5
 INTERVAL = 300  # seconds between two looks
 PARTS = 2  # of the check of a subject, one for each child
-# Subjects: what all maps need, for the kind "rigid"; each other kind; and cuts.
-BASIC, CUTS = "rigid", "cuts"
-SUBJECTS = BASIC, *(kind for kind in ALL_KINDS if kind != BASIC), CUTS
+# Subjects: what images and meshes need, for the kind "rigid"; what others need in addition.
+BASIC, FIELDS, CUTS = "rigid", "displacement fields", "cuts"
+SUBJECTS = BASIC, *(kind for kind in ALL_KINDS if kind != BASIC), FIELDS, CUTS
 STEP, SECONDS = "step", "seconds"  # files that a child writes to its folder
 _CHECK = "vtk_mls.commands.kernel_checks:main"  # called by a child
 # A child is not a process of the parent's MPI job.
@@ -51,10 +51,9 @@ _results: dict[str, Result] = {}  # by file name
 _lock = threading.RLock()
 
 
-def subjects(kinds, cuts):
-    """The subjects of a map of some kinds, with or without cuts."""
-    needed = {BASIC, *kinds, CUTS if cuts else BASIC}
-    return tuple(subject for subject in SUBJECTS if subject in needed)
+def subjects(needed):
+    """The subjects among what is `needed`, in the order of the checks."""
+    return tuple(subject for subject in SUBJECTS if subject in {BASIC, *needed})
 
 
 def results(found, subjects=SUBJECTS, recheck=False):
@@ -172,7 +171,7 @@ def _compare(device, subject):
     streams = {"stdin": subprocess.DEVNULL, "stderr": subprocess.STDOUT, "env": environment}
     with tempfile.TemporaryFile("w+", errors="replace") as output, ExitStack() as stack:
         start = partial(child_process.started, _CHECK, description(device), subject, stdout=output)
-        parts = PARTS if subject in (BASIC, CUTS) else 1  # a kind has a single check
+        parts = PARTS if subject in (BASIC, FIELDS, CUTS) else 1  # a kind has a single check
         starts = [start(part, **streams) for part in range(parts)]
         for child, folder in [stack.enter_context(start) for start in starts]:
             status = _status(child, folder)
