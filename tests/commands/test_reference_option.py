@@ -57,7 +57,6 @@ def test_one_sentence_if_nothing_arrives(scans, capsys, caplog):
     arguments = ["deform", "moving.nii.gz", "h.csv", "out.vti", "--reference", "moving.nii.gz"]
     assert main([*arguments]) == 0
     printed = capsys.readouterr()
-    assert "all control points, moved (q), are far from the grid of the output" in printed.out
     assert printed.err == ""
     (sentence,) = caplog.messages
     assert sentence.startswith(

@@ -162,7 +162,7 @@ def test_a_mesh_gives_its_bounds(scene):
     [
         ({2: "out.png"}, "cannot write a displacement field to `out.png`: its name must end in"),
         ({3: "--dimensions=4,4,4"}, "`--dimensions` is for meshes: `in.mha` is an image"),
-        ({0: "in.vtp", 3: "--dimensions=4,4"}, "`--dimensions` must be three positive integers"),
+        ({0: "in.vtp", 3: "--dimensions=4,4"}, "`--dimensions` must be 3 numbers with commas"),
         ({0: "in.vtp", 3: "--dimensions=4,0,4"}, "`--dimensions` must be three positive integers"),
     ],
 )

@@ -140,7 +140,10 @@ def test_arrays_and_axes_of_another_length(tmp_path):
     path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nvn 0 0 1\nf 1//1 2//2 3//2\n")
     io.read_dataset(path)
     path.write_text(path.read_text().replace("3//2", "3//3"))
-    with pytest.raises(ValueError, match=r"x\.obj` cannot be used: array `.*` must have 3 tuples"):
+    with pytest.raises(
+        ValueError,
+        match=r"x\.obj` cannot be used: array `.*` must have one tuple",
+    ):
         io.read_dataset(path)
     axes = "X_COORDINATES 2 float\n0 1\nY_COORDINATES 2 float\n0 1\n"
     (tmp_path / "x.vtk").write_text(

@@ -281,7 +281,6 @@ def test_a_dataset_alone_is_not_written_as_blocks(refused):
             "vtkmodules.vtkIOCGNSReader",
             "has no vtkCGNSReader; `pip install vtk` does",
         ),
-        ("in.what", "meshio", "(.msh, .inp, .bdf, .nas, .fem, .med, .mesh, .meshb, .vol,"),
     ],
 )
 def test_missing_packages_are_named(folder, name, missing, sentence):

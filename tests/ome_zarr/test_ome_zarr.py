@@ -403,8 +403,8 @@ def truncate(name):
 
 
 BROKEN = {
-    "no group": (lambda folder: (folder / "zarr.json").unlink(), "is not an OME-Zarr"),
-    "truncated": (truncate("zarr.json"), "is not an OME-Zarr: "),
+    "no group": (lambda folder: (folder / "zarr.json").unlink(), "is not a readable OME-Zarr"),
+    "truncated": (truncate("zarr.json"), "is not a readable OME-Zarr: "),
     "array": (truncate("scale1/zarr.json"), "is not a readable OME-Zarr: "),
     "chunk": (truncate("scale0/c/0/1/0"), "in.ome.zarr` could not be deformed at "),
     "axes": (metadata(lambda m: m["axes"].reverse()), "its axes must be t, c, z, y, x in this"),

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vtk_mls.base.errors import InputError
 from vtk_mls.base.linear_algebra import transformed
-from vtk_mls.base.validation import as_float, freeze, short_repr
+from vtk_mls.base.validation import as_float, finite, freeze, short_repr
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -59,9 +59,9 @@ class Grid:
         freeze(
             self,
             dimensions=_positive_integers(dimensions),
-            origin=_finite("origin", origin, (3,)),
-            spacing=_finite("spacing", spacing, (3,)),
-            direction=_finite("direction", np.eye(3) if direction is None else direction, (3, 3)),
+            origin=finite("origin", origin, (3,)),
+            spacing=finite("spacing", spacing, (3,)),
+            direction=finite("direction", np.eye(3) if direction is None else direction, (3, 3)),
             whole=self,
             first=(0, 0, 0),
         )
@@ -196,14 +196,6 @@ def _positive_integers(dimensions):
             argument="dimensions",
         )
     return tuple(int(n) for n in values)
-
-
-def _finite(name, value, shape):
-    """`value` as finite numbers of a shape."""
-    array = as_float(name, value)
-    if array.shape != shape or not np.isfinite(array).all():
-        raise InputError(f"must be {shape} finite numbers, got {short_repr(value)}", argument=name)
-    return array
 
 
 def _read_only(array):

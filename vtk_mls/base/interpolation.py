@@ -1,5 +1,7 @@
 """Interpolation of an array between its points: the float64 specification of the kernels."""
 
+import itertools
+
 import numpy as np
 
 # By method: how many points beyond those next to an index determine the value there.
@@ -34,16 +36,14 @@ def sample(array, index, method, background, source):
         fraction = index - base
         total, offset = np.zeros(raw.shape), np.zeros(raw.shape)  # offset: relative to `raw`
         taps = [_taps(method, fraction[:, axis]) for axis in range(3)]
-        for dz, wz in taps[2]:
-            for dy, wy in taps[1]:
-                for dx, wx in taps[0]:
-                    at = np.clip(base + (dx, dy, dz), first, last) - first
-                    tap = values[tuple(at.T[::-1])]
-                    weight = (wx * wy * wz)[:, None]
-                    # NaN and infinity of a tap with weight 0 are ignored
-                    has_weight = np.broadcast_to(weight != 0, raw.shape)
-                    np.add(total, weight * tap.astype(np.float64), out=total, where=has_weight)
-                    np.add(offset, weight * _difference(tap, raw), out=offset, where=has_weight)
+        for (dz, wz), (dy, wy), (dx, wx) in itertools.product(*taps[::-1]):
+            at = np.clip(base + (dx, dy, dz), first, last) - first
+            tap = values[tuple(at.T[::-1])]
+            weight = (wx * wy * wz)[:, None]
+            # NaN and infinity of a tap with weight 0 are ignored
+            has_weight = np.broadcast_to(weight != 0, raw.shape)
+            np.add(total, weight * tap.astype(np.float64), out=total, where=has_weight)
+            np.add(offset, weight * _difference(tap, raw), out=offset, where=has_weight)
         at_point = (fraction == 0).all(axis=1)
         result = np.where(at_point[:, None], raw, _rounded_sum(raw, offset))
         if array.dtype.kind == "f":  # an infinite value or difference

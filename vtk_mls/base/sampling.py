@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Hashable, Iterable, Sequence
+from collections.abc import Callable, Hashable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Union
 
@@ -100,19 +100,11 @@ class Sampling:
 
     def methods(self, count: int) -> tuple[str, ...]:
         """The interpolation of each of `count` arrays."""
-        if isinstance(self.interpolation, str):
-            return (self.interpolation,) * count
-        if len(self.interpolation) != count:
-            raise _bad_interpolation(self.interpolation)
-        return self.interpolation
+        return _for_each(self.interpolation, count, _bad_interpolation)
 
     def backgrounds(self, count: int) -> tuple[Background, ...]:
         """The background of each of `count` arrays."""
-        if not isinstance(self.background, tuple):
-            return (self.background,) * count
-        if len(self.background) != count:
-            raise _bad_background(self.background)
-        return self.background
+        return _for_each(self.background, count, _bad_background)
 
     def with_backgrounds(self, arrays: Sequence[NDArray[Any]]) -> Sampling:
         """This sampling with numbers instead of the automatic backgrounds of `arrays`."""
@@ -148,6 +140,14 @@ class Sampling:
                 f"got {short_repr(self.background)}: {listed}; "
                 "choose another value or convert the array"
             )
+
+
+def _for_each(value: Any, count: int, error: Callable[[Any], ValueError]) -> tuple[Any, ...]:
+    """A value for each of `count` arrays, from one of all or a tuple with one for each."""
+    values = value if isinstance(value, tuple) else (value,) * count
+    if len(values) != count:
+        raise error(values)
+    return values
 
 
 def _checked_interpolation(value):

@@ -130,9 +130,15 @@ def number(name, value):
 
 def vector(name: str, value: ArrayLike) -> NDArray[np.float64]:
     """An argument of three finite numbers."""
-    array = as_float(name, value, "three numbers")
-    if array.shape != (3,) or not np.isfinite(array).all():
-        raise InputError(f"must be three finite numbers, got {short_repr(value)}", argument=name)
+    return finite(name, value, (3,), "three")
+
+
+def finite(name: str, value: ArrayLike, shape: Any, count: str = "") -> NDArray[np.float64]:
+    """Finite numbers of a shape, which an error calls `count` numbers."""
+    array = as_float(name, value, f"{count} numbers".strip())
+    if array.shape != shape or not np.isfinite(array).all():
+        text = f"must be {count or shape} finite numbers, got {short_repr(value)}"
+        raise InputError(text, argument=name)
     return array
 
 

@@ -28,7 +28,7 @@ def add(commands, text=None):
     add("handles", metavar="pairs", help=map_options.HANDLES)
     map_options.add_files(check)
     add("--json", metavar="FILE", help="write the whole report as JSON")
-    add("--html", metavar="FILE", help="write the report with pictures, as a page")
+    add("--html", metavar="FILE", help="write the report as a page")
     property_options.add(check, "Device")
     add("--progress", action="store_true", help="show a progress bar even without a terminal")
     check.set_defaults(run=run)

@@ -1,5 +1,6 @@
 """`vtk-mls deform`: an image or a mesh, deformed."""
 
+from contextlib import nullcontext
 from functools import cache, partial
 
 from vtk_mls import io
@@ -109,8 +110,10 @@ def run(options):
             f"{series.suffixes()}; got `{options.output}`"
         )
     if is_series:
-        return _deform_all(steps, handle_times, deform, options)
-    return _deform_one(steps, deform, options)
+        series.check_writable(options.output)
+        _check_gradient(options)
+    _deform(steps, handle_times, is_series, deform, options)
+    return 0
 
 
 def _reference(options):
@@ -124,37 +127,51 @@ def _reference(options):
     return read_image("--reference", options.reference)
 
 
-def _deform_one(steps, deform, options):
-    dataset = read(lambda _: steps[0][1](), options.input)
-    data_options.check(options, *data_options.kinds_of(dataset))
-    is_image = dataset.IsA("vtkImageData")
-    if is_image:  # whether a mesh can be written depends on cuts
-        io.check_writable(options.output, dataset)
-        _check_gradient(options)
-    deform.SetInputData(0, dataset)
-    running.set_up(deform, options)
+def _deform(steps, handle_times, is_series, deform, options):
+    """Deform and write one time step after the other, or the only one.
+
+    A time step takes the handles of one of their times, which `step_at` chooses.
+    """
+    failures, are_empty, notes = 0, [], {}
     inverted_cells = remarks.InvertedCells(deform)
-    inverted_cells.prepare(dataset)
-    update(deform, options)
-    inverted_cells.take()
-    output = deform.GetOutput()
-    notes = remarks.background(deform.used_backgrounds) + remarks.notes(deform)
-    are_empty = [remarks.is_empty(deform)]
-    with step("write", options.output):
-        io.write_dataset(output, options.output)
-    if is_image:
-        size = " x ".join(str(n) for n in output.GetDimensions())
-        summary = f"{size} points, {running.kind_used(options, deform)}{_opened(output)}"
-    else:
-        size = f"{output.GetNumberOfPoints()} points, {output.GetNumberOfCells()} cells"
-        if not output.IsA("vtkDataSet"):
-            count = len(blocks(output))
-            size = f"{count} block{'s' * (count != 1)}, {size}"
-        summary = f"{size}, {running.kind_used(options, deform)}{_lost_points(_failures(output))}"
-        summary += inverted_cells.note() + remarks.dropped_arrays(output, options.output)
-    print(f"{options.output}: {summary + notes}")
+    handles = handle_times and running.control_points_in_time(options, handle_times)
+    running.set_up(deform, options, handles[0] if handles else None)
+    writer = nullcontext(lambda output: io.write_dataset(output, options.output))
+    if is_series:
+        writer = series.writing(options.output, [time for time, _ in steps])
+    with distinct_warnings(), writer as write:
+        for index, (time, read_step) in enumerate(steps):
+            dataset = read(lambda _, read_step=read_step: read_step(), options.input)
+            data_options.check(options, *data_options.kinds_of(dataset))
+            is_image = dataset.IsA("vtkImageData")
+            if is_image and not is_series:  # whether a mesh can be written depends on cuts
+                io.check_writable(options.output, dataset)
+                _check_gradient(options)
+            if handles:
+                deform.SetInputData(1, handles[step_at(handle_times, time)])
+            deform.SetInputData(0, dataset)
+            if index == 0 and is_image and is_series:
+                deform.series_backgrounds = backgrounds_of(dataset)
+            inverted_cells.prepare(dataset)
+            update(deform, options, index, len(steps))
+            inverted_cells.take()
+            output = deform.GetOutput()
+            failures += _failures(output)
+            are_empty.append(remarks.is_empty(deform))
+            if handles or index + 1 == len(steps):  # else the map is the same for all
+                note = remarks.notes(deform)
+                notes.setdefault(note, f" at time {time:g}" if handles and note else "")
+            with step("write", options.output):
+                write(output)
+    size = f"{len(steps)} time steps" if is_series else _size(output)
+    summary = f"{size}, {running.kind_used(options, deform)}{_lost_points(failures)}"
+    summary += f", handles at {len(handles)} times" * bool(handles) + inverted_cells.note()
+    if not is_series:
+        summary += _opened(output) if is_image else remarks.dropped_arrays(output, options.output)
+    summary += remarks.background(deform.used_backgrounds)
+    summary += "".join(f"{note}{where}" for note, where in notes.items())
+    print(f"{options.output}: {summary}")
     remarks.warn_of_emptiness(are_empty, options)
-    return 0
 
 
 def _check_gradient(options):
@@ -166,46 +183,13 @@ def _check_gradient(options):
         )
 
 
-def _deform_all(steps, handle_times, deform, options):
-    """Deform and write one time step after the other.
-
-    A time step takes the handles of one of their times, which `step_at` chooses.
-    """
-    failures, are_empty, notes = 0, [], {}
-    inverted_cells = remarks.InvertedCells(deform)
-    series.check_writable(options.output)
-    _check_gradient(options)
-    handles = handle_times and running.control_points_in_time(options, handle_times)
-    running.set_up(deform, options, handles[0] if handles else None)
-    times = [time for time, _ in steps]
-    with distinct_warnings(), series.writing(options.output, times) as write:
-        for index, (time, read_step) in enumerate(steps):
-            if handles:
-                deform.SetInputData(1, handles[step_at(handle_times, time)])
-            dataset = read(lambda _, read_step=read_step: read_step(), options.input)
-            data_options.check(options, *data_options.kinds_of(dataset))
-            deform.SetInputData(0, dataset)
-            if index == 0 and dataset.IsA("vtkImageData"):
-                deform.series_backgrounds = backgrounds_of(dataset)
-            inverted_cells.prepare(dataset)
-            update(deform, options, index, len(steps))
-            inverted_cells.take()
-            failures += _failures(deform.GetOutput())
-            are_empty.append(remarks.is_empty(deform))
-            if handles or index + 1 == len(steps):  # else the map is the same for all
-                note = remarks.notes(deform)
-                notes.setdefault(note, f" at time {time:g}" if handles and note else "")
-            with step("write", options.output):
-                write(deform.GetOutput())
-    summary = (
-        f"{len(steps)} time steps, {running.kind_used(options, deform)}{_lost_points(failures)}"
-    )
-    at_times = f", handles at {len(handles)} times" * bool(handles)
-    summary += at_times + inverted_cells.note() + remarks.background(deform.used_backgrounds)
-    summary += "".join(f"{note}{where}" for note, where in notes.items())
-    print(f"{options.output}: {summary}")
-    remarks.warn_of_emptiness(are_empty, options)
-    return 0
+def _size(output):
+    """The numbers of points and cells of the output."""
+    if output.IsA("vtkImageData"):
+        return f"{' x '.join(str(n) for n in output.GetDimensions())} points"
+    size = f"{output.GetNumberOfPoints()} points, {output.GetNumberOfCells()} cells"
+    count = len(blocks(output))
+    return size if output.IsA("vtkDataSet") else f"{count} block{'s' * (count != 1)}, {size}"
 
 
 def _opened(image):

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
-from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPolyData
+from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkImagingGeneral import vtkImageGaussianSmooth
 from vtkmodules.vtkIOImage import vtkNIFTIImageReader
 
@@ -13,7 +13,6 @@ from vtk_mls import HalfPlane, io
 from vtk_mls.files.paths import check_folder
 from vtk_mls.files.vtk_io import write_png
 from vtk_mls.filters import MLSDeform
-from vtk_mls.vtk.control_point_polydata import fill_polydata
 
 # Positions in millimeters: x to the right, y to the front, z up. The edge of the cut runs along x.
 EDGE = (98.0, 118.0, 58.0)
@@ -48,7 +47,7 @@ def run(options):
     deform.SetOutputGrid("fitted")
     deform.Update()
     io.write_dataset(image, directory / "brain.vti")
-    io.write_dataset(_handles(rest, deformed), directory / "handles.vtp")
+    io.write_handles(directory / "handles.vtp", rest, deformed)
     io.write_dataset(deform.GetOutput(), directory / "cut.vti")
     _write_slices((image, deform.GetOutput()), directory / "cut.png")
     print(
@@ -111,12 +110,6 @@ def _both_sides(points):
 def _rotated(points, angle):
     c, s = np.cos(angle), np.sin(angle)
     return EDGE + (points - EDGE) @ np.array([[1, 0, 0], [0, c, s], [0, -s, c]])
-
-
-def _handles(rest, deformed):
-    polydata = vtkPolyData()
-    fill_polydata(polydata, rest, deformed, None)
-    return polydata
 
 
 def _write_slices(images, file):

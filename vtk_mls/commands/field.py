@@ -4,8 +4,8 @@ import math
 from contextlib import suppress
 
 import numpy as np
-from vtkmodules.vtkCommonCore import vtkPoints
-from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPolyData
+from vtkmodules.vtkCommonDataModel import vtkImageData
+from vtkmodules.vtkFiltersSources import vtkOutlineSource
 
 from vtk_mls import Grid, io
 from vtk_mls.commands import data_options, map_options, ome_zarr, property_options, remarks
@@ -87,9 +87,10 @@ def run(options):
         io.check_writable(options.output, field.GetOutput())
     else:
         io.check_field_writable(options.output)
-    field.SetInputData(0, dataset if dataset.IsA("vtkDataSet") else _bounding_points(dataset))
+    field.SetInputData(0, dataset if dataset.IsA("vtkDataSet") else _outline(dataset))
     if options.dimensions is not None:
-        field.SetSampleDimensions(_dimensions(options))
+        dimensions = property_options.numbers("--dimensions", options.dimensions, 3)
+        field.SetSampleDimensions(dimensions)
     set_up(field, options)
     field.SetGenerateJacobianDeterminant(options.jacobian)
     update(field, options)
@@ -150,29 +151,14 @@ def _spacing_factor(field, grid, options):
     )
 
 
-def _dimensions(options):
-    """Numbers of points (nx, ny, nz) over a mesh."""
-    try:
-        dimensions = [int(part) for part in options.dimensions.split(",")]
-    except ValueError:
-        dimensions = []
-    if len(dimensions) != 3 or min(dimensions) < 1:
-        raise ValueError(
-            "`--dimensions` must be three positive integers with commas, "
-            f"got `{options.dimensions:.60}`"
-        )
-    return dimensions
-
-
-def _bounding_points(blocks):
-    """Two points with the bounds of composite data."""
-    bounds, points, polydata = [0.0] * 6, vtkPoints(), vtkPolyData()
+def _outline(blocks):
+    """The corners of the bounds of composite data."""
+    bounds, outline = [0.0] * 6, vtkOutlineSource()
     blocks.GetBounds(bounds)
-    points.SetDataTypeToDouble()
-    points.InsertNextPoint(bounds[::2])
-    points.InsertNextPoint(bounds[1::2])
-    polydata.SetPoints(points)
-    return polydata
+    outline.SetBounds(bounds)
+    outline.SetOutputPointsPrecision(vtkOutlineSource.DOUBLE_PRECISION)
+    outline.Update()
+    return outline.GetOutput()
 
 
 def _summary(output, options, field):

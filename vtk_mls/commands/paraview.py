@@ -35,17 +35,13 @@ def add(commands, text=None):
 
 def run(options):
     paraview = installation.find(options.paraview)
-    if not options.setup:
-        _check_can_start(options)
-    return (_set_up if options.setup else _start)(paraview, options)
-
-
-def _check_can_start(options):
-    """Raise OSError if the file does not exist, or no display."""
+    if options.setup:
+        return _set_up(paraview, options)
     if options.file is not None:
         existing_file(options.file)
     if not os.environ.get("QT_QPA_PLATFORM"):
         display.check()
+    return _start(paraview, options)
 
 
 def _set_up(paraview, options):

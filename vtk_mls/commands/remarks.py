@@ -30,9 +30,10 @@ def notes(algorithm):
 
 def field_notes(algorithm, is_whole=True, proof=None):
     """The same of an MLSDisplacementField: of a whole field its certificate, `proof` if known."""
-    note, deformation = _far(algorithm, is_field=True), algorithm.updated_deformation()
+    deformation, is_inverse = algorithm.updated_deformation(), algorithm.GetInverse()
+    note = _far(algorithm, is_moved=not is_inverse)
     grid = arrays.ImageGeometry.of_image(algorithm.GetOutput()).grid
-    is_flat, is_inverse = min(grid.dimensions) == 1, algorithm.GetInverse()
+    is_flat = min(grid.dimensions) == 1
     if algorithm.GetGenerateJacobianDeterminant() or (is_inverse and (is_flat or deformation.cuts)):
         return note  # these count folds themselves
     if not is_whole or is_flat:
@@ -165,41 +166,28 @@ def _images(algorithm):
     ]
 
 
-def _far(algorithm, is_field=False):
-    """A note on control points far from the data, for the end of a sentence; "" if they are not.
-
-    p is near the data. q is near fields and output grids, except for fields of the inverse.
+def _far(algorithm, is_moved=False):
+    """A note, for the end of a sentence, if all p, or with `is_moved` all q, are far from the data:
+    by half of the longest side of their bounds.
     """
-    inputs, handles = (algorithm.GetInputDataObject(port, 0) for port in (0, 1))
-    inputs = blocks(inputs)
-    images = [block for block in blocks(algorithm.GetOutput()) if block.IsA("vtkImageData")]
-    rest = arrays.to_numpy(handles.GetPoints().GetData())
-    displacement = arrays.to_numpy(handles.GetPointData().GetArray("Displacement"))
-    deformed = rest + algorithm.GetBlend() * displacement
+    data, handles = (algorithm.GetInputDataObject(port, 0) for port in (0, 1))
+    points = arrays.to_numpy(handles.GetPoints().GetData())
     initial, _ = initial_transforms.split_chain(algorithm.updated_deformation())
-    if initial is not None:
-        rest = initial.backward(rest)  # where the data are
-    at_rest, moved = ("at rest (p), are far from", rest), ("moved (q), are far from", deformed)
-    if is_field:
-        chosen = at_rest if algorithm.GetInverse() else moved
-        pairs = [(*chosen, inputs, "the data, where the field is")]
-    else:
-        pairs = [(*at_rest, inputs, "the data"), (*moved, images, "the grid of the output")]
-    for side, points, datasets, place in pairs:
-        if _are_far_away(points, datasets):
-            return f"; all control points, {side} {place}: is their frame right (--handles-space)?"
-    return ""
-
-
-def _are_far_away(points, datasets):
-    """Whether all points are far from datasets: by half of the longest side of their bounds."""
-    bounds = [np.reshape(dataset.GetBounds(), (3, 2)) for dataset in datasets]
-    bounds = [box for box in bounds if (box[:, 0] <= box[:, 1]).all()]
-    if not bounds or len(points) == 0:
-        return False
+    if is_moved:
+        displacement = arrays.to_numpy(handles.GetPointData().GetArray("Displacement"))
+        points = points + algorithm.GetBlend() * displacement
+    elif initial is not None:
+        points = initial.backward(points)  # where the data are
+    bounds = [np.reshape(block.GetBounds(), (3, 2)) for block in blocks(data)]
     low, high = np.min(bounds, axis=0)[:, 0], np.max(bounds, axis=0)[:, 1]
     margin = (high - low).max() / 2
-    return not ((points >= low - margin) & (points <= high + margin)).all(axis=1).any()
+    if ((points >= low - margin) & (points <= high + margin)).all(axis=1).any():
+        return ""
+    side = "moved (q)" if is_moved else "at rest (p)"
+    return (
+        f"; all control points, {side}, are far from the data: is their frame right "
+        "(--handles-space)?"
+    )
 
 
 def _can_count(dataset):

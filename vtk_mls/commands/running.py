@@ -72,50 +72,45 @@ def update(algorithm, options, done=0, total=1):
     For the progress bar, `done` of `total` runs came before. A ValueError is that of the filter,
     with the names of the files.
     """
-    with _deferred_warnings(), step("deform", options.input), files_named(options):
-        if not shows_progress(options):
-            return updating.update(algorithm)
-        try:
-            updating.update(algorithm, lambda fraction: draw_bar((done + fraction) / total))
-        except ValueError:
-            done = total - 1  # the bar ends here
-            raise
-        finally:
-            if done + 1 == total:
-                print(file=sys.stderr)
+    bar = progress_bar(options, is_last=done + 1 == total)
+    with _deferred_warnings(), step("deform", options.input), files_named(options), bar as draw:
+        updating.update(algorithm, draw and (lambda fraction: draw((done + fraction) / total)))
 
 
 @contextmanager
 def files_named(options):
-    """In errors the inputs of a filter have the names of their files."""
+    """In errors the inputs of a filter have the names of their files or options."""
     try:
         yield
     except InputError as error:
         paths = options.handles, options.deformed, options.path
         names = {"ControlPoints": " and ".join(f"`{path}`" for path in paths if path)}
         names["Reference"] = f"`{getattr(options, 'reference', None)}`"
+        names["SampleDimensions"] = "`--dimensions`"
         raise error.renamed(names) from error
 
 
-def shows_progress(options):
-    """Whether to show a progress bar."""
-    return options.progress or sys.stderr.isatty()
-
-
-def draw_bar(done):
-    """Show the progress bar; `done` goes from 0 to 1."""
-    bar = ("#" * round(_BAR_LENGTH * done)).ljust(_BAR_LENGTH, ".")
-    print(f"\r[{bar}] {done:4.0%}", end="", file=sys.stderr, flush=True)
-
-
 @contextmanager
-def progress_bar(options):
-    """`draw_bar`, and a new line at the end of the block; None if no bar is to be shown."""
-    has_bar = shows_progress(options)
+def progress_bar(options, is_last=True):
+    """A function that draws a progress bar for a fraction done; None if none is to be shown.
+
+    The line of the bar ends with the last of its blocks, or with an error.
+    """
+    if not (options.progress or sys.stderr.isatty()):
+        yield None
+        return
+
+    def draw(done):
+        bar = ("#" * round(_BAR_LENGTH * done)).ljust(_BAR_LENGTH, ".")
+        print(f"\r[{bar}] {done:4.0%}", end="", file=sys.stderr, flush=True)
+
     try:
-        yield draw_bar if has_bar else None
+        yield draw
+    except BaseException:
+        is_last = True
+        raise
     finally:
-        if has_bar:
+        if is_last:
             print(file=sys.stderr)
 
 

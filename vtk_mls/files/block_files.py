@@ -3,7 +3,7 @@
 import base64
 from xml.sax.saxutils import quoteattr
 
-from vtkmodules.vtkCommonCore import vtkIndent, vtkVersion
+from vtkmodules.vtkCommonCore import vtkIndent
 from vtkmodules.vtkCommonDataModel import (
     vtkCompositeDataSet,
     vtkDataObjectTreeIterator,
@@ -65,24 +65,9 @@ def joined(datasets):
     return data
 
 
-def _check_datasets(data):
-    """Raise InputError for a dataset that a file of blocks cannot hold: VTK would leave it out."""
-    for leaf in leaves(data):
-        if isinstance(leaf, vtkDataSet) and block_writer(leaf) is None:
-            raise InputError(
-                f"cannot hold a {leaf.GetClassName()}; make an unstructured grid of it (by "
-                "vtkAppendFilter)"
-            )
-
-
 def write_blocks(data, path):
     """Write a .vtm file and a folder with its blocks."""
-    _check_datasets(data)
-    if not isinstance(data, vtkMultiBlockDataSet):
-        from vtkmodules.vtkFiltersCore import vtkConvertToMultiBlockDataSet
-
-        data = _converted(vtkConvertToMultiBlockDataSet(), data)
-    vtk_io.write(vtkXMLMultiBlockDataWriter(), data, path)
+    vtk_io.write(vtkXMLMultiBlockDataWriter(), _converted(data, "MultiBlockDataSet"), path)
 
 
 def write_partitions(data, path):
@@ -90,11 +75,7 @@ def write_partitions(data, path):
 
     VTK's own writer ends the process when the disk is full.
     """
-    _check_datasets(data)
-    if not isinstance(data, vtkPartitionedDataSetCollection):
-        from vtkmodules.vtkFiltersCore import vtkConvertToPartitionedDataSetCollection
-
-        data = _converted(vtkConvertToPartitionedDataSetCollection(), data)
+    data = _converted(data, "PartitionedDataSetCollection")
     path.with_suffix("").mkdir(exist_ok=True)
     lines = []
     for index in range(data.GetNumberOfPartitionedDataSets()):
@@ -121,22 +102,25 @@ def write_partitions(data, path):
     )
 
 
-def _converted(algorithm, data):
-    algorithm.SetInputDataObject(data)
-    algorithm.Update()
-    return algorithm.GetOutputDataObject(0)
+def _converted(data, kind):
+    """Composite data of another class, if a file of blocks can hold them."""
+    for leaf in leaves(data):
+        if isinstance(leaf, vtkDataSet) and block_writer(leaf) is None:  # VTK would leave it out
+            raise InputError(
+                f"cannot hold a {leaf.GetClassName()}; make an unstructured grid of it (by "
+                "vtkAppendFilter)"
+            )
+    if data.IsA(f"vtk{kind}"):
+        return data
+    convert = vtk_io.create(f"vtkFiltersCore.vtkConvertTo{kind}")
+    convert.SetInputDataObject(data)
+    convert.Update()
+    return convert.GetOutputDataObject(0)
 
 
 def write_hdf(data, path):
     """Write a .vtkhdf file, which VTK can from 9.4 on."""
-    try:
-        from vtkmodules.vtkIOHDF import vtkHDFWriter
-    except ImportError:
-        raise InputError(
-            f"cannot be written by VTK {vtkVersion.GetVTKVersion()}, only from 9.4 on; write .vtu, "
-            ".vtp or .vtm instead"
-        ) from None
-    vtk_io.write(vtkHDFWriter(), data, path)
+    vtk_io.write(vtk_io.create("vtkIOHDF.vtkHDFWriter"), data, path)
     with path.open("rb") as file:
         start = file.read(_HDF_END.stop)
     vtk_io.check_size(path, int.from_bytes(start[_HDF_END], "little"))

@@ -116,16 +116,20 @@ def write_landmarks(path, points, source=None, space="LPS"):
     line = formats.choose(path, "write points to", **_WRITE)
     source = source and Path(source)
     old = source and formats.find(source, **_READ)
+    is_json = line.read is markups.read_json
     with _new_text_file(path) as file, of_file(source):
-        if old and line.read is old.read is markups.read_json:
-            return markups.rewrite_json(source, file, points.positions)
-        if line.frame != formats.CALLER:
-            return line.write(file, points)
-        points = replace(points, positions=points.positions * signs(space))
-        is_table = old and path.suffix == source.suffix and _is_table(source)
-        if is_table and point_tables.has_positions_alone(source):
-            return point_tables.write_positions(file, points)
-        return line.write(file, points)
+        if is_json and old and old.read is markups.read_json:
+            markups.rewrite_json(source, file, points.positions)
+        elif line.frame != formats.CALLER:
+            line.write(file, points)
+        else:
+            points = replace(points, positions=points.positions * signs(space))
+            is_table = old and path.suffix == source.suffix and _is_table(source)
+            if is_table and point_tables.has_positions_alone(source):
+                point_tables.write(file, points, are_alone=True)
+            else:
+                line.write(file, points)
+    return 0 if is_json else int((~points.is_placed).sum())
 
 
 def read_text(path):

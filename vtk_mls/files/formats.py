@@ -36,7 +36,6 @@ CALLER = "`--handles-space`, unless its columns state it"
 
 
 _DICOM = ".dcm"  # files of DICOM often have no ending
-_DICOM_MAGIC = slice(128, 132), b"DICM"
 
 
 @dataclass(frozen=True)
@@ -45,9 +44,9 @@ class Format:
 
     A reader or writer is `module.function` in this folder and its first arguments, separated by
     blanks. The last argument of a reader is a path; those of a writer are the content and a path.
-    Writers of points and pairs take an open text file, and `Landmarks` or `Pairs` in LPS; those of
-    points return the number of points left out. A writer of images in time is a context manager of
-    a path and the times, with a function that adds an image.
+    Writers of points and pairs take an open text file, and `Landmarks` or `Pairs` in LPS; points
+    that are not placed are left out, but in .mrk.json. A writer of images in time is a context
+    manager of a path and the times, with a function that adds an image.
     """
 
     name: str  # in the documentation
@@ -241,7 +240,7 @@ def choose(path: Path, purpose: str, **contents: tuple[str, ...]) -> Format:
     """The line for a file name and contents as of `endings`.
 
     Errors (OSError, ValueError) have the purpose, such as "read a surface from", and the endings
-    that are possible; or say which package is needed.
+    that are possible; or the package that the file needs.
     """
     line = find(path, **contents)
     if line is None and has_metadata(path):  # an image in an OME-Zarr
@@ -253,9 +252,9 @@ def choose(path: Path, purpose: str, **contents: tuple[str, ...]) -> Format:
     if line is None:
         raise ValueError(
             f"cannot {purpose} `{path}`: its name must end in one of "
-            f"{', '.join(endings(**contents))}{_missing(_lines(**contents))}"
+            f"{', '.join(endings(**contents))}"
         )
-    if not _is_installed(line):
+    if line.needs and importlib.util.find_spec(line.needs) is None:
         raise InputError(f"needs the package {line.needs}: pip install {line.needs}", path=path)
     return line
 
@@ -269,26 +268,12 @@ def _is_dicom(path: Path, line: Format | None) -> bool:
 
 def is_dicom_file(path: Path) -> bool:
     """Whether a file begins as DICOM does."""
-    place, magic = _DICOM_MAGIC
     with path.open("rb") as file:
-        return file.read(place.stop)[place] == magic
+        return file.read(132)[128:] == b"DICM"
 
 
 def _lines(reads: tuple[str, ...] = (), writes: tuple[str, ...] = ()) -> list[Format]:
     return [line for line in TABLE if {*line.reads} & {*reads} or {*line.writes} & {*writes}]
-
-
-def _missing(lines: list[Format]) -> str:
-    """Endings that need another package, for the end of a sentence."""
-    return "".join(
-        f" ({', '.join(line.endings.split())} after `pip install {line.needs}`)"
-        for line in lines
-        if not _is_installed(line)
-    )
-
-
-def _is_installed(line: Format) -> bool:
-    return not line.needs or importlib.util.find_spec(line.needs) is not None
 
 
 def _function(name: str, *arguments: str) -> Callable[..., Any]:

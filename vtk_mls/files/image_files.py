@@ -7,7 +7,6 @@ they are written. VTK's own formats do not say their frame and are not converted
 import contextlib
 import math
 import re
-import shutil
 
 import numpy as np
 from vtkmodules.util.numpy_support import get_vtk_array_type
@@ -97,21 +96,14 @@ def write_legacy(image, path):
 
 def _write_all_digits(image, path):
     """Replace the spacing and origin of a .vtk file, for which VTK writes six digits."""
-    rounded = path.with_name(f"{path.name}.rounded")
-    path.rename(rounded)
-    geometry = "".join(
-        f"{name} {' '.join(map(repr, lengths))}\n"
-        for name, lengths in (("SPACING", image.GetSpacing()), ("ORIGIN", image.GetOrigin()))
-    )
-    with rounded.open("rb") as source, path.open("wb") as target:
-        for line in iter(source.readline, b""):
-            target.write(line)
-            if line.startswith(b"DIMENSIONS "):
-                break
-        target.write(geometry.encode())
-        source.readline(), source.readline()
-        shutil.copyfileobj(source, target)
-    rounded.unlink()
+    content = path.read_bytes()
+    with path.open("wb") as file:
+        start = content.index(b"\nSPACING ") + 1
+        file.write(content[:start])
+        for name, lengths in (("SPACING", image.GetSpacing()), ("ORIGIN", image.GetOrigin())):
+            file.write(f"{name} {' '.join(map(repr, lengths))}\n".encode())
+            start = content.index(b"\n", start) + 1
+        file.write(memoryview(content)[start:])
 
 
 def open_volumes(name, path):

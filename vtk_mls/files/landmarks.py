@@ -61,6 +61,12 @@ class Landmarks:
         """(n,) bool"""
         return np.isfinite(self.positions).all(axis=1)
 
+    @property
+    def placed_rows(self):
+        """Index, position (a list), label and description of each point that is placed."""
+        rows = zip(self.positions.tolist(), self.labels, self.descriptions, self.is_placed)
+        return [(i, *row) for i, (*row, is_placed) in enumerate(rows) if is_placed]
+
 
 @dataclass(frozen=True, eq=False)
 class Pairs:
@@ -123,6 +129,21 @@ def paired(rest, deformed=None, between=(), pair_by=""):
     return Pairs(p, p if q is None else q[is_pair], weights, labels, cells, places)
 
 
+def numbers(cells):
+    """The numbers in cells; an empty list if one is not a number."""
+    try:
+        return [] if any("_" in cell for cell in cells) else [float(cell) for cell in cells]
+    except ValueError:
+        return []
+
+
+def finite(where, position):
+    """A position, if its coordinates are finite."""
+    if not np.isfinite(position).all():
+        raise InputError(f"has a coordinate that is not a finite number in {where}")
+    return position
+
+
 def shortened(text):
     """A text in backticks on one line; of a long one the beginning and the length."""
     line = "".join(letter if letter.isprintable() else " " for letter in text[:_MAX_TEXT])
@@ -163,15 +184,9 @@ def _order(rest, deformed, pair_by):
         parts = "; ".join(_unmatched(rest, deformed))
         raise ValueError(f"the labels of `{rest.path}` and `{deformed.path}` do not fit: {parts}")
     if len(own) != len(other):
-        repeated = [
-            f"; `{points.path}` has the label {listed([label])} {count} times"
-            for points in (rest, deformed)
-            for label, count in Counter(points.labels).most_common(1)
-            if label and count > 1
-        ]
         raise InputError(
             f"must hold one position for each of the {len(own)} control points of `{rest.path}`, "
-            f"got {len(other)}{''.join(repeated[:1])}",
+            f"got {len(other)}",
             path=deformed.path,
         )
     return np.arange(len(own))

@@ -10,13 +10,13 @@ its label comes first, its frame is RAS.
 import csv
 import json
 import math
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 import numpy as np
 
 from vtk_mls.base.errors import InputError
 from vtk_mls.files.frames import signs
-from vtk_mls.files.landmarks import Landmarks, shortened
+from vtk_mls.files.landmarks import Landmarks, finite, numbers, shortened
 from vtk_mls.model.handles.handle_cells import HandleCells
 
 # All versions of Slicer compare this address, except for the last two numbers.
@@ -87,7 +87,6 @@ def write_json(file, landmarks):
         points.append(_placed(point, np.array(position)))
     markups = {"type": "Fiducial", "coordinateSystem": "LPS", "controlPoints": points}
     json.dump({"@schema": _SCHEMA, "markups": [markups]}, file, indent=1)
-    return 0
 
 
 def rewrite_json(path, file, positions):
@@ -104,7 +103,6 @@ def rewrite_json(path, file, positions):
         markups.pop("measurements", None)  # of the old positions
     document.setdefault("@schema", _SCHEMA)
     json.dump(document, file, indent=1)
-    return 0
 
 
 def read_fcsv(path):
@@ -123,17 +121,15 @@ def read_fcsv(path):
 
 
 def write_fcsv(file, landmarks):
-    """Write points to an .fcsv for Slicer 4.4 and later, without those that are not placed."""
+    """Write points to an .fcsv for Slicer 4.4 and later."""
     # Versions before 4.11 read the frame as a number, and the word LPS as RAS.
     file.write("# Markups fiducial file version = 4.11\n# CoordinateSystem = 1\n")
     file.write("# columns = id,x,y,z,ow,ox,oy,oz,vis,sel,lock,label,desc,associatedNodeID\n")
     lines = csv.writer(file, lineterminator="\n")
-    for i in np.flatnonzero(landmarks.is_placed).tolist():
-        label = " ".join((landmarks.labels[i] or str(i + 1)).split())  # Slicer reads by lines
-        description = " ".join(landmarks.descriptions[i].split())
-        position = landmarks.positions[i].tolist()
+    for i, position, label, description in landmarks.placed_rows:
+        # Slicer reads by lines
+        label, description = (" ".join(x.split()) for x in (label or str(i + 1), description))
         lines.writerow([i + 1, *position, 0, 0, 0, 1, 1, 1, 0, label, description, ""])
-    return int((~landmarks.is_placed).sum())
 
 
 def _document(path):
@@ -180,14 +176,9 @@ def _json_position(number, point):
         )
     if status != "defined" or position == "":
         return _NOWHERE
-    are_numbers = isinstance(position, list) and all(
-        type(number) in (int, float) for number in position
-    )
-    try:
-        if are_numbers and len(position) == 3:
-            return _finite(f"point {number}", [float(number) for number in position])
-    except OverflowError:
-        pass
+    with suppress(OverflowError, TypeError):
+        if [type(coordinate) in (int, float) for coordinate in position] == [True] * 3:
+            return finite(f"point {number}", [*map(float, position)])
     text = shortened(f"{position!s:.200}")
     raise InputError(f"has a position that is not three numbers: point {number} is at {text}")
 
@@ -225,22 +216,11 @@ def _fcsv_position(number, row):
     """The position of a row, three numbers; NaN if it has none."""
     if _cell(row, _STATUS).strip() not in ("", str(_DEFINED)):
         return _NOWHERE
-    try:
-        position = [float(cell) for cell in row[1:4]]
-        if len(position) != 3:
-            raise ValueError
-    except ValueError:
+    position = numbers(row[1:4])
+    if len(position) != 3:
         text = shortened(",".join(row))
-        raise InputError(
-            f"has a position that is not three numbers in line {number}: {text}"
-        ) from None
-    return _finite(f"line {number}", position)
-
-
-def _finite(where, position):
-    if not all(map(math.isfinite, position)):
-        raise InputError(f"has a coordinate that is not a finite number in {where}")
-    return position
+        raise InputError(f"has a position that is not three numbers in line {number}: {text}")
+    return finite(f"line {number}", position)
 
 
 def _wrong_frame(frame):

@@ -1,22 +1,44 @@
-"""Files of single meshes, in the frame that the file states (see `mesh_frames`)."""
+"""Files of single meshes.
+
+3D Slicer states their frame: `SPACE=RAS` or `SPACE=LPS` is in the title of .vtk, the header of
+.stl, a comment of .ply and .obj, and in a field array "SPACE" of VTK's XML files. Such meshes are
+converted to LPS when they are read, with their active vectors, normals, and displacements and paths
+of control points, and back when they are written. Meshes without it are not converted, as in
+Slicer.
+"""
+
+import re
 
 import numpy as np
-from vtkmodules.vtkCommonCore import VTK_UNSIGNED_CHAR
-from vtkmodules.vtkCommonDataModel import vtkPolyData
+from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_UNSIGNED_CHAR, vtkPoints
+from vtkmodules.vtkCommonDataModel import vtkPointSet, vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkTriangleFilter
 from vtkmodules.vtkIOGeometry import vtkSTLWriter
 from vtkmodules.vtkIOPLY import vtkPLYWriter
 
 from vtk_mls.base.errors import InputError
-from vtk_mls.files import mesh_frames, vtk_io
+from vtk_mls.files import frames, metadata, vtk_io
 from vtk_mls.vtk import arrays
+from vtk_mls.vtk.control_point_polydata import DISPLACEMENT, PATH
 
+_FIELD = "SPACE"
 _COLORS = "_Colors"  # by which a PLY writer finds them
 
 
 def read(reader, path):
-    """Read a mesh in LPS with a reader named as in `vtk_io.create`."""
-    return mesh_frames.read(vtk_io.create(reader), path)
+    """Read a mesh in LPS with a reader named as in `vtk_io.create`; a ValueError says that its
+    space is not possible for a mesh.
+    """
+    reader = vtk_io.create(reader)
+    dataset = vtk_io.read(reader, path)
+    space = _space_of(reader, dataset)
+    if not space or dataset is None:
+        return dataset
+    if not isinstance(dataset, vtkPointSet) or frames.signs(space).prod() < 0:
+        raise ValueError(f"its SPACE must be LPS or RAS, and of a mesh with points, got {space}")
+    dataset.GetFieldData().RemoveArray(_FIELD)  # data in memory are LPS
+    metadata.store(dataset, metadata.FILE_SPACE, [space])
+    return _mirrored(dataset, space)
 
 
 def write(writer, dataset, path):
@@ -112,7 +134,7 @@ def _is_color(array):
 def _write(writer, dataset, path):
     if hasattr(writer, "SetFileTypeToBinary"):
         writer.SetFileTypeToBinary()
-    vtk_io.write(writer, mesh_frames.back(dataset, writer), path)
+    vtk_io.write(writer, _in_file_frame(dataset, writer), path)
 
 
 def _check_has_no(polydata, *kinds):
@@ -134,3 +156,74 @@ def _size_of_ply(polydata, path):
     size = len(header + b"end_header\n") + vertex_size * polydata.GetNumberOfPoints()
     size += (1 + face_size) * faces.GetNumberOfCells()
     return size + 4 * faces.GetNumberOfConnectivityIds()
+
+
+def _in_file_frame(dataset, writer):
+    """A mesh in the frame of its source file, which the writer gets as text."""
+    space = _valid_frame("".join(metadata.load(dataset, metadata.FILE_SPACE)[:1]))
+    if not space or not isinstance(dataset, vtkPointSet):
+        return dataset
+    mesh, text = _mirrored(dataset, space), f"{_FIELD}={space}"
+    if hasattr(writer, "AddComment"):  # .ply
+        writer.AddComment(text)
+    elif hasattr(writer, "SetHeader"):  # .vtk and .stl
+        writer.SetHeader(f"vtk_mls {text}")
+    else:
+        metadata.store(mesh, _FIELD, [space])
+    return mesh
+
+
+def _space_of(reader, dataset):
+    """The anatomical frame that a file names, or ""."""
+    texts = []
+    if dataset is not None:
+        texts += [f"{_FIELD}={text}" for text in metadata.load(dataset, _FIELD)[:1]]
+    for name in ("GetHeader", "GetComment", "GetComments"):
+        text = getattr(reader, name, lambda: None)()
+        if hasattr(text, "GetNumberOfValues"):
+            texts += [text.GetValue(i) for i in range(text.GetNumberOfValues())]
+        else:
+            texts.append(text or "")
+    texts = [text if isinstance(text, str) else text.decode("latin-1") for text in texts]
+    match = re.search(rf"\b{_FIELD}=(\w+)", "\n".join(texts))
+    return _valid_frame(match[1]) if match else ""
+
+
+def _valid_frame(space):
+    """An anatomical frame in capitals, or "" for other words, which Slicer ignores."""
+    try:
+        frames.signs(space)
+    except ValueError:
+        return ""
+    return space.upper()
+
+
+def _mirrored(mesh, space):
+    """A mesh converted between LPS and another frame."""
+    signs = frames.signs(space)
+    mirrored = mesh.NewInstance()
+    mirrored.ShallowCopy(mesh)
+    if (signs == 1).all():
+        return mirrored
+    if mesh.GetPoints() is not None:
+        points = vtkPoints()
+        points.SetData(_times(mesh.GetPoints().GetData(), signs))
+        mirrored.SetPoints(points)
+    for attributes in (mirrored.GetPointData(), mirrored.GetCellData()):
+        roles = [attributes.GetVectors(), attributes.GetNormals()]
+        roles += [attributes.GetArray(name) for name in (DISPLACEMENT, PATH)]
+        for name in {array.GetName() for array in roles if array is not None}:
+            components = attributes.GetArray(name).GetNumberOfComponents()
+            if components == 3 or (name == PATH and components % 3 == 0):
+                values = arrays.to_numpy(attributes.GetArray(name))
+                factors = np.tile(signs, components // 3)
+                arrays.replace(attributes, name, (values * factors).astype(values.dtype))
+    return mirrored
+
+
+def _times(array, signs):
+    """Points (n, 3) times signs; unsigned integers become float64."""
+    values = arrays.to_numpy(array)
+    if values.dtype.kind == "u":
+        return arrays.from_numpy(values * signs.astype(np.float64), VTK_DOUBLE)
+    return arrays.from_numpy((values * signs).astype(values.dtype), array.GetDataType())

@@ -18,8 +18,7 @@ import numpy as np
 
 from vtk_mls.base.errors import InputError
 from vtk_mls.files.frames import signs
-from vtk_mls.files.landmarks import Landmarks, shortened
-from vtk_mls.files.point_tables import numbers
+from vtk_mls.files.landmarks import Landmarks, finite, numbers, shortened
 
 _TITLE = "MNI Tag Point File"
 _VOLUMES = re.compile(r"Volumes\s*=\s*(\d{1,9})\s*;?")
@@ -39,11 +38,9 @@ def read(path):
 
 
 def write(file, landmarks):
-    """Write points of one volume, without those that are not placed."""
-    placed = np.flatnonzero(landmarks.is_placed)
-    places = landmarks.positions[placed] * signs("RAS")
-    _write(file, places, [landmarks.labels[i] for i in placed])
-    return len(landmarks.positions) - len(placed)
+    """Write points of one volume."""
+    places = landmarks.positions[landmarks.is_placed] * signs("RAS")
+    _write(file, places, [label for _, _, label, _ in landmarks.placed_rows])
 
 
 def write_pairs(file, pairs):
@@ -97,8 +94,6 @@ def _tags(rows, count):
             )
         has_ended = bool(row[3])
         if is_point:
-            if not np.isfinite(coordinates).all():
-                raise InputError(f"has a coordinate that is not a finite number in line {number}")
-            yield coordinates, row[2] or ""
+            yield finite(f"line {number}", coordinates), row[2] or ""
     if not has_ended:
         raise InputError("is cut off: a semicolon must follow its last point")

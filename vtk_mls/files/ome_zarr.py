@@ -198,11 +198,7 @@ def open_image(path, mode="r"):
         raise FileNotFoundError(f"`{path}` {missing}; expected the folder of an OME-Zarr")
     zarr = _zarr(path)
     try:
-        group = zarr.open_group(path, mode=mode, use_consolidated=False)
-    except _ERRORS as error:
-        raise InputError(f"is not an OME-Zarr: {_text(error)}", path=path) from error
-    try:
-        return _image(path, group)
+        return _image(path, zarr.open_group(path, mode=mode, use_consolidated=False))
     except _ERRORS as error:
         raise InputError(f"is not a readable OME-Zarr: {_text(error)}", path=path) from error
 

@@ -17,8 +17,7 @@ from functools import partial
 import numpy as np
 
 from vtk_mls.base.errors import InputError
-from vtk_mls.files.landmarks import Landmarks, shortened
-from vtk_mls.files.point_tables import numbers
+from vtk_mls.files.landmarks import Landmarks, finite, numbers, shortened
 
 _RESULT = re.compile(r"Point\s+(\d+)\s*;")
 _POSITION = re.compile(r"\bOutputPoint\s*=\s*\[([^\]]*)\]")
@@ -36,11 +35,10 @@ def reader(line):
 
 
 def write(file, landmarks):
-    """Write points as an input of transformix, without those that are not placed."""
+    """Write points as an input of transformix."""
     positions = landmarks.positions[landmarks.is_placed].tolist()
     file.write(f"point\n{len(positions)}\n")
     file.writelines(f"{x!r} {y!r} {z!r}\n" for x, y, z in positions)
-    return len(landmarks.positions) - len(positions)
 
 
 def _read_list(path, has_labels):
@@ -87,6 +85,4 @@ def _position(number, cells, more, line):
     if len(position) != 3:
         text = shortened(line)
         raise InputError(f", line {number}: expected {more}three numbers, got {text}")
-    if not np.isfinite(position).all():
-        raise InputError(f"has a coordinate that is not a finite number in line {number}")
-    return position
+    return finite(f"line {number}", position)

@@ -33,14 +33,14 @@ from __future__ import annotations
 
 import csv
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from vtk_mls.base.errors import InputError, of_file
 from vtk_mls.base.messages import warn
 from vtk_mls.base.time_steps import step_at
-from vtk_mls.files.landmarks import Landmarks, shortened
+from vtk_mls.files.landmarks import Landmarks, finite, numbers, shortened
 
 # Names of three columns, and the frame that they say.
 _POSITIONS = {
@@ -56,7 +56,7 @@ _PARTNERS = {
     ("dx", "dy", "dz"): True,
     ("displacement_0", "displacement_1", "displacement_2"): True,
 }
-_OTHERS = {
+_OTHERS = {  # choices, the first that a header has
     "weight": ("weight",),
     "label": ("label", "name"),
     "description": ("description", "comment"),
@@ -81,27 +81,33 @@ class _Layout:
     position: tuple = ()
     partner: tuple | None = None
     is_offset: bool = False
-    weight: int | None = None
-    label: int | None = None
-    description: int | None = None
-    defined: int | None = None
-    active: int | None = None
-    time: int | None = None
+    others: dict = field(default_factory=dict)  # by the names in `_OTHERS`
     frame: str = ""
     expected: str = _PAIRS
-    unknown: tuple = ()  # names of other columns
+    unknown: tuple = ()  # names of further columns
 
     def error(self, number, row, advice=""):
         """The error of a row that does not have this layout."""
         text = shortened(",".join(row))
         return InputError(f", line {number}: expected {self.expected}, got {text}{advice}")
 
+    def text(self, row, name, default=""):
+        """The cell in one of the `others`; the default without this column."""
+        return row[self.others[name]] if name in self.others else default
+
+    def numbers(self, number, row, columns):
+        """The numbers of a row in columns."""
+        found = numbers([row[column] for column in columns])
+        if not found:
+            raise self.error(number, row)
+        return found
+
 
 def times(path):
     """The different times in the column `time` of a table, sorted; () without the column."""
     with of_file(path):
         layout, rows = _open(path)
-        has_times = layout is not None and layout.time is not None
+        has_times = layout is not None and "time" in layout.others
         return tuple(sorted({_time(layout, *row) for row in rows if has_times}))
 
 
@@ -113,27 +119,21 @@ def read(path, is_alone=False, time=None):
     if not rows:
         return Landmarks(path, np.empty((0, 3)))
     _check_columns(path, layout, rows[0], is_alone and layout.partner is None)
-    positions, partners, weights, labels, descriptions = [], [], [], [], []
-    for number, row in _rows_at(layout, rows, time, is_alone):
-        position, partner = _pair(layout, number, row)
-        positions.append(position)
-        partners.append(partner)
-        if layout.weight is not None:
-            weights += _numbers(layout, number, row, [layout.weight])
-        labels.append("" if layout.label is None else row[layout.label].strip())
-        descriptions.append("" if layout.description is None else row[layout.description])
-    weights = np.array(weights) if weights else None
-    if weights is not None and not (np.isfinite(weights) & (weights > 0)).all():
-        raise InputError("has a weight that is not a positive number")
+    rows, weights = _rows_at(layout, rows, time, is_alone), None
+    positions, partners = zip(*(_pair(layout, *row) for row in rows))
+    if "weight" in layout.others:
+        weights = np.ravel([layout.numbers(*row, [layout.others["weight"]]) for row in rows])
+        if not (np.isfinite(weights) & (weights > 0)).all():
+            raise InputError("has a weight that is not a positive number")
     return Landmarks(
         path,
         np.array(positions, dtype=np.float64),
         layout.frame,
-        labels,
-        descriptions,
+        [layout.text(row, "label").strip() for _, row in rows],
+        [layout.text(row, "description") for _, row in rows],
         np.array(partners, dtype=np.float64) if layout.partner else None,
         weights,
-        are_marked=layout.active is not None,
+        are_marked="active" in layout.others,
     )
 
 
@@ -144,8 +144,8 @@ def write_pairs(file, pairs):
     names = ["px", "py", "pz", "qx", "qy", "qz"]
     write_row(["label"] * has_labels + names + ["weight"] * has_weights)
     columns = [pairs.rest, pairs.deformed] + [np.c_[pairs.weights]] * has_weights
-    for label, numbers in zip(pairs.labels, np.hstack(columns).tolist()):
-        write_row([label] * has_labels + numbers)
+    for label, row in zip(pairs.labels, np.hstack(columns).tolist()):
+        write_row([label] * has_labels + row)
 
 
 def has_positions_alone(path):
@@ -154,31 +154,12 @@ def has_positions_alone(path):
     return layout is not None and layout.width == 3
 
 
-def write_positions(file, landmarks):
-    """Write the positions alone, without those not placed."""
+def write(file, landmarks, are_alone=False):
+    """Write points as antsApplyTransformsToPoints reads them, or their positions alone."""
     write_row = _row_writer(file)
-    write_row(["x", "y", "z"])
-    for position in landmarks.positions[landmarks.is_placed].tolist():
-        write_row(position)
-    return int((~landmarks.is_placed).sum())
-
-
-def write(file, landmarks):
-    """Write points as antsApplyTransformsToPoints reads them, without those not placed."""
-    write_row = _row_writer(file)
-    write_row(["x", "y", "z", "t", "label", "comment"])
-    for i in np.flatnonzero(landmarks.is_placed).tolist():
-        position = landmarks.positions[i].tolist()
-        write_row([*position, 0, landmarks.labels[i], landmarks.descriptions[i]])
-    return int((~landmarks.is_placed).sum())
-
-
-def numbers(cells):
-    """The numbers in cells; an empty list if one is not a number."""
-    try:
-        return [] if any("_" in cell for cell in cells) else [float(cell) for cell in cells]
-    except ValueError:
-        return []
+    write_row(["x", "y", "z"] + ["t", "label", "comment"] * (not are_alone))
+    for _, position, label, description in landmarks.placed_rows:
+        write_row(position + [0, label, description] * (not are_alone))
 
 
 def _open(path):
@@ -212,11 +193,14 @@ def _named(number, header):
     if twice:
         raise InputError(f", line {number}: several columns are {', '.join(twice)}")
     others = {
-        member: next((column[name] for name in choices if name in column), None)
+        member: column[name]
         for member, choices in _OTHERS.items()
+        for name in choices[::-1]
+        if name in column
     }
-    if len(names) == 8 and others["active"] == 1:
-        return _Layout(8, (2, 3, 4), (5, 6, 7), **{**others, "label": 0}, expected=_BIGWARP)
+    if len(names) == 8 and others.get("active") == 1:
+        others["label"] = 0
+        return _Layout(8, (2, 3, 4), (5, 6, 7), others=others, expected=_BIGWARP)
     position, partner = (
         next((triple for triple in choices if column.keys() >= {*triple}), ())
         for choices in (_POSITIONS, _PARTNERS)
@@ -231,8 +215,8 @@ def _named(number, header):
         len(names),
         tuple(column[name] for name in position),
         tuple(column[name] for name in partner) or None,
-        **others,
-        is_offset=_PARTNERS.get(partner, False),
+        _PARTNERS.get(partner, False),
+        others,
         frame=_POSITIONS[position],
         expected=f"{len(names)} cells in each line, with numbers in {', '.join(position)}",
         unknown=unknown,
@@ -260,7 +244,8 @@ def _unnamed(rows):
                 f", line {number}: this is a landmark of BigWarp in two dimensions; it must have "
                 "three"
             )
-        return _Layout(8, columns[2:5], columns[5:], label=0, active=1, expected=_BIGWARP)
+        others = {"label": 0, "active": 1}
+        return _Layout(8, columns[2:5], columns[5:], others=others, expected=_BIGWARP)
     start = 0 if numbers(row[:1]) else 1
     values = row[start:]
     count = len(numbers(values))
@@ -275,12 +260,14 @@ def _unnamed(rows):
         )
     if count == 7 and start == 0:
         _check_no_index(rows)
+    others = {"label": 0} if start else {}
+    if count == 7:
+        others["weight"] = len(row) - 1
     return _Layout(
         len(row),
         columns[start : start + 3],
         columns[start + 3 : start + 6] or None,
-        weight=columns[-1] if count == 7 else None,
-        label=0 if start else None,
+        others=others,
         expected=_PLACES if count == 3 else _PAIRS,
     )
 
@@ -314,7 +301,7 @@ def _rows_at(layout, rows, time, is_alone):
     All points without a column of times, or without `time` if the points are landmarks, which may
     have several times.
     """
-    if layout.time is None or (time is None and not is_alone):
+    if "time" not in layout.others or (time is None and not is_alone):
         return rows
     row_times = [_time(layout, number, row) for number, row in rows]
     if time is None and len({*row_times}) > 1:
@@ -328,7 +315,7 @@ def _rows_at(layout, rows, time, is_alone):
 
 
 def _time(layout, number, row):
-    (time,) = _numbers(layout, number, row, [layout.time])
+    (time,) = layout.numbers(number, row, [layout.others["time"]])
     if not math.isfinite(time):
         raise InputError(f", line {number}: its time must be finite, got {time}")
     return time
@@ -336,29 +323,21 @@ def _time(layout, number, row):
 
 def _pair(layout, number, row):
     """p and q of a row: NaN if not placed or not active; q is None in a table of positions."""
-    if layout.defined is not None and row[layout.defined].strip().lower() in _UNDEFINED:
+    if layout.text(row, "defined", "1").strip().lower() in _UNDEFINED:
         return _NOWHERE, _NOWHERE
-    activity = "true" if layout.active is None else row[layout.active].strip().lower()
-    if activity not in _BOOLEANS:
+    is_active = _BOOLEANS.get(layout.text(row, "active", "true").strip().lower())
+    if is_active is None:
         raise layout.error(number, row)
-    is_active = _BOOLEANS[activity]
     if not is_active and layout.partner is None:
         return _NOWHERE, _NOWHERE
-    p = _numbers(layout, number, row, layout.position)
-    q = layout.partner and _numbers(layout, number, row, layout.partner)
+    p = layout.numbers(number, row, layout.position)
+    q = layout.partner and layout.numbers(number, row, layout.partner)
     is_finite = all(map(math.isfinite, p))
-    if is_active and not (is_finite and all(map(math.isfinite, q or ()))):
-        raise InputError(f"has a coordinate that is not a finite number in line {number}")
+    if is_active:
+        finite(f"line {number}", [*p, *(q or ())])
     if layout.is_offset:
         q = [start + offset for start, offset in zip(p, q)]
     return p if is_finite else _NOWHERE, q if is_active else _NOWHERE
-
-
-def _numbers(layout, number, row, columns):
-    found = numbers([row[column] for column in columns])
-    if not found:
-        raise layout.error(number, row)
-    return found
 
 
 def _row_writer(file):

@@ -20,6 +20,7 @@ from vtkmodules.vtkCommonDataModel import (
 
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
+from vtk_mls.vtk.cells import connectivity_of, polydata_cells
 
 _HIGHER_ORDER = 60  # cells of this type and above have a minimum number of points
 
@@ -33,21 +34,11 @@ def check(dataset):
     if isinstance(dataset, vtkPointSet):
         _check_points(dataset)
     if isinstance(dataset, vtkPolyData):
-        for cells in (dataset.GetVerts(), dataset.GetLines(), dataset.GetPolys()):
+        for _, cells in polydata_cells(dataset):
             _check_connectivity(cells, dataset.GetNumberOfPoints())
-        _check_connectivity(dataset.GetStrips(), dataset.GetNumberOfPoints())
     if isinstance(dataset, vtkUnstructuredGrid):
         _check_grid(dataset)
-    for data, count in (
-        (dataset.GetPointData(), dataset.GetNumberOfPoints()),
-        (dataset.GetCellData(), dataset.GetNumberOfCells()),
-    ):
-        for i in range(data.GetNumberOfArrays()):
-            size = data.GetAbstractArray(i).GetNumberOfTuples()
-            if size != count:
-                raise ValueError(
-                    f"array `{data.GetArrayName(i)}` must have {count} tuples, got {size}"
-                )
+    arrays.check_lengths(dataset, are_exact=True)
 
 
 def _check_axes(grid):
@@ -100,10 +91,7 @@ def _check_grid(grid):
 
 def _check_connectivity(cells, count):
     """Number of points of each cell (n,), if all point ids are below `count`."""
-    if cells is None or cells.GetNumberOfCells() == 0:
-        return np.zeros(0, int)
-    offsets = arrays.to_numpy(cells.GetOffsetsArray())
-    connectivity = arrays.to_numpy(cells.GetConnectivityArray())
+    connectivity, offsets = connectivity_of(cells)
     sizes = np.diff(offsets)
     if offsets[0] != 0 or offsets[-1] != len(connectivity) or (sizes < 0).any():
         raise ValueError("its cell offsets do not fit its connectivity")

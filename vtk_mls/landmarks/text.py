@@ -18,19 +18,13 @@ def heading(report: Report) -> list[str]:
     baseline = report.baseline
     of = "" if report.sampled == len(report.names) else f" (of {report.sampled} pairs)"
     best = next(iter(report.tried))
-    is_best = report.recommended == best
     lines = [
-        *_about_shape(report, "" if is_best else best.flags),
+        *_about_shape(report, "" if report.recommended == best else best.flags),
         f"{len(report.names)} pairs; median error of a pair predicted from the others: "
         f"{median:.3g}{of}; with one rigid map for all {baseline['rigid']:.3g}, with one affine "
         f"map {baseline['affine']:.3g}",
         f"take: {report.recommended.flags}",
     ]
-    one_map = min(("rigid",) if report.shape.is_thin else baseline, key=baseline.__getitem__)
-    if is_best and baseline[one_map] <= median:
-        lines.append(
-            f"one {one_map} map for all predicts the pairs as well: a local map adds noise"
-        )
     swapped = {i for pair in report.swaps for i in pair}
     rows = [i for i in worst_first(report) if report.outlier[i] and i not in swapped]
     none = "none"
@@ -40,15 +34,13 @@ def heading(report: Report) -> list[str]:
     pairs = [f"{report.names[i]} and {report.names[j]}" for i, j in report.swaps]
     lines.append(f"labels that look swapped: {_listed(pairs) or 'none'}")
     determinant = report.smallest_determinant
-    result, remedy = "does not fold at sampled points", ""
+    result = "does not fold at sampled points"
     if determinant <= 0:
-        result = "folds"
-        if not report.shape.mirror:
-            remedy = "; more smoothing, or --steps auto, reduces folds"
-        if report.determinant_between > 0:
-            result = "folds, but not at samples between neighboring landmarks"
-    lines.append(f"the map {result}: smallest determinant {determinant:.3g}{remedy}")
-    return lines
+        is_between = report.determinant_between <= 0
+        result = (
+            "folds" if is_between else "folds, but not at samples between neighboring landmarks"
+        )
+    return [*lines, f"the map {result}: smallest determinant {determinant:.3g}"]
 
 
 def _about_shape(report, refused):

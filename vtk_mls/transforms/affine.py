@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from vtk_mls.base.linear_algebra import transformed
-from vtk_mls.base.validation import as_float, freeze, short_repr
+from vtk_mls.base.validation import finite, freeze
 from vtk_mls.transforms.pointwise import PointwiseTransform
 
 
@@ -32,11 +32,7 @@ class Affine(PointwiseTransform):
     _inverse: NDArray[np.float64] = field(init=False)
 
     def __init__(self, matrix: ArrayLike) -> None:
-        array = as_float("matrix", matrix)
-        if array.shape != (4, 4) or not np.isfinite(array).all():
-            raise ValueError(
-                f"`matrix` must be (4, 4) finite numbers, got {short_repr(np.asarray(matrix))}"
-            )
+        array = finite("matrix", matrix, (4, 4))
         if not np.array_equal(array[3], (0, 0, 0, 1)):
             raise ValueError(
                 f"`matrix` must have the last row (0, 0, 0, 1), got {array[3].tolist()}"

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from vtk_mls.base.grid import Grid, checked_grid
 from vtk_mls.base.interpolation import linear_with_slopes
+from vtk_mls.base.progress import SILENT
 from vtk_mls.base.validation import as_float, freeze
 from vtk_mls.queries.newton import newton
 from vtk_mls.transforms.pointwise import PointwiseTransform
@@ -92,12 +93,11 @@ class Field(PointwiseTransform):
 
         return newton(evaluate, x, v, size)
 
-    def _displacement(self, points, progress=None, with_slopes=False):
+    def _displacement(self, points, progress=SILENT, with_slopes=False):
         """d (m, 3) at `points` (m, 3), and its slopes (m, 3, 3) or None; 0 outside."""
         result = np.empty(points.shape)
         slopes: Any = np.empty((len(points), 3, 3)) if with_slopes else None
-        starts = range(0, len(points), _CHUNK)
-        for start in progress.over(starts) if progress else starts:
+        for start in progress.over(range(0, len(points), _CHUNK)):
             part = slice(start, start + _CHUNK)
             self._interpolate(points[part], result[part], slopes[part] if with_slopes else None)
         return result, slopes

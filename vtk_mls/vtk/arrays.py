@@ -54,9 +54,8 @@ class ImageGeometry:
         """Whole extent and placement in pipeline information; empty without them."""
         extent = info.Get(vtkStreamingDemandDrivenPipeline.WHOLE_EXTENT()) or _EMPTY
         keys = (vtkDataObject.ORIGIN(), vtkDataObject.SPACING(), vtkDataObject.DIRECTION())
-        values = (info.Get(key) if info.Has(key) else None for key in keys)
         defaults = (cls.origin, cls.spacing, cls.direction)
-        return cls(extent, *(value or default for value, default in zip(values, defaults)))
+        return cls(extent, *(info.Get(key) or default for key, default in zip(keys, defaults)))
 
     @classmethod
     def of_grid(cls, grid):
@@ -249,17 +248,20 @@ def image_values(attributes, grid):
     return values
 
 
-def check_lengths(dataset):
-    """Raise ValueError for a point or cell array that is too short: VTK would read past its end."""
+def check_lengths(dataset, are_exact=False):
+    """Raise ValueError for a point or cell array that is too short, or with `are_exact` too long:
+    VTK would read past its end.
+    """
     for attributes, what, count in (
         (dataset.GetPointData(), "points", dataset.GetNumberOfPoints()),
         (dataset.GetCellData(), "cells", dataset.GetNumberOfCells()),
     ):
         for array in all_arrays(attributes):
-            if array.GetNumberOfTuples() < count:
+            size = array.GetNumberOfTuples()
+            if size < count or (are_exact and size > count):
                 raise ValueError(
-                    f"array `{array.GetName()}` must have one tuple for each of the {count} {what} "
-                    f"of the mesh, got {array.GetNumberOfTuples()}"
+                    f"array `{array.GetName()}` must have one tuple for each of the {count} {what}"
+                    f", got {size}"
                 )
 
 

@@ -119,6 +119,12 @@ def append_meshes(meshes):
     return append.GetOutput()
 
 
+def row_array(grid, name):
+    """The integer cell array (n,) of a grid; clipping leaves it out where there are no cells."""
+    array = grid.GetCellData().GetArray(name)
+    return np.zeros(0, np.int64) if array is None else arrays.to_numpy(array)
+
+
 def is_empty(mesh):
     """Which cells of a vtkDataSet have no points: (n,) bool."""
     if isinstance(mesh, vtkPolyData):

@@ -24,6 +24,7 @@ from vtk_mls.vtk.cells import (
     connectivity_of,
     extract_cells,
     positions_of,
+    row_array,
     set_positions,
 )
 from vtk_mls.vtk.orientation import TETRAHEDRA
@@ -58,8 +59,8 @@ def clip_cells(grid):
         inside_out = _signed_volumes(grid) < 0
         pieces = [_tetrahedra(piece, inside_out) for piece in pieces]
     is_flat = ~_has_size(grid)
-    pieces = [extract_cells(p, _has_size(p) | is_flat[_original_cells(p)]) for p in pieces]
-    is_divided = np.isin(indices, np.concatenate([_original_cells(p) for p in pieces]))
+    pieces = [extract_cells(p, _has_size(p) | is_flat[row_array(p, _CELL)]) for p in pieces]
+    is_divided = np.isin(indices, np.concatenate([row_array(p, _CELL) for p in pieces]))
     results = [*pieces, extract_cells(grid, ~is_divided)]
     for result in results:
         result.GetCellData().RemoveArray(_CELL)
@@ -131,7 +132,7 @@ def _divide_solid(inside_out, grid):
     triangulate.Update()
     grid = triangulate.GetOutput()
     tetrahedra = connectivity_of(grid.GetCells())[0].reshape(-1, 4).copy()
-    is_wrong = (_signed_volumes(grid) < 0) != inside_out[_original_cells(grid)]
+    is_wrong = (_signed_volumes(grid) < 0) != inside_out[row_array(grid, _CELL)]
     tetrahedra[is_wrong, :2] = tetrahedra[is_wrong, 1::-1]
     _set_tetrahedra(grid, tetrahedra)
     return grid
@@ -176,9 +177,3 @@ def _has_size(grid):
     data = size.GetOutput().GetCellData()
     sizes = [arrays.to_numpy(data.GetArray(n)) for n in ("Length", "Area", "Volume")]
     return np.any(sizes, axis=0)
-
-
-def _original_cells(grid):
-    """Indices of the clipped cells that the cells of `grid` are pieces of: (n,)."""
-    array = grid.GetCellData().GetArray(_CELL)
-    return np.zeros(0, np.int64) if array is None else arrays.to_numpy(array)

@@ -46,6 +46,7 @@ from vtk_mls.vtk.cells import (
     extract_cells,
     is_empty,
     positions_of,
+    row_array,
     set_positions,
     triangle_polydata,
     without_empty,
@@ -92,7 +93,7 @@ def split(mesh, cuts, progress=SILENT):
     for name in (_POINT, HEIGHT, _TO_CUT, _SIDE, _POSITION):
         grid.GetPointData().RemoveArray(name)
     _add_lost_arrays(grid.GetPointData(), mesh.GetPointData(), lambda: _nearest(grid, whole))
-    rows = np.concatenate([_rows_of(grid), append_empty(grid, mesh)])
+    rows = np.concatenate([row_array(grid, _SOURCE), append_empty(grid, mesh)])
     grid.GetCellData().Initialize()
     arrays.set_rows(grid.GetCellData(), cell_data, rows)
     grid.GetPointData().RemoveArray(_SOURCE)
@@ -144,7 +145,7 @@ def _nearest(grid, whole):
     connectivity, offsets = connectivity_of(grid.GetCells())
     piece = np.zeros(len(x), np.int64)
     piece[connectivity] = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
-    cell = np.searchsorted(_rows_of(whole), _rows_of(grid)[piece[new]])
+    cell = np.searchsorted(row_array(whole, _SOURCE), row_array(grid, _SOURCE)[piece[new]])
     connectivity, offsets = connectivity_of(whole.GetCells())
     sizes = np.diff(offsets)[cell]
     for size in np.unique(sizes):
@@ -153,12 +154,6 @@ def _nearest(grid, whole):
         distance = np.linalg.norm(places[corners] - x[points, None], axis=2)
         rows[points] = corners[np.arange(len(corners)), distance.argmin(axis=1)]
     return rows
-
-
-def _rows_of(grid):
-    """Rows (n,) in the mesh of the cells that those of `grid` are pieces of."""
-    array = grid.GetCellData().GetArray(_SOURCE)
-    return np.zeros(0, np.int64) if array is None else arrays.to_numpy(array)
 
 
 def _add_lost_arrays(attributes, source, make_rows):
