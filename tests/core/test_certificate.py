@@ -92,7 +92,8 @@ def test_voxels_across_a_cut_are_left_out(cut, frame, apart, rng):
     q = p + side[:, None] * [max(apart, 0), 0.1, 0]
     where = grid()
     plain, whole = (
-        Deformation(p, q, cuts=cuts, cut_frame=frame).certificate(where) for cuts in (cut, ())
+        Deformation(p, q, cuts=cuts, cut_frame=frame, device="reference").certificate(where)
+        for cuts in (cut, ())
     )
     assert whole.left_out == 0 < plain.left_out
     assert plain.checked + plain.left_out == where.cells.size
@@ -212,7 +213,8 @@ def test_the_first_guess_finds_folds_around_a_squeezed_cluster():
 def test_outside_of_a_mask_voxels_are_proven(rng):
     p = rng.random((12, 3))
     mask = BallMask((0.5, 0.5, 0.5), 0.2, 0.1)
-    d = Deformation(p, p + 0.1 * rng.normal(size=p.shape), mask=mask, steps="auto")
+    q = p + 0.1 * rng.normal(size=p.shape)
+    d = Deformation(p, q, mask=mask, steps="auto", device="reference")
     proof = d.certificate(grid())
     assert proof.left_out == 0
     centers = grid().cells.points()[proof.indices]

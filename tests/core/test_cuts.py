@@ -65,24 +65,6 @@ def test_bad_shapes_are_named(make, error, message):
         make()
 
 
-@pytest.mark.parametrize(
-    ("bad", "error", "message"),
-    [
-        ({"cuts": ["plane"]}, TypeError, "`cuts` must be Plane, HalfPlane or Surface"),
-        ({"nu": 1}, ValueError, "`nu` must be a number above 1, got 1"),
-        ({"nu": np.nan}, ValueError, "`nu` must be a number above 1"),
-        (
-            {"cuts": [Plane((0, 0, i), (0, 0, 1)) for i in range(7)]},
-            ValueError,
-            "`cuts` must have at most 6 planes, got 7",
-        ),
-    ],
-)
-def test_bad_arguments_are_named(bad, error, message):
-    with pytest.raises(error, match=message):
-        Deformation(np.eye(3), np.eye(3), **bad)
-
-
 def test_shared_edges_are_watertight(rng):
     """Exactly through the inner edges and corners of a triangulation, nothing slips."""
     at = np.stack([*rng.integers(-3, 4, (2, 500)) / 2, np.zeros(500)], axis=1)

@@ -210,12 +210,6 @@ def test_a_loop_round_the_edge_has_no_kink(shape, motion):
     assert fine < 1.5 * paper
 
 
-# What any map must be
-
-
-# Kernels do as the specification
-
-
 @pytest.mark.parametrize("key", DEVICES)
 @pytest.mark.parametrize("shape", ["half-plane", "plane and half-plane", "polygon"])
 def test_guesses_on_fine_grids(key, shape, rng, monkeypatch):
@@ -274,9 +268,6 @@ def test_the_map_of_one_side_continues_behind_its_face(device, rng):
         distances.append(distance)
     assert (heights[0] > heights[1] + 0.05).all()  # the sides were pulled apart
     np.testing.assert_allclose(np.max(distances, axis=0), d.void_distance(v), atol=1e-5)
-
-
-# Errors
 
 
 @pytest.mark.parametrize("motion", [(-0.6, -0.3, 0), (-1.2, -0.6, 0)])

@@ -13,8 +13,6 @@ from vtk_mls.editor.handle_glyphs import DRAGGED
 from vtk_mls.model.options import ALPHA
 from vtk_mls.rendering.pace import MapPace
 
-FRONT = 4  # the handle in the middle of the front of a 3 x 3 x 3 lattice
-
 
 @pytest.fixture(params=["volume", "mesh"])
 def hands(request):

@@ -7,9 +7,6 @@ import pytest
 from hands import MIDDLE, SIZE, Hands, ball_image, ball_mesh
 
 from vtk_mls import HalfPlane, Plane, Surface
-from vtk_mls.filters.control_point_source import lattice
-
-LATTICE = lattice((3, 3, 3), MIDDLE + SIZE / 3 * np.array([-1, 1] * 3))
 
 
 @pytest.fixture(params=[pytest.param("volume", marks=pytest.mark.matrix), "mesh"])

@@ -118,16 +118,10 @@ def test_sets_that_are_hard_for_float(key, name, kind_and_degree, alpha, rng):
     check(key, EVEN_SETS[name](rng), kind_and_degree, alpha, rng)
 
 
-@pytest.mark.parametrize("kind_and_degree", KINDS)
-def test_sums_are_the_same_in_one_lane_and_in_vectors(key, kind_and_degree, rng):
-    d = deformation(*random_handles(rng, 50), kind_and_degree, key)
-    v = rng.uniform(0, EXTENT, (900, 3))
-    engine = Engine(replace(dispatch.choose(key), width=1))
-    np.testing.assert_array_equal(engine.backward(d, v), d.backward(v))
-
-
 @paired(
-    width=[4, 16, *rare(2, 8)], kind_and_degree=KINDS, cut_frame=[None, "rest", *rare("deformed")]
+    width=[1, 4, 16, *rare(2, 8)],
+    kind_and_degree=KINDS,
+    cut_frame=[None, "rest", *rare("deformed")],
 )
 def test_points_do_not_depend_on_neighbors_in_double(key, width, kind_and_degree, cut_frame, rng):
     """In any order and in vectors of any width, though about every fourth point needs double."""

@@ -19,7 +19,7 @@ from control_point_sets import (
 from drivers import check_kernels
 from pairwise import Rare, paired, rare
 
-from vtk_mls import Deformation, Grid, HalfPlane, Plane, Sampling
+from vtk_mls import Deformation, Grid, Plane, Sampling
 from vtk_mls.base import interpolation
 from vtk_mls.engine import dispatch
 from vtk_mls.engine import opencl_engine as engine
@@ -326,29 +326,6 @@ def test_calls_wait_for_each_other(key, rng):
 BOTH_FITS = [
     pair if pair in (("rigid", 1), ("polynomial", 2)) else Rare(pair) for pair in KINDS_AND_DEGREES
 ]
-SCALAR_OPTIONS = {
-    "alpha 2": {},
-    "half-plane": {"cuts": [HalfPlane((128, 128, 128), (0.2, 0.1, 1), (1, 0.3, 0))]},
-    "alpha 1.3": {"alpha": 1.3},
-}
-
-
-@paired(kind_and_degree=BOTH_FITS, options=["alpha 2", "half-plane", *rare("alpha 1.3")])
-def test_one_point_per_work_item(key, kind_and_degree, options, rng, monkeypatch):
-    """The scalar build that GPUs get, on whatever device there is."""
-    monkeypatch.setattr(device.Device, "lanes", property(lambda self: 1))
-    rest, deformed = random_handles(rng, 25)
-    v = places(rng, deformed, 300)
-    expected, got = (
-        deformation(rest, deformed, kind_and_degree, name, **SCALAR_OPTIONS[options])
-        for name in ("reference", key)
-    )
-    error = voxels(got.backward(v) - expected.backward(v), deformed)
-    assert np.percentile(error, 99) <= TOLERANCE[kind_and_degree][1]
-    grid = Grid((19, 7, 5), spacing=(12, 30, 50))
-    image = rng.normal(size=grid.shape).astype(np.float32)
-    resampled = [d.resample([image], grid)[0] for d in (expected, got)]
-    np.testing.assert_allclose(*resampled, rtol=0, atol=1e-3)
 
 
 @paired(kind_and_degree=BOTH_FITS, alpha=[2, 1])

@@ -51,22 +51,23 @@ def test_gradients_of_every_size(n, engine, rng):
         check_gradient(engine, rng.normal(size=grid.shape).astype(np.float32), grid)
 
 
-def test_gradients_of_large_values_keep_their_small_differences(engine, rng):
+def with_nan(values):
+    values[4, 4, 20] = np.nan
+    return values
+
+
+ARRAYS = {
+    "large values with small differences": lambda x: (1000 + 0.01 * x).astype(np.float32),
+    "NaN, which does not spread": lambda x: with_nan(x.astype(np.float32)),
+    "half, by numpy": lambda x: (50 * x).astype(np.float16),
+    "long double, by numpy": lambda x: (50 * x).astype(np.longdouble),
+}
+
+
+@pytest.mark.parametrize("name", ARRAYS)
+def test_gradients_of_unusual_arrays(name, engine, rng):
     grid = Grid((40, 9, 9))
-    check_gradient(engine, (1000 + 0.01 * rng.normal(size=grid.shape)).astype(np.float32), grid)
-
-
-def test_nan_does_not_spread_in_gradients(engine, rng):
-    grid = Grid((40, 9, 9))
-    array = rng.normal(size=grid.shape).astype(np.float32)
-    array[4, 4, 20] = np.nan
-    check_gradient(engine, array, grid)
-
-
-def test_numpy_makes_gradients_of_other_types(engine, rng):
-    grid = Grid((9, 8, 7))
-    for dtype in (np.float16, np.longdouble):
-        check_gradient(engine, rng.normal(0, 50, grid.shape).astype(dtype), grid)
+    check_gradient(engine, ARRAYS[name](rng.normal(size=grid.shape)), grid)
 
 
 def test_slabs_give_the_same_gradients(engine, rng, monkeypatch):

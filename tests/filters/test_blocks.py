@@ -212,15 +212,19 @@ def with_own_origin(image):
     return image
 
 
+@pytest.mark.parametrize(
+    "options",
+    [{"OutputGrid": "fitted"}, {"kind": MLSDisplacementField, "SampleDimensions": (4, 4, 4)}],
+)
 @pytest.mark.parametrize("kind", KINDS)
-def test_blocks_of_all_types_are_as_alone(kind):
+def test_blocks_of_all_types_are_as_alone(kind, options):
     parts = [cells(VTK_TETRA), make_image(), sphere(), rectilinear()]
-    filter_ = deforming(composite(kind, [None, *parts]))
+    filter_ = deforming(composite(kind, [None, *parts]), **options)
     for cut in (None, CUTS["plane"]):
         if cut is not None:
             filter_.AddCut(cut)
         for part, found in zip(parts, blocks(update(filter_))):
-            alone = update(deforming(part, cut=cut))
+            alone = update(deforming(part, cut=cut, **options))
             assert found.GetClassName() == alone.GetClassName()
             assert_same(found, alone)
 

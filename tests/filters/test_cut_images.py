@@ -6,16 +6,14 @@ import numpy as np
 import pytest
 from handle_surfaces import soup
 from opened_images import APART, BOTH, HALF, REST, grid_of, numbers_of, scene, set_half_plane
-from pipelines import assert_same, connect, control_points, update, values_of
+from pipelines import connect, control_points, update, values_of
 from vtk_fixtures import FAST, add_array, make_image
-from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkMultiBlockDataSet, vtkPlane
-from vtkmodules.vtkCommonExecutionModel import vtkTrivialProducer
-from vtkmodules.vtkFiltersCore import vtkAppendPolyData, vtkCutter, vtkThreshold
-from vtkmodules.vtkFiltersGeometry import vtkDataSetSurfaceFilter
+from vtkmodules.vtkCommonDataModel import vtkCellArray
+from vtkmodules.vtkFiltersCore import vtkAppendPolyData
 from vtkmodules.vtkFiltersSources import vtkDiskSource, vtkPlaneSource, vtkSphereSource
 
 from vtk_mls import CUT_FRAMES, Deformation, HalfPlane, Plane, Sampling, Surface
-from vtk_mls.filters import MLSDeform, MLSDisplacementField
+from vtk_mls.filters import MLSDeform
 from vtk_mls.vtk import arrays
 
 
@@ -88,28 +86,6 @@ def test_ghosts_hide_the_void_beside_what_was_hidden():
     output = update(deforming)
     assert not (numbers_of(output.GetPointData(), "vtkGhostType") & 2).any()
     assert not output.GetCellData().HasArray("vtkGhostType")
-
-
-def test_vtk_leaves_the_void_out():
-    deforming = scene(MLSDeform)
-    set_half_plane(deforming)
-    threshold, slices = vtkThreshold(), vtkCutter()
-    filters = vtkDataSetSurfaceFilter(), threshold, slices
-    threshold.SetLowerThreshold(-1e9)
-    threshold.SetUpperThreshold(1e9)
-    plane = vtkPlane()
-    plane.SetOrigin(0, 3.1, 0)
-    plane.SetNormal(0, 1, 0)
-    slices.SetCutFunction(plane)
-    for algorithm in filters:
-        algorithm.SetInputConnection(deforming.GetOutputPort())
-
-    def has_void(each):
-        return numbers_of(update(each).GetPointData(), "Void").any()
-
-    assert not any(has_void(algorithm) for algorithm in filters)
-    deforming.SetHideVoid(False)
-    assert all(has_void(algorithm) for algorithm in filters)
 
 
 def test_continued_values_end_sharp_at_the_face(device):
@@ -203,41 +179,6 @@ def test_doubled_points_and_lines_do_not_matter():
     doubled.SetLines(lines)
     deforming.SetInputDataObject(2, doubled)
     np.testing.assert_allclose(values_of(update(deforming), "values"), expected, atol=1e-5)
-
-
-# Composite input
-
-
-@pytest.mark.parametrize("with_images", [False, True])
-def test_a_field_over_blocks_is_made_one_by_one(with_images):
-    blocks = vtkMultiBlockDataSet()
-    for number in range(3):
-        sphere = vtkSphereSource()
-        sphere.SetCenter(number, 0, 0)
-        sphere.Update()
-        image = make_image((3 + number, 4, 5))
-        blocks.SetBlock(number, image if with_images and number == 1 else sphere.GetOutput())
-    field = MLSDisplacementField()
-    field.SetDevice("reference")
-    field.SetSampleDimensions(4, 4, 4)
-    producer, handles = vtkTrivialProducer(), control_points(REST, APART)
-    producer.SetOutput(blocks)
-    connect(field, producer, handles)
-    for kind in ("rigid", "affine"):
-        field.SetKind(kind)
-        output = update(field)
-        for number in range(3):
-            alone = connect(MLSDisplacementField(), blocks.GetBlock(number), handles)
-            alone.SetDevice("reference")
-            alone.SetKind(kind)
-            alone.SetSampleDimensions(4, 4, 4)
-            assert_same(output.GetBlock(number), update(alone))
-    # and what is no block afterwards is followed as ever
-    sphere = vtkSphereSource()
-    connect(field, sphere, handles)
-    for radius in (1, 2):
-        sphere.SetRadius(radius)
-        assert update(field).GetBounds()[5] == pytest.approx(radius)
 
 
 def test_memory_is_that_of_input_and_output(monkeypatch):

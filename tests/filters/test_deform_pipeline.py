@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from pipelines import Executions, connect, control_points, update, values_of
 from smooth_images import assert_holds, expected, smooth_image
-from vtk_fixtures import DEFORMED, REST, TURNED, add_array, make_image
+from vtk_fixtures import DEFORMED, REST, add_array, make_image
 from vtkmodules.vtkCommonDataModel import (
     vtkDataObject,
     vtkDataSetAttributes,
@@ -19,7 +19,6 @@ from vtkmodules.vtkImagingCore import vtkRTAnalyticSource
 from vtk_mls import Deformation, HalfPlane
 from vtk_mls.filters import MLSDeform
 from vtk_mls.vtk import arrays
-from vtk_mls.vtk.arrays import ImageGeometry
 
 
 @pytest.fixture
@@ -80,22 +79,6 @@ def test_the_input_may_be_only_a_part_of_what_it_could_be(deform, device):
     producer.SetWholeExtent(0, 8, 0, 7, 0, 6)
     output = update(connect(deform, producer, control_points()))
     assert_holds(output, *expected(image, Deformation(REST, DEFORMED, device=device)))
-
-
-@pytest.mark.parametrize("choice", ["input", "fitted"])
-def test_blocks_are_deformed_one_by_one(deform, device, choice, messages):
-    deform.SetOutputGrid(choice)
-    blocks = vtkMultiBlockDataSet()
-    images = [smooth_image(), smooth_image(dimensions=(6, 5, 4), direction=TURNED)]
-    for number, image in enumerate(images):
-        blocks.SetBlock(number, image)
-    output = update(connect(deform, blocks, control_points()))
-    messages.assert_one("what crosses a border between them is lost")
-    value = Deformation(REST, DEFORMED, device=device)
-    for number, image in enumerate(images):
-        grid = ImageGeometry.of_image(image).grid
-        target = value.fitted_grid(grid) if choice == "fitted" else grid
-        assert_holds(output.GetBlock(number), *expected(image, value, target))
 
 
 def test_the_output_outlives_the_filter(deform):

@@ -92,21 +92,23 @@ CUTS = {"none": (), "half-plane": (OPENED,), "plane": (Plane((4, 4, 3), (1, 0.3,
 @paired(
     cuts=CUTS,
     interpolation=INTERPOLATIONS,
-    grid_and_void=[("input", "background"), ("fitted", "background"), ("given", "continued")],
+    grid=["input", "fitted", "given", "reference"],
     frame=CUT_FRAMES,
 )
-def test_pieces_of_a_deformed_image(cuts, interpolation, grid_and_void, frame):
-    cuts, (grid, void_values) = CUTS[cuts], grid_and_void
+def test_pieces_of_a_deformed_image(cuts, interpolation, grid, frame):
 
     def make():
-        deform = pipeline(MLSDeform, cuts)
+        deform = pipeline(MLSDeform, CUTS[cuts])
         deform.SetCutFrame(frame)
         deform.SetInterpolation(interpolation)
-        deform.SetOutputGrid(grid)
+        if grid == "reference":
+            deform.SetReference(make_image((5, 6, 7), (2, 0, -1), TURNED))
+        else:
+            deform.SetOutputGrid(grid)
         deform.SetOutputDimensions(5, 6, 7)
         deform.SetGenerateJacobian(True)
         deform.SetGradientArray("values")
-        deform.SetVoidValues(void_values)
+        deform.SetVoidValues("continued" if grid == "given" else "background")
         return deform
 
     check(make)

@@ -78,15 +78,6 @@ def test_gradients_jacobians_and_voids_are_those_of_its_points():
     assert np.abs(wanted).max() > 1
 
 
-def test_parts_are_those_of_the_whole():
-    whole = values_of(update(deforming(smooth_image(), reference())), "values")
-    deform = deforming(smooth_image(), reference())
-    assert deform.UpdateExtent([3, 5, 1, 4, 0, 2])
-    part = deform.GetOutputDataObject(0)
-    assert part.GetExtent() == (3, 5, 1, 4, 0, 2)
-    np.testing.assert_array_equal(values_of(part, "values"), whole[1:4, 1:5, 1:4])
-
-
 def test_little_of_the_reference_is_requested_and_its_changes_count():
     source = vtkRTAnalyticSource()
     source.SetWholeExtent(0, 9, 0, 8, 0, 7)

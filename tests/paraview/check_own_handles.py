@@ -54,6 +54,12 @@ np.testing.assert_array_equal(array(data(deform), "RTData"), bent)
 # An animation of the blend, and of a handle's place.
 half = control_points(REST, (REST + DEFORMED) / 2)
 middle = array(data(simple.MLSDeform(Input=source, ControlPoints=half)), "RTData")
+
+# Another displacement array, by name.
+halved = simple.Calculator(Input=handles, Function="Displacement / 2", ResultArrayName="Half")
+named = simple.MLSDeform(Input=source, ControlPoints=halved)
+named.DisplacementArray = ["POINTS", "Half"]
+np.testing.assert_allclose(array(data(named), "RTData"), middle, atol=1e-2)
 scene = simple.GetAnimationScene()
 scene.PlayMode, scene.NumberOfFrames = "Sequence", 3
 scene.StartTime, scene.EndTime = 0.0, 1.0

@@ -5,7 +5,7 @@ import tempfile
 
 import numpy as np
 from paraview import servermanager, simple
-from scene import DEFORMED, REST, array, control_points, data, output_messages, wavelet
+from scene import DEFORMED, REST, array, control_points, data, wavelet
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
 from vtk_mls import Deformation, Sampling, io
@@ -41,13 +41,6 @@ sampling = Sampling(ImageGeometry.of_image(volume).grid, expected.grid, backgrou
 np.testing.assert_allclose(array(image, "RTData"), values, atol=1e-3)
 assert np.ptp(values) > 50
 
-# Where nothing arrives, one sentence says so.
-with output_messages() as text:
-    deform.Reference = wave
-    data(deform)
-assert text[0].count("nothing of the input arrives on the grid of the reference") == 1, text[0]
-assert "Traceback" not in text[0]
-
 # A state has the reference; without it the grid is that of the input again.
 deform.Reference = target
 path = os.path.join(folder.name, "state.pvsm")
@@ -61,35 +54,17 @@ deform.Reference = None
 assert data(deform).GetExtent() == data(wave).GetExtent()
 
 
-# The report: tables of pairs, and of the settings tried.
-def texts(table, name):
-    return arrays.texts(table.GetRowData(), name)
-
-
-def column(table, name):
-    return arrays.to_numpy(table.GetRowData().GetArray(name))
-
-
+# The report: a table of pairs, and one of the settings that were tried.
 rng = np.random.default_rng(2)
 p = rng.uniform(-50, 50, (40, 3))
-q = p + 4 * np.sin(p[:, ::-1] / 40) + [3, 0, 0]
-pairs = control_points(p, q)
+pairs = control_points(p, p + 4 * np.sin(p[:, ::-1] / 40) + [3, 0, 0])
 check = simple.MLSLandmarkReport(Input=pairs, Device="reference")
 check.UpdatePipeline()
-assert texts(servermanager.Fetch(check, idx=0), "Name")[:3] == ["1", "2", "3"]
 assert servermanager.Fetch(check, idx=1).GetNumberOfRows() > 2
 moved = simple.Transform(Input=pairs)
 moved.Transform.Translate = [0.0, 0.0, 2.0]
 check.DeformedControlPoints = moved
 check.UpdatePipeline()
-np.testing.assert_allclose(column(servermanager.Fetch(check, idx=0), "Moved"), 2, rtol=1e-6)
-check.DeformedControlPoints = None
-
-# Too few pairs are one sentence, and more are the report again.
-with output_messages() as text:
-    pairs.RestPoints, pairs.DeformedPoints = list(p[:3].ravel()), list(q[:3].ravel())
-    check.UpdatePipeline()
-assert text[0].count("`Input` must have at least 4 pairs") == 1, text[0]
-pairs.RestPoints, pairs.DeformedPoints = list(p.ravel()), list(q.ravel())
-check.UpdatePipeline()
-assert servermanager.Fetch(check, idx=0).GetNumberOfRows() == 40
+table = servermanager.Fetch(check, idx=0).GetRowData()
+assert arrays.texts(table, "Name")[:3] == ["1", "2", "3"]
+np.testing.assert_allclose(arrays.to_numpy(table.GetArray("Moved")), 2, rtol=1e-6)
