@@ -21,6 +21,7 @@ from vtkmodules.vtkCommonDataModel import (
     vtkUnstructuredGrid,
 )
 from vtkmodules.vtkFiltersCore import vtkCellCenters
+from vtkmodules.vtkFiltersGeneral import vtkRectilinearGridToPointSet
 
 from vtk_mls.filters import gradients, void_arrays
 from vtk_mls.filters.algorithm import run_all
@@ -392,12 +393,9 @@ def jacobians(deformation, points, origins, progress):
 
 def copy(mesh, output):
     """Fill `output` with `mesh`; a vtkRectilinearGrid becomes a vtkStructuredGrid."""
-    if not isinstance(mesh, vtkRectilinearGrid):
-        output.ShallowCopy(mesh)
-        return
-    axes = (mesh.GetXCoordinates(), mesh.GetYCoordinates(), mesh.GetZCoordinates())
-    z, y, x = np.meshgrid(*(arrays.to_numpy(axis) for axis in axes[::-1]), indexing="ij")
-    output.SetExtent(mesh.GetExtent())
-    set_positions(output, np.stack([x, y, z], axis=-1).reshape(-1, 3), VTK_DOUBLE)
-    for get in ("GetPointData", "GetCellData", "GetFieldData"):
-        getattr(output, get)().ShallowCopy(getattr(mesh, get)())
+    if isinstance(mesh, vtkRectilinearGrid):
+        to_points = vtkRectilinearGridToPointSet()
+        to_points.SetInputData(mesh)
+        to_points.Update()
+        mesh = to_points.GetOutput()
+    output.ShallowCopy(mesh)
