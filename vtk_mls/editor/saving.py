@@ -298,10 +298,18 @@ def _write_dataset(dataset, folder, stem, ending):
     """Write in the format of this ending, or one of VTK's; the name of the file."""
     for candidate in (ending, *_FALLBACK_ENDINGS):
         path = folder / f"{stem}{candidate}"
-        with suppress(ValueError):
+        try:
+            io.check_writable(path, dataset)
+        except ValueError:
+            continue
+        try:
             io.write_dataset(dataset, path)
-            return path.name
-    raise ValueError(f"there is no format that can hold this {dataset.GetClassName()}")
+        except ValueError:
+            if candidate == _FALLBACK_ENDINGS[-1]:
+                raise
+            continue
+        return path.name
+    raise ValueError(f"there is no format for a {dataset.GetClassName()}")
 
 
 def _moved(path, folder):
