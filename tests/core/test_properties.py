@@ -45,8 +45,8 @@ def test_interpolates_the_control_points(name, kind_and_degree, alpha, device, r
     count = 300 if len(rest) < 1000 else 60  # each takes longer
     # one place cannot have two origins: coincident control points count as one
     rest, deformed = (
-        d.regions[0].control_points.rest[:count],
-        d.regions[0].control_points.deformed[:count],
+        d.regions[0].control_points.handles.rest[:count],
+        d.regions[0].control_points.handles.deformed[:count],
     )
     error = np.abs(d.backward(deformed) - rest).max()
     reach = max(size_of(d.rest), size_of(d.deformed), 1e-6 * np.abs(d.rest).max())

@@ -9,7 +9,7 @@ from test_deformed_volume import deformation
 from vtkmodules.vtkRenderingVolumeOpenGL2 import vtkSmartVolumeMapper
 
 from vtk_mls.rendering import DeformedVolume, pace
-from vtk_mls.rendering.pace import RaySpacing, usual_step
+from vtk_mls.rendering.pace import adjust_rays, usual_step
 
 pytestmark = pytest.mark.usefixtures("opengl")
 
@@ -25,20 +25,19 @@ def test_pictures_during_movement_have_fewer_rays_and_the_same_colors(monkeypatc
     volume = volume_of(image_of(phantom()))
     scene, mapper = Scene(volume), volume.GetMapper()
     DeformedVolume(volume, scene.renderer).update(deformation())
-    spacing = RaySpacing(mapper)
     resting = scene.picture()
     monkeypatch.setattr(pace, "_PICTURE_SECONDS", mapper.GetTimeToDraw() / 6)
     scene.window.SetDesiredUpdateRate(15)
-    spacing.adjust(scene.window)
+    adjust_rays(mapper, scene.window)
     assert mapper.GetImageSampleDistance() == 3  # at least 6 times fewer
     moving = scene.picture()
     assert np.abs(moving - resting).mean() > 0.1
     assert np.abs(blurred(moving) - blurred(resting)).mean() < 1
     monkeypatch.setattr(pace, "_PICTURE_SECONDS", 1e-6)
-    spacing.adjust(scene.window)
+    adjust_rays(mapper, scene.window)
     assert mapper.GetImageSampleDistance() == 4
     scene.window.SetDesiredUpdateRate(1e-4)
-    spacing.adjust(scene.window)
+    adjust_rays(mapper, scene.window)
     np.testing.assert_array_equal(scene.picture(), resting)
 
 
@@ -46,7 +45,7 @@ def test_the_first_picture_during_movement_has_few_rays():
     volume = volume_of(image_of(phantom()))
     scene = Scene(volume)
     scene.window.SetDesiredUpdateRate(15)
-    RaySpacing(volume.GetMapper()).adjust(scene.window)
+    adjust_rays(volume.GetMapper(), scene.window)
     assert volume.GetMapper().GetImageSampleDistance() == 4
 
 

@@ -12,10 +12,10 @@ from vtk_mls import Plane
 from vtk_mls.base.linear_algebra import unit
 from vtk_mls.editor import polydata
 from vtk_mls.editor.drag_widget import DragWidget
-from vtk_mls.editor.polydata import configured
 from vtk_mls.model.cuts import Obstacle
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.cells import positions_of
+from vtk_mls.vtk.objects import configured
 
 _BLUE, _LIGHT_BLUE, _RED = (0.35, 0.75, 1.0), (0.8, 0.93, 1.0), (1.0, 0.45, 0.55)
 _OPACITY, _GRABBED_OPACITY = 0.18, 0.35  # of the plane

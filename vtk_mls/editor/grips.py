@@ -59,11 +59,6 @@ class Grips:
     def __len__(self):
         return len(self.owner)
 
-    @property
-    def are_resting(self):
-        """Whether each is at its rest position: (g,) bool."""
-        return (self.rest == self.deformed).all(axis=1)
-
     def rows_of(self, owner):
         """Rows of the grips of an owner."""
         return np.flatnonzero(self.owner == owner)

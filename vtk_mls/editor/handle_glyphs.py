@@ -7,8 +7,8 @@ from vtkmodules.vtkRenderingCore import vtkActor, vtkGlyph3DMapper
 
 from vtk_mls.editor import polydata
 from vtk_mls.editor.grips import MASK
-from vtk_mls.editor.polydata import configured
 from vtk_mls.vtk import arrays
+from vtk_mls.vtk.objects import configured
 
 # Colors, 0 to 255.
 RESTING, MOVED, ANCHORED = (205, 212, 222), (255, 150, 40), (80, 160, 255)
@@ -22,7 +22,8 @@ _RADIUS, _RESTING_RADIUS, _HOVER_GROWTH = 6.5, 5.0, 3.0  # pixels
 def handle_colors(state, selected, dragged):
     """Colors (g, 3), 0 to 255, of the grips of a `State`."""
     grips = state.grips
-    colors = np.where(grips.are_resting[:, None], RESTING, MOVED)
+    are_resting = (grips.rest == grips.deformed).all(axis=1)
+    colors = np.where(are_resting[:, None], RESTING, MOVED)
     colors[grips.anchored] = ANCHORED
     colors[: len(state)][~state.enabled] = LEFT_OUT
     colors[grips.owner == MASK] = MASKING

@@ -5,9 +5,9 @@ from vtkmodules.vtkCommonCore import vtkPoints
 
 from vtk_mls import Labels
 from vtk_mls.base.interpolation import sample
-from vtk_mls.editor.polydata import configured
 from vtk_mls.rendering.material import material_at
 from vtk_mls.vtk import arrays
+from vtk_mls.vtk.objects import configured, output_of
 
 _STEP = 0.5  # between samples along a ray, in voxels
 _MAX_SAMPLES = 4096
@@ -66,6 +66,5 @@ def connected_label(image, grid, index):
     value = float(values[tuple(index[::-1])])
     configured(fill, InputData=image, SeedPoints=seed, InValue=1, OutValue=0)
     configured(fill, ReplaceIn=True, ReplaceOut=True).ThresholdBetween(value, value)
-    fill.Update()
-    filled = arrays.to_numpy(fill.GetOutput().GetPointData().GetScalars())
+    filled = arrays.to_numpy(output_of(fill).GetPointData().GetScalars())
     return Labels(filled.reshape(grid.shape), grid)

@@ -5,7 +5,7 @@ from vtkmodules.vtkCommonTransforms import vtkTransform
 from vtkmodules.vtkInteractionWidgets import vtkBoxRepresentation, vtkBoxWidget2
 
 from vtk_mls.editor.drag_widget import DragWidget
-from vtk_mls.editor.polydata import configured
+from vtk_mls.vtk.objects import configured
 from vtk_mls.vtk.transforms import matrix_of
 
 _COLOR, _GRABBED_COLOR = (1.0, 0.78, 0.35), (1.0, 0.35, 0.45)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vtk_mls.editor.projection import Drag
+from vtk_mls.editor.drag import Drag
 
 PRIORITY = 10.0  # above interactor styles and widgets
 _PICK_DISTANCE = 9  # pixels from the center of a handle
@@ -67,7 +67,6 @@ class Mouse(Observer):
         self._style_tag = self._style.AddObserver("EndInteractionEvent", self._end_camera)
 
     def detach(self):
-        """End an interaction, and handle no more events."""
         super().detach()
         self._style.RemoveObserver(self._style_tag)
 

@@ -9,8 +9,8 @@ from vtkmodules.vtkRenderingCore import vtkActor2D, vtkPolyDataMapper2D, vtkText
 from vtkmodules.vtkRenderingLabel import vtkLabelPlacementMapper, vtkPointSetToLabelHierarchy
 
 from vtk_mls.editor import polydata
-from vtk_mls.editor.polydata import configured
 from vtk_mls.vtk import arrays
+from vtk_mls.vtk.objects import configured
 
 _SOFT, _AMBER, _GREEN = (0.74, 0.80, 0.87), (1, 0.78, 0.35), (0.5, 0.95, 0.65)
 _PANEL, _MARGIN, _SIZE = (0.04, 0.05, 0.08), 14, 14
@@ -33,9 +33,8 @@ class Overlay:
         self._message = text_actor(_AMBER, _SIZE + 3)
         self._hint.GetTextProperty().SetVerticalJustificationToTop()
         font = self._message.GetTextProperty()
-        configured(
-            font, BackgroundColor=_PANEL, BackgroundOpacity=0.75
-        ).SetJustificationToCentered()
+        configured(font, BackgroundColor=_PANEL, BackgroundOpacity=0.75)
+        font.SetJustificationToCentered()
         for prop in (self._hint, self._status, self._message, self._band):
             renderer.AddViewProp(prop)
         self.set_hint(hint)

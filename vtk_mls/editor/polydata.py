@@ -1,4 +1,4 @@
-"""VTK objects from values: points, cells and colors of numpy, settings, unlit actors."""
+"""VTK objects from values: points, cells and colors of numpy, unlit actors."""
 
 import numpy as np
 from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_UNSIGNED_CHAR, vtkPoints
@@ -7,13 +7,7 @@ from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.cells import cell_array
-
-
-def configured(thing, **values):
-    """A VTK object after `SetName(value)` for each keyword `Name`."""
-    for name, value in values.items():
-        getattr(thing, f"Set{name}")(value)
-    return thing
+from vtk_mls.vtk.objects import configured
 
 
 def points(positions):

@@ -28,10 +28,10 @@ class RegionTool:
                 document.say(_NO_SHAPE)
                 return
             state = document.state
-            index = _index_of(shape, state.handles)
-            if index is not None:
-                self._select(index, "It is rigid already. " + _HINT)
-                return
+            for index, handle in enumerate(state.handles):
+                if isinstance(handle, RegionHandle) and _are_same(shape, handle.shape):
+                    self._select(index, "It is rigid already. " + _HINT)
+                    return
             # handles inside would hold their positions against its motion
             inside = np.flatnonzero(shape.distance(state.rest)[0] == 0)
             document.clear_selection()
@@ -84,13 +84,6 @@ class RegionTool:
             if document.group is not None:
                 document.state = in_enough_steps(document.state)
         document.commit()
-
-
-def _index_of(shape, handles):
-    for index, handle in enumerate(handles):
-        if isinstance(handle, RegionHandle) and _are_same(shape, handle.shape):
-            return index
-    return None
 
 
 def _are_same(shape, other):

@@ -18,7 +18,6 @@ from vtk_mls.blocks import image_job as job
 from vtk_mls.editor import script, time_steps
 from vtk_mls.editor.grips import names_of
 from vtk_mls.editor.handle_polydata import handle_polydata
-from vtk_mls.editor.polydata import configured
 from vtk_mls.files import control_point_files, session_files, vtk_io
 from vtk_mls.files.ome_zarr import is_ome_zarr
 from vtk_mls.files.paths import replacing
@@ -26,6 +25,7 @@ from vtk_mls.filters import MLSDeform, MLSDisplacementField
 from vtk_mls.filters.updating import update
 from vtk_mls.queries.handle_warnings import overlap_warnings
 from vtk_mls.vtk.cells import triangle_polydata
+from vtk_mls.vtk.objects import output_of
 
 HANDLES, AT_REST, MOVED = "handles.csv", "handles-at-rest.mrk.json", "handles-moved.mrk.json"
 SHAPES = "handles.vtp"  # instead, if there are regions, curves or paths
@@ -36,11 +36,8 @@ _FALLBACK_ENDINGS = ".vti", ".vtp", ".vtu", ".vts"  # for data that the format c
 
 def picture_of(window):
     """The last picture of a vtkRenderWindow: a vtkImageData."""
-    grab, pixels = configured(vtkWindowToImageFilter(), Input=window), vtkImageData()
-    configured(grab, ReadFrontBuffer=False, ShouldRerender=False)
-    grab.Update()
-    pixels.ShallowCopy(grab.GetOutput())
-    return pixels
+    settings = {"Input": window, "ReadFrontBuffer": False, "ShouldRerender": False}
+    return output_of(vtkWindowToImageFilter(), **settings)
 
 
 class Saver:
@@ -191,15 +188,10 @@ class Saver:
         """Stem and ending of the file of a dataset."""
         if index >= len(self.paths):
             return f"data-{index + 1}", ".vti"
-        name = self.paths[index].name
-        if self._is_ome_zarr(index):
-            stem = name.partition(".")[0]
-            return stem, name.removeprefix(stem)
-        if "." not in name:  # a folder of DICOM
-            return name, ".vti"
-        is_compound = name.endswith((".gz", ".seg.nrrd"))
-        stem, dot, ending = name.partition(".") if is_compound else name.rpartition(".")
-        return stem, dot + ending
+        name, is_zarr = self.paths[index].name, self._is_ome_zarr(index)
+        is_compound = is_zarr or name.endswith((".gz", ".seg.nrrd"))
+        stem = name.partition(".")[0] if is_compound else Path(name).stem
+        return stem, name.removeprefix(stem) or ".vti" * (not is_zarr)  # of a folder of DICOM
 
     def _is_ome_zarr(self, index):
         """Whether a dataset is a coarse level of an OME-Zarr, whose finest one is deformed."""

@@ -9,11 +9,11 @@ from vtkmodules.vtkRenderingCore import vtkRenderer, vtkRenderWindow
 
 from vtk_mls.base.linear_algebra import unit
 from vtk_mls.editor.handle_glyphs import HandleGlyphs
-from vtk_mls.editor.polydata import configured
-from vtk_mls.editor.projection import Projection
 from vtk_mls.editor.scene_image import SceneImage
 from vtk_mls.editor.scene_mesh import SceneMesh
 from vtk_mls.editor.scene_volume import SceneVolume
+from vtk_mls.rendering.projection import Projection
+from vtk_mls.vtk.objects import configured
 
 _CUBE = 34  # pixels of the cube with letters
 TOP, BOTTOM = (0.16, 0.19, 0.25), (0.05, 0.06, 0.09)  # colors of the background

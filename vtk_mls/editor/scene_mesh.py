@@ -9,10 +9,10 @@ from vtkmodules.vtkFiltersGeometry import vtkGeometryFilter
 from vtkmodules.vtkRenderingCore import vtkActor, vtkDataSetMapper, vtkPolyDataMapper
 
 from vtk_mls import Deformation, Solid
-from vtk_mls.editor.polydata import configured
 from vtk_mls.rendering import DeformedMesh, mesh_paint, volume_colors
 from vtk_mls.rendering.rest_surface import DETERMINANT
 from vtk_mls.rendering.surfaces import SurfaceLocator
+from vtk_mls.vtk.objects import configured
 from vtk_mls.vtk.shape_surfaces import triangles_of
 
 _COLOR = (0.86, 0.80, 0.70)

@@ -7,10 +7,10 @@ from vtkmodules.vtkRenderingCore import vtkColorTransferFunction, vtkVolume
 from vtkmodules.vtkRenderingVolume import vtkGPUVolumeRayCastMapper
 
 from vtk_mls import Deformation
-from vtk_mls.editor.polydata import configured
 from vtk_mls.editor.scene_image import SceneImage
 from vtk_mls.rendering import DeformedVolume
 from vtk_mls.rendering.surfaces import STEP
+from vtk_mls.vtk.objects import configured
 
 _COARSE_STEP = 1.2  # between samples along a ray, in voxels
 _COARSE_PIXELS = 4  # between rays, from which on steps are longer still
@@ -35,7 +35,6 @@ class SceneVolume(SceneImage):
         self._deformed = DeformedVolume(self._volume, renderer)
 
     def set_preset(self, index):
-        """Set colors and opacities; the name of the preset."""
         name = super().set_preset(index)
         self._draw_preset()
         return name
@@ -66,7 +65,6 @@ class SceneVolume(SceneImage):
         self._mapper.SetImageSampleDistance(pixels)
 
     def show(self, deformation, nodes, distortion, is_final):
-        """Deform the volume; None for the identity."""
         super().show(deformation, nodes, distortion, is_final)
         lines = distortion.lines if distortion.has_grid else None
         self._deformed.paint(lines, distortion.has_colors)

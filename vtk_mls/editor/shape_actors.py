@@ -1,16 +1,15 @@
 """Draws regions, curves and the mask of a state."""
 
 import numpy as np
-from vtkmodules.vtkCommonCore import vtkPoints
-from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
+from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkCommonMath import vtkMatrix4x4
 from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
 from vtk_mls import CurveHandle
 from vtk_mls.editor import polydata
 from vtk_mls.editor.handle_glyphs import MASKING, MOVED, RESTING, SELECTED
-from vtk_mls.editor.polydata import configured
-from vtk_mls.vtk.cells import triangle_polydata
+from vtk_mls.vtk.cells import cell_array, triangle_polydata
+from vtk_mls.vtk.objects import configured
 from vtk_mls.vtk.shape_surfaces import surface_of
 
 _REGION_OPACITY = 0.3
@@ -104,9 +103,6 @@ def _circles(center, radius):
 
 
 def _set_lines(target, lines):
-    offsets = np.cumsum([0, *map(len, lines)]).tolist()
-    cells = vtkCellArray()
-    for start, stop in zip(offsets, offsets[1:]):
-        cells.InsertNextCell(stop - start, [*range(start, stop)])
-    target.SetPoints(polydata.points(np.concatenate(lines)) if lines else vtkPoints())
-    target.SetLines(cells)
+    offsets = np.cumsum([0, *map(len, lines)])
+    target.SetPoints(polydata.points(np.concatenate([np.zeros((0, 3)), *lines])))
+    target.SetLines(cell_array(np.arange(offsets[-1]), offsets))

@@ -11,11 +11,11 @@ from vtk_mls import Grid
 from vtk_mls.editor import polydata
 from vtk_mls.editor.handle_glyphs import DRAWN
 from vtk_mls.editor.overlay import Names
-from vtk_mls.editor.polydata import configured
-from vtk_mls.editor.projection import Projection
 from vtk_mls.editor.scene_mesh import OUTLINE_COLOR
+from vtk_mls.rendering.projection import Projection
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
+from vtk_mls.vtk.objects import configured, output_of
 
 _MARGIN = 0.2  # around the data at rest, relative to their size
 # Direction to the eye, and up, for slices across x, y, z: as radiologists view LPS.
@@ -127,16 +127,13 @@ class SlicePane:
         plane = configured(vtkPlane(), Origin=normal * self._position, Normal=normal)
         for mesh, color in meshes:
             if mesh is not None:
-                cutter = configured(vtkCutter(), InputData=mesh, CutFunction=plane)
                 outline = vtkPolyData()
-                cutter.Update()
-                outline.CopyStructure(cutter.GetOutput())
+                outline.CopyStructure(output_of(vtkCutter(), InputData=mesh, CutFunction=plane))
                 colors = np.tile(np.multiply(color, 255), (outline.GetNumberOfCells(), 1))
                 outline.GetCellData().SetScalars(polydata.colors(colors))
                 append.AddInputData(outline)
         if append.GetNumberOfInputConnections(0):
-            append.Update()
-            self._outlines.ShallowCopy(append.GetOutput())
+            self._outlines.ShallowCopy(output_of(append))
 
     def _draw_cross(self, point):
         """Draw the positions of the other two slices."""

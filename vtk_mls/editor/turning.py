@@ -4,6 +4,7 @@ import numpy as np
 
 from vtk_mls import Ball, RegionHandle
 from vtk_mls.model.handles.handle_paths import along
+from vtk_mls.model.handles.region import moved
 from vtk_mls.model.handles.rigid_motion import screw
 from vtk_mls.model.options import MAX_STEPS
 
@@ -29,7 +30,7 @@ class HandleGroup:
             self._stages.pop()
         last = self._stages[-1]
         angle = _angle(last, motion)
-        center = _moved(last, self.bounds.mean(axis=0))
+        center = moved(last, self.bounds.mean(axis=0)[None])[0]
         rest = RegionHandle(Ball(center, 1), motion @ np.linalg.inv(last))
         for k in range(1, int(angle / _STAGE_ANGLE) + 1):
             self._stages.append(screw(rest, k * _STAGE_ANGLE / angle) @ last)
@@ -40,13 +41,13 @@ class HandleGroup:
         If they have turned by 15 degrees or more, the copy has their path.
         """
         if len(self._stages) == 1 and not len(state.path):
-            return state.moved(self.rows, _moved(self.motion, self.positions))
+            return state.moved(self.rows, moved(self.motion, self.positions))
         motions = [*self._stages[1:], self.motion]
         places = [state.rest, *state.path, state.deformed]
         if not len(state.path) and state.is_resting[self.rows].all():
             places.pop()  # they start to turn where they rest
         before = [place[self.rows] for place in places]
-        way = before + [_moved(motion, self.positions) for motion in motions]
+        way = before + [moved(motion, self.positions) for motion in motions]
         return with_way(state, self.rows, way)
 
     def _is_back(self):
@@ -75,10 +76,6 @@ def in_enough_steps(state):
         return state
     enough = state.changed(steps=0).deformation().steps_used
     return state.changed(steps=max(enough, state.steps))
-
-
-def _moved(motion, x):
-    return x @ motion[:3, :3].T + motion[:3, 3]
 
 
 def _angle(first, second):

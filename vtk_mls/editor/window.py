@@ -25,7 +25,10 @@ def show(datasets, state, paths, folder=None, target=None, session=None):
     `paths` are those of the datasets, `folder` is where to save (None: a new one, as of `Saver`),
     `target` a `Target` to match, and `session` the session file that is open, and its views.
     """
-    window = _window()
+    display.check()  # VTK before 9.4 crashes without a display
+    window = new_window()
+    if window.GetClassName() in _OFFSCREEN_CLASSES:
+        raise display.missing()
     if target is not None:  # check the driver now, as the first pair would freeze the window for it
         with suppress(DeviceError):  # the first pair reports it
             engine_for(state.device)
@@ -42,11 +45,3 @@ def show(datasets, state, paths, folder=None, target=None, session=None):
     interactor.Start()
     editor.detach()
     window.Finalize()
-
-
-def _window():
-    display.check()  # VTK before 9.4 crashes without a display
-    window = new_window()
-    if window.GetClassName() in _OFFSCREEN_CLASSES:
-        raise display.missing()
-    return window

@@ -20,6 +20,8 @@ from vtk_mls.queries import vector_fields
 from vtk_mls.queries.direct_inverses import direct_inverses
 
 _MAX_SEARCHED = 1 << 18  # points of one search for forward images
+# Points whose source indices stay in the cache of a CPU between the two kernels of a resampling.
+_MAX_CACHED = 1 << 19
 
 
 @lazy.cached
@@ -283,7 +285,8 @@ class Engine:
         a Sampler and the rows of the result for each.
         """
         target = sampling.target
-        slabs = self.launcher.sampled_slabs(target.size, deformation, 12 + 4 + largest)
+        max_count = _MAX_CACHED if self.memory.in_place else None
+        slabs = self.launcher.slabs(target.size, deformation, 12 + 4 + largest, max_count)
         sources = self.memory.scratch("sources", 12 * slabs[0].stop)
         competing = self._competing_distances(deformation, slabs)
         source_map = SourceMap(self.memory, self._launches(deformation), sampling, competing)

@@ -9,6 +9,7 @@ from vtk_mls.filters.property_tables import CUT_FIELDS, CUT_TYPE
 from vtk_mls.model.cuts import BY_NUMBERS
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.cells import connectivity_of, positions_of, triangulated
+from vtk_mls.vtk.objects import configured, output_of
 
 _ON_CUT = 1e-6  # distance from a cut of points on it, as a share of the points' extent
 
@@ -42,21 +43,16 @@ def surfaces(polydata):
     points = polydata.GetPoints()
     if points is not None and not np.isfinite(arrays.to_numpy(points.GetData())).all():
         raise ValueError("`Cuts` has a point that is not finite")
-    triangles, clean = triangulated(polydata), vtkCleanPolyData()
-    parts = vtkPolyDataConnectivityFilter()
-    clean.SetInputConnection(triangles.GetOutputPort())
-    clean.SetConvertPolysToLines(False)
-    parts.SetInputConnection(clean.GetOutputPort())
-    parts.SetExtractionModeToAllRegions()
-    parts.SetColorRegions(True)
-    clean.Update()
-    if clean.GetOutput().GetNumberOfPolys() == 0:
+    triangles = output_of(triangulated(polydata))
+    clean = output_of(vtkCleanPolyData(), InputData=triangles, ConvertPolysToLines=False)
+    if clean.GetNumberOfPolys() == 0:
         raise ValueError(
             "`Cuts` has no surface; it must have polygons or triangle strips, got "
             f"{polydata.GetNumberOfPoints()} points and {polydata.GetNumberOfLines()} lines"
         )
-    parts.Update()
-    result = parts.GetOutput()
+    parts = configured(vtkPolyDataConnectivityFilter(), ColorRegions=True)
+    parts.SetExtractionModeToAllRegions()
+    result = output_of(parts, InputData=clean)
     triangles = connectivity_of(result.GetPolys())[0].reshape(-1, 3)
     part = arrays.to_numpy(result.GetPointData().GetArray("RegionId"))[triangles[:, 0]]
     cuts = []

@@ -4,6 +4,7 @@ from contextlib import suppress
 from functools import partial
 
 import numpy as np
+from vtkmodules.vtkCommonCore import vtkWeakReference
 from vtkmodules.vtkCommonDataModel import (
     vtkDataObject,
     vtkDataObjectTypes,
@@ -16,6 +17,7 @@ from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandD
 from vtk_mls import Grid, Sampling
 from vtk_mls.base.errors import InputError
 from vtk_mls.base.sampling import AUTOMATIC
+from vtk_mls.files.block_files import blocks
 from vtk_mls.filters import (
     gradients,
     initial_transforms,
@@ -27,7 +29,7 @@ from vtk_mls.filters import (
 from vtk_mls.filters.algorithm import CachedValue, run_all
 from vtk_mls.filters.deforming_filter import DeformingFilter, input_dataset
 from vtk_mls.filters.image_resampling import ImageOptions, Resampling, automatic_backgrounds
-from vtk_mls.filters.lattices import Lattices
+from vtk_mls.filters.lattices import lattice_blocks
 from vtk_mls.filters.properties import with_properties
 from vtk_mls.filters.reference_input import PORT, ReferenceInput
 from vtk_mls.model.options import MAX_STEPS
@@ -120,7 +122,7 @@ class MLSDeform(ReferenceInput, DeformingFilter):
         # not vtkDataSet, which ParaView's GUI would try to make
         super().__init__(output_type="vtkDataObject", input_ports=PORT + 1)
         self._splits, self._between = warping.MeshCache(), warping.MeshCache()
-        self._lattices = Lattices()
+        self._composite, self._lattice_blocks = vtkWeakReference(), None
         self._boxes = []  # of the blocks that are images, since VTK began with the blocks
         self._has_warned = False
         self._fitted, self._corners = CachedValue(), CachedValue()
@@ -161,7 +163,8 @@ class MLSDeform(ReferenceInput, DeformingFilter):
         self._request_reference()
         if not self.is_among_blocks():
             self._boxes, self._has_warned, self.used_backgrounds = [], False, set()
-            self._lattices.begin(vtkDataObject.GetData(inInfo[0]))
+            self._composite.Set(vtkDataObject.GetData(inInfo[0]))
+            self._end_blocks()
         if isinstance(vtkDataObject.GetData(inInfo[0]), vtkImageData):
             self._request_image(inInfo, outInfo)
         else:  # a mesh is deformed piece by piece, as it comes
@@ -276,7 +279,7 @@ class MLSDeform(ReferenceInput, DeformingFilter):
             raise ValueError("`Input` is an empty image; it must have at least one point")
         deformation = self._requested_deformation(inInfo)
         out_info = outInfo.GetInformationObject(0)
-        block = self._lattices.block(image) if self.is_among_blocks() else None
+        block = self._lattice_block(image) if self.is_among_blocks() else None
         if block is None:
             whole_source = self._whole_input(source, inInfo[0].GetInformationObject(0))
         else:
@@ -307,8 +310,15 @@ class MLSDeform(ReferenceInput, DeformingFilter):
         tasks += self._step_tasks(deformation, output, sampling.target)
         return tasks + self._jacobian_tasks(deformation, output, sampling.target)
 
+    def _lattice_block(self, image):
+        """The `LatticeBlock` of an image among blocks, or None; all blocks are up to date now."""
+        if self._lattice_blocks is None:
+            composite = self._composite.Get()
+            self._lattice_blocks = lattice_blocks(blocks(composite) if composite else [])
+        return self._lattice_blocks.get(image.__this__)
+
     def _end_blocks(self):
-        self._lattices.end()
+        self._lattice_blocks = None  # they need as much memory as the blocks
 
     def _direction_arrays(self):
         names = self.GetGradientVectorArrays(), self.GetPushForwardArrays()

@@ -281,7 +281,8 @@ class DeformingFilter(OwnControlPoints, Algorithm):
         cuts, limits = self._all_cuts(surfaces), self._all_limits(masks)
         cut_frame = options.CUT_FRAME.checked(self.GetCutFrame(), "CutFrame")
         data = _stamps([*control_points, *moved])
-        state = (data, names or self._control_point_lists(), self.GetBlend(), cuts, cut_frame)
+        lists = self.GetRestPoints(), self.GetDeformedPoints(), self.GetWeights()
+        state = (data, names or lists, self.GetBlend(), cuts, cut_frame)
         settings = {
             option.name: getattr(self, f"Get{option.property_name}")()
             for option in options.DEFORMATION_OPTIONS

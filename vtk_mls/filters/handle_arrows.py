@@ -6,6 +6,7 @@ from vtkmodules.vtkFiltersCore import vtkGlyph3D
 from vtkmodules.vtkFiltersSources import vtkArrowSource
 
 from vtk_mls.vtk.control_point_polydata import DISPLACEMENT, fill_polydata
+from vtk_mls.vtk.objects import output_of
 
 
 def fill_arrows(polydata, rest, deformed):
@@ -18,12 +19,9 @@ def fill_arrows(polydata, rest, deformed):
     moved = np.isfinite(displacement).all(axis=1) & displacement.any(axis=1)
     if not moved.any():
         return
-    handles, glyphs, arrow = vtkPolyData(), vtkGlyph3D(), vtkArrowSource()
-    arrow.Update()
+    handles, glyphs = vtkPolyData(), vtkGlyph3D()
     fill_polydata(handles, rest[moved], deformed[moved], None)
-    glyphs.SetInputData(handles)
-    glyphs.SetSourceData(arrow.GetOutput())
     glyphs.SetScaleModeToScaleByVector()
-    glyphs.Update()
-    polydata.ShallowCopy(glyphs.GetOutput())
+    arrow = output_of(vtkArrowSource())
+    polydata.ShallowCopy(output_of(glyphs, InputData=handles, SourceData=arrow))
     polydata.GetPointData().GetArray("GlyphVector").SetName(DISPLACEMENT)

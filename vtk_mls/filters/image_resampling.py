@@ -159,7 +159,10 @@ class Resampling:
 
     def _resampled(self, values, sampling, is_points, progress):
         """Values (nz, ny, nx[, components]) at the target; with the gradient in the same pass."""
-        void_distance = self._new_void_distance() if is_points else None
+        void_distance = None
+        if is_points and self.deformation.cuts:
+            void_distance = buffer_pool.empty(self.target.shape, np.float32)
+            self._void_distance = void_distance
         if not is_points or self._scalars is None:
             return self.deformation.resample(values, sampling, progress, void_distance)
         background = self.sampling.background
@@ -209,13 +212,6 @@ class Resampling:
         if array.GetName() in self.labels:
             return "nearest", None
         return self.sampling.interpolation, None
-
-    def _new_void_distance(self):
-        """An array for void distances at the points of the target, or None if unused or made."""
-        if not self.deformation.cuts or self._void_distance is not None:
-            return None
-        self._void_distance = buffer_pool.empty(self.target.shape, np.float32)
-        return self._void_distance
 
     def _mark_points(self, progress):
         if self._void_distance is None:

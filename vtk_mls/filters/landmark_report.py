@@ -68,13 +68,14 @@ class MLSLandmarkReport(Algorithm):
                     f"`Input` must be one point set, got a {data.GetClassName()}; merge its blocks "
                     "first (in ParaView Merge Blocks)"
                 )
-        self._run([lambda progress: self._fill(points, moved, outInfo, progress)])
-        return 1
 
-    def _fill(self, points, moved, out_info, progress):
-        result = self._landmark_report(points, moved, progress)
-        fill_pairs(vtkTable.GetData(out_info, 0), result)
-        fill_settings(vtkTable.GetData(out_info, 1), result)
+        def fill(progress):
+            result = self._landmark_report(points, moved, progress)
+            fill_pairs(vtkTable.GetData(outInfo, 0), result)
+            fill_settings(vtkTable.GetData(outInfo, 1), result)
+
+        self._run([fill])
+        return 1
 
     def _landmark_report(self, points, moved, progress):
         try:
@@ -111,12 +112,8 @@ def fill_settings(table, result):
     for name in ("Degree", "Order"):
         values = [getattr(s, name.lower()) or 0 for s in settings]
         arrays.add(rows, name, np.array(values, np.int64))
-    for name, values in (
-        ("Alpha", [s.alpha for s in settings]),
-        ("Smoothing", [s.smoothing for s in settings]),
-        ("Softening", [s.softening for s in settings]),
-        ("Median", [medians[s] for s in settings]),
-    ):
-        arrays.add(rows, name, np.array(values, float))
+    for name in ("Alpha", "Smoothing", "Softening"):
+        arrays.add(rows, name, np.array([getattr(s, name.lower()) for s in settings], float))
+    arrays.add(rows, "Median", np.array([medians[s] for s in settings], float))
     arrays.add_texts(rows, "Options", [s.flags for s in settings])
     arrays.add(rows, "Recommended", np.array([s == result.recommended for s in settings]))

@@ -4,13 +4,13 @@ Material that crosses a border between such blocks is found on the other side.
 """
 
 import math
+from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
-from vtkmodules.vtkCommonCore import vtkWeakReference
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
-from vtk_mls.files import block_files, metadata
+from vtk_mls.files import metadata
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 
@@ -23,41 +23,6 @@ class LatticeBlock(NamedTuple):
     image: vtkImageData  # joined
     extent: tuple  # of the block, in the indices of the joined image
     same_arrays: dict  # `__this__` of the arrays of the block by that of the joined arrays
-
-
-class Lattices:
-    """The joined images of the blocks of a composite input.
-
-    They need as much memory as the blocks, until `end`.
-    """
-
-    def __init__(self):
-        self._input, self._blocks = vtkWeakReference(), None
-
-    def begin(self, composite):
-        """Begin composite data, whose blocks need not be up to date yet."""
-        self._input.Set(composite)
-        self._blocks = None
-
-    def block(self, image):
-        """The `LatticeBlock` of an image, or None."""
-        if self._blocks is None:
-            composite = self._input.Get()
-            self._blocks = (
-                {} if composite is None else lattice_blocks(block_files.blocks(composite))
-            )
-        return self._blocks.get(image.__this__)
-
-    def end(self):
-        """Release the joined images."""
-        self._blocks = None
-
-
-class _Place(NamedTuple):
-    """A block and its extent in the indices of a lattice, (3, 2)."""
-
-    block: vtkImageData
-    extent: np.ndarray
 
 
 def lattice_blocks(blocks):
@@ -81,7 +46,7 @@ def lattice_blocks(blocks):
 
 
 def _lattices(blocks):
-    """Lists of `_Place`, one for each lattice and set of arrays."""
+    """For each lattice and set of arrays, a list of blocks and their extents (3, 2) on it."""
     lattices = []
     for block in blocks:
         signature = _signature(block)
@@ -91,11 +56,11 @@ def _lattices(blocks):
         for reference, other_signature, places in lattices:
             extent = _extent_on(reference, grid)
             if other_signature == signature and extent is not None:
-                places.append(_Place(block, extent))
+                places.append((block, extent))
                 break
         else:
             extent = np.column_stack([(0, 0, 0), np.array(grid.dimensions) - 1])
-            lattices.append((grid, signature, [_Place(block, extent)]))
+            lattices.append((grid, signature, [(block, extent)]))
     return [places for _, _, places in lattices]
 
 
@@ -132,34 +97,32 @@ def _connected(places):
     """Lists of places that touch each other, or are direct neighbors."""
     groups = []
     for place in places:
-        near = [group for group in groups if any(_touch(place, other) for other in group)]
-        groups = [group for group in groups if group not in near]
-        groups.append([place, *(other for group in near for other in group)])
-    order = {place.block.__this__: index for index, place in enumerate(places)}
-    return [sorted(group, key=lambda place: order[place.block.__this__]) for group in groups]
-
-
-def _touch(place, other):
-    (low, high), (other_low, other_high) = place.extent.T, other.extent.T
-    return bool(((low <= other_high + 1) & (other_low <= high + 1)).all())
+        low, high = place[1].T
+        near = [
+            group
+            for group in groups
+            if any(((low <= e[:, 1] + 1) & (e[:, 0] <= high + 1)).all() for _, e in group)
+        ]
+        groups = [group for group in groups if group not in near] + [[*chain(*near), place]]
+    return groups
 
 
 def _joined(places):
     """One image of blocks that fill a box; None for others."""
-    first = places[0].block
-    extents = np.array([place.extent for place in places])
+    blocks, extents = zip(*places)
+    first, extents = blocks[0], np.array(extents)
     low, high = extents[:, :, 0].min(axis=0), extents[:, :, 1].max(axis=0)
     if len({extent.tobytes() for extent in extents}) < len(places):
         return None  # several images of the same place
     geometry = ImageGeometry.of_grid(ImageGeometry.of_image(first).grid)
     image = vtkImageData()
     geometry.part(np.column_stack([low, high]).ravel().tolist()).apply_to(image)
-    has_cells = any(place.block.GetCellData().GetNumberOfArrays() for place in places)
+    has_cells = any(block.GetCellData().GetNumberOfArrays() for block in blocks)
     is_flat = (extents[:, :, 0] == extents[:, :, 1]) & (low < high)
     if has_cells and is_flat.any():  # cells of a slice are no cells of a volume
         return None
     for name, is_cells in (("GetPointData", False), ("GetCellData", True))[: 1 + has_cells]:
-        data = [getattr(place.block, name)() for place in places]
+        data = [getattr(block, name)() for block in blocks]
         values = _values(data, extents - low[None, :, None], is_cells)
         if values is None:
             return None

@@ -7,10 +7,6 @@ from vtk_mls.base.validation import as_float, short_repr
 class OwnControlPoints:
     """An algorithm with the properties RestPoints, DeformedPoints and Weights."""
 
-    def _control_point_lists(self):
-        """The lists as one value that can be compared."""
-        return self.GetRestPoints(), self.GetDeformedPoints(), self.GetWeights()
-
     def _listed_control_points(self, rest=None, deformed=None, weights=None):
         """p and q (n, 3) float64, world coordinates, and weights (n,) float64 or None.
 

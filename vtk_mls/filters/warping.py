@@ -21,10 +21,12 @@ from vtkmodules.vtkCommonDataModel import (
     vtkUnstructuredGrid,
 )
 from vtkmodules.vtkFiltersCore import vtkCellCenters
+from vtkmodules.vtkFiltersGeneral import vtkRectilinearGridToPointSet
 
 from vtk_mls.filters import gradients, void_arrays
 from vtk_mls.filters.algorithm import run_all
 from vtk_mls.filters.largest_blend import largest_blend
+from vtk_mls.queries.overlap import sizes
 from vtk_mls.queries.vector_fields import contravariant, covariant
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.cell_quality import scaled_jacobians
@@ -37,6 +39,7 @@ from vtk_mls.vtk.cells import (
     set_positions,
     without_empty,
 )
+from vtk_mls.vtk.objects import output_of
 from vtk_mls.vtk.orientation import inverted
 from vtk_mls.vtk.splitting import crossed, split
 
@@ -165,7 +168,7 @@ class Warp:
         if self.options.has_largest_blend:
             tasks.append(self._add_largest_blend)
         for attributes, positions in (
-            (self.output.GetPointData(), self._point_positions),
+            (self.output.GetPointData(), lambda: self._positions(self.deformation, self._points())),
             (self.output.GetCellData(), self._center_positions),
         ):
             directions = self.options.directions.of(attributes)
@@ -279,10 +282,6 @@ class Warp:
         """The points of the output (n, 3)."""
         return positions_of(self.output)
 
-    def _point_positions(self):
-        """`_positions` of the points of the output."""
-        return self._positions(self.deformation, self._points())
-
     def _positions(self, deformation, moved):
         """Positions (n, 3) at which a deformation is evaluated, and origins (n, 3) or None."""
         if deformation.in_rest_frame:
@@ -305,9 +304,7 @@ def offset_from_cuts(deformation, positions, to_cut, side):
     Points on a cut move onto it and a little further, towards their cells; `to_cut` and `side` are
     those of `splitting.split`.
     """
-    regions = [region.control_points for region in deformation.regions]
-    distance = np.abs(positions - regions[0].center)
-    size = np.maximum(max(region.scale for region in regions), distance.max(axis=1))
+    size = sizes(deformation, positions)
     return to_cut + _OFF_CUT * np.where(np.isfinite(size), size, 0)[:, None] * side
 
 
@@ -357,11 +354,7 @@ def _stamp(thing):
 def cell_centers(mesh):
     """Centers of the cells (n, 3); NaN for cells without points."""
     filled = without_empty(mesh)
-    centers = vtkCellCenters()
-    centers.SetInputData(filled)
-    centers.VertexCellsOff()
-    centers.Update()
-    points = centers.GetOutput().GetPoints()
+    points = output_of(vtkCellCenters(), InputData=filled, VertexCells=False).GetPoints()
     positions = np.zeros((0, 3)) if points is None else arrays.to_numpy(points.GetData())
     if filled is mesh:
         return positions
@@ -392,12 +385,6 @@ def jacobians(deformation, points, origins, progress):
 
 def copy(mesh, output):
     """Fill `output` with `mesh`; a vtkRectilinearGrid becomes a vtkStructuredGrid."""
-    if not isinstance(mesh, vtkRectilinearGrid):
-        output.ShallowCopy(mesh)
-        return
-    axes = (mesh.GetXCoordinates(), mesh.GetYCoordinates(), mesh.GetZCoordinates())
-    z, y, x = np.meshgrid(*(arrays.to_numpy(axis) for axis in axes[::-1]), indexing="ij")
-    output.SetExtent(mesh.GetExtent())
-    set_positions(output, np.stack([x, y, z], axis=-1).reshape(-1, 3), VTK_DOUBLE)
-    for get in ("GetPointData", "GetCellData", "GetFieldData"):
-        getattr(output, get)().ShallowCopy(getattr(mesh, get)())
+    if isinstance(mesh, vtkRectilinearGrid):
+        mesh = output_of(vtkRectilinearGridToPointSet(), InputData=mesh)
+    output.ShallowCopy(mesh)

@@ -7,7 +7,7 @@ markers.
 
 import numpy as np
 from vtkmodules.util.numpy_support import vtk_to_numpy
-from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_UNSIGNED_CHAR, vtkPoints
+from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_UNSIGNED_CHAR
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 from vtkmodules.vtkRenderingCore import vtkActor, vtkActor2D, vtkGlyph3DMapper, vtkPolyDataMapper
@@ -16,7 +16,10 @@ from vtkmodules.vtkRenderingLabel import vtkLabeledDataMapper
 from vtk_mls.filters.handle_arrows import fill_arrows
 from vtk_mls.paraview.observers import Observers
 from vtk_mls.paraview.panel_widgets import actors_of
+from vtk_mls.rendering.projection import Projection
 from vtk_mls.vtk.arrays import add, from_numpy
+from vtk_mls.vtk.cells import set_positions
+from vtk_mls.vtk.objects import configured
 
 _DRAGGED_COLOR = (1.0, 0.67, 0.0)
 _PIXELS, _SELECTED_PIXELS = 10, 16  # diameters
@@ -38,12 +41,9 @@ class HandleMarkers:
         `widget` is the proxy of a vtk3DWidgetRepresentation.
         """
         spheres = _Spheres()
-        mapper, arrows = vtkPolyDataMapper(), vtkActor()
-        mapper.SetInputData(self._arrows)
-        mapper.ScalarVisibilityOff()
-        arrows.SetMapper(mapper)
+        mapper = configured(vtkPolyDataMapper(), InputData=self._arrows, ScalarVisibility=False)
+        arrows = configured(vtkActor(), Mapper=mapper, UseBounds=False)
         arrows.GetProperty().SetColor(_DRAGGED_COLOR)
-        arrows.UseBoundsOff()
 
         def frame_starts(representation):
             # the widget keeps its handles when all are removed
@@ -116,20 +116,15 @@ class _Spheres:
 
     def __init__(self):
         self._points, self._sphere = vtkPolyData(), vtkSphereSource()
-        mapper, actor = vtkGlyph3DMapper(), vtkActor()
-        mapper.SetInputData(self._points)
+        mapper = configured(vtkGlyph3DMapper(), InputData=self._points, ScaleArray=_DIAMETER)
         mapper.SetSourceConnection(self._sphere.GetOutputPort())
-        mapper.SetScaleArray(_DIAMETER)
         mapper.SetScaleModeToScaleByMagnitude()
-        actor.SetMapper(mapper)
-        labels, self._label = vtkLabeledDataMapper(), vtkActor2D()
-        labels.SetInputData(self._points)
+        labels = configured(vtkLabeledDataMapper(), InputData=self._points, LabelFormat="  %d")
         labels.SetLabelModeToLabelFieldData()
         labels.SetFieldDataName(_NUMBER)
-        labels.SetLabelFormat("  %d")
         labels.GetLabelTextProperty().ItalicOff()
-        self._label.SetMapper(labels)
-        self.props = actor, self._label
+        self._label = configured(vtkActor2D(), Mapper=labels)
+        self.props = configured(vtkActor(), Mapper=mapper), self._label
 
     def clear(self):
         self._points.Initialize()
@@ -147,26 +142,15 @@ class _Spheres:
             colors[selected] = representation.GetSelectedHandleProperty().GetColor()
             pixels[selected] = _SELECTED_PIXELS
         resolution = 16 if len(positions) < _MAX_ROUND else 8
-        self._sphere.SetThetaResolution(resolution)
-        self._sphere.SetPhiResolution(resolution)
-        points, values = vtkPoints(), self._points.GetPointData()
-        points.SetData(from_numpy(positions.copy(), VTK_DOUBLE))
-        self._points.SetPoints(points)
-        diameters = pixels * _pixel_sizes(positions, representation.GetRenderer())
+        configured(self._sphere, ThetaResolution=resolution, PhiResolution=resolution)
+        set_positions(self._points, positions.copy(), VTK_DOUBLE)
+        values = self._points.GetPointData()
+        diameters = pixels * Projection(representation.GetRenderer()).pixel_size(positions)
         values.SetScalars(from_numpy((255 * colors).astype(np.uint8), VTK_UNSIGNED_CHAR))
         add(values, _DIAMETER, diameters)
         add(values, _NUMBER, np.arange(1, len(positions) + 1))
         self._label.SetVisibility(is_numbered)
         self._label.GetMapper().GetLabelTextProperty().SetColor(color)
-
-
-def _pixel_sizes(positions, renderer):
-    """The size of a pixel at positions (n, 3): (n,), world units."""
-    camera, height = renderer.GetActiveCamera(), renderer.GetSize()[1]
-    if camera.GetParallelProjection():
-        return np.full(len(positions), 2 * camera.GetParallelScale() / height)
-    depth = (positions - camera.GetPosition()) @ camera.GetDirectionOfProjection()
-    return 2 * np.abs(depth) * np.tan(np.radians(camera.GetViewAngle()) / 2) / height
 
 
 def remove_line(widget, event):

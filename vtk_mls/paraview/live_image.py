@@ -13,7 +13,8 @@ from vtk_mls.paraview.live_mesh import FEATURE_EDGES, SURFACES, feature_edges
 from vtk_mls.paraview.live_prop import LiveProp, representation_of
 from vtk_mls.paraview.server_manager import pending_value
 from vtk_mls.rendering import DeformedVolume
-from vtk_mls.rendering.pace import MapPace, RaySpacing, usual_step
+from vtk_mls.rendering.pace import MapPace, adjust_rays, usual_step
+from vtk_mls.vtk.objects import configured, output_of
 
 MAX_POINTS_DRAGGING, MAX_POINTS = 2**18, 2**21  # of an image that is deformed as a whole
 MAX_MAP_NODES = 128  # along an axis, of a volume's map at rest
@@ -53,13 +54,9 @@ class LiveImage(LiveProp):
             parts = [pending.coarse_image(self._data, max_points)]
         surface = vtkAppendPolyData()
         for part in parts:
-            faces = vtkGeometryFilter()
-            faces.SetInputData(part)
-            faces.Update()
-            surface.AddInputData(faces.GetOutput())
+            surface.AddInputData(output_of(vtkGeometryFilter(), InputData=part))
         drawn = feature_edges(surface) if self._has_edges else surface
-        drawn.Update()
-        self._mapper.SetInputData(drawn.GetOutput())
+        self._mapper.SetInputData(output_of(drawn))
 
 
 class LiveSlice(LiveProp):
@@ -98,12 +95,10 @@ class LiveBox(LiveProp):
     representations = ("Outline",)
 
     def __init__(self, display, image, renderer, index):
-        self._grid, outline = vtkImageData(), vtkPVGeometryFilter()
-        outline.SetInputData(self._grid)
-        outline.SetUseOutline(True)
-        mapper = vtkPolyDataMapper()
+        self._grid = vtkImageData()
+        outline = configured(vtkPVGeometryFilter(), InputData=self._grid, UseOutline=True)
+        mapper = configured(vtkPolyDataMapper(), ScalarVisibility=False)
         mapper.SetInputConnection(outline.GetOutputPort())
-        mapper.ScalarVisibilityOff()
         super().__init__(display, image, renderer, mapper)
 
     def _show(self, pending, is_dragging):
@@ -123,16 +118,14 @@ class LiveVolume(LiveProp):
     def __init__(self, display, image, renderer, index):
         if pending_value(display, "VolumeRenderingMode", 0) not in _GPU_MODES:
             raise ValueError("`Volume Rendering Mode` is neither Smart nor GPU Based")
-        self._mapper = vtkGPUVolumeRayCastMapper()
-        self._mapper.SetInputData(image)
         # as ParaView's own at rest, which takes longer steps during interaction, not fewer rays
-        self._mapper.SetAutoAdjustSampleDistances(False)
+        settings = {"InputData": image, "AutoAdjustSampleDistances": False}
+        self._mapper = configured(vtkGPUVolumeRayCastMapper(), **settings)
         is_of_cells, name = color_array(display)
         set_scalar_mode(self._mapper, is_of_cells)
         self._mapper.SelectScalarArray(name)
         self._mapper.SetBlendMode(pending_value(display, "BlendMode", 0))
         super().__init__(display, image, renderer, self._mapper)
-        self._spacing = RaySpacing(self._mapper)
         self._uses_depth_peeling = renderer.GetUseDepthPeelingForVolumes()
         self._deformed, self._pace = DeformedVolume(self._prop, renderer), MapPace(MAX_MAP_NODES)
 
@@ -153,7 +146,7 @@ class LiveVolume(LiveProp):
     def update(self, pending, is_dragging):
         # ParaView's own volume is drawn without depth peeling, which changes its colors
         self._renderer.SetUseDepthPeelingForVolumes(False)
-        self._spacing.adjust(self._renderer.GetRenderWindow())
+        adjust_rays(self._mapper, self._renderer.GetRenderWindow())
         super().update(pending, is_dragging)
 
     @property

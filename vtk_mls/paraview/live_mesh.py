@@ -12,6 +12,7 @@ from vtk_mls.paraview.server_manager import input_data
 from vtk_mls.rendering import DeformedMesh
 from vtk_mls.rendering.deformed_mesh import MeshDeformer
 from vtk_mls.rendering.rest_surface import DETERMINANT
+from vtk_mls.vtk.objects import configured
 
 SURFACES = ("Surface", "Surface With Edges", "Wireframe", "Points")
 FEATURE_EDGES = "Feature Edges"
@@ -61,8 +62,7 @@ class LiveOutline(LiveProp):
     representations = ("Outline",)
 
     def __init__(self, display, mesh, renderer, index):
-        mapper = vtkPolyDataMapper()
-        mapper.ScalarVisibilityOff()
+        mapper = configured(vtkPolyDataMapper(), ScalarVisibility=False)
         super().__init__(display, mesh, renderer, mapper)
         self._moved = MeshDeformer()
         is_curved = isinstance(mesh, vtkStructuredGrid)  # its outline follows the outer edges
@@ -94,8 +94,5 @@ class LiveEdges(LiveProp):
 
 def feature_edges(surface):
     """A filter for the feature edges of another filter's output, as ParaView draws them."""
-    edges = vtkPVGeometryFilter()
-    edges.SetUseOutline(False)
-    edges.SetGenerateFeatureEdges(True)
-    edges.SetInputConnection(surface.GetOutputPort())
-    return edges
+    edges = configured(vtkPVGeometryFilter(), UseOutline=False, GenerateFeatureEdges=True)
+    return configured(edges, InputConnection=surface.GetOutputPort())

@@ -46,14 +46,11 @@ class _Recovers:
             is_connected = self.GetNumberOfInputPorts() > 1 and self.GetNumberOfInputConnections(1)
             error = error.renamed(panels.names_in_errors(self.PROPERTIES, is_connected))
         failure = self.GetExecutive().GetPipelineMTime(), str(error)
-        if failure != self._failure and not any(map(_has_failed, producers(self))):
+        sources = [source for source in producers(self) if isinstance(source, _Recovers)]
+        if failure != self._failure and not any(source.has_failed() for source in sources):
             self._report(error)
         self._failure = failure
         return 1
-
-
-def _has_failed(producer):
-    return isinstance(producer, _Recovers) and producer.has_failed()
 
 
 class _ChecksFrames:

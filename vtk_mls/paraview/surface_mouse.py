@@ -27,7 +27,7 @@ class SurfaceMouse:
         self._observers.add(self._widget, "StartInteractionEvent", self._drag_starts_or_ends)
         self._observers.add(self._widget, "InteractionEvent", self._drag, _BEFORE_PARAVIEW)
         self._observers.add(self._widget, "EndInteractionEvent", self._drag_starts_or_ends)
-        self._observers.follow_widget(self._widget, self._enabled, self._disabled)
+        self._observers.follow_widget(self._widget, self._enabled, lambda *_: self._mouse.end())
 
     def end(self):
         self._observers.end()
@@ -38,9 +38,6 @@ class SurfaceMouse:
         mouse = widget.GetInteractor()
         self._mouse.add(mouse, "LeftButtonPressEvent", self._pressed, _AFTER_WIDGETS)
         self._mouse.add(mouse, "LeftButtonReleaseEvent", self._released, _AFTER_WIDGETS)
-
-    def _disabled(self, widget, event):
-        self._mouse.end()
 
     def _drag_starts_or_ends(self, widget, event):
         self._surface = None

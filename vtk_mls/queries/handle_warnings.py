@@ -22,7 +22,8 @@ def _held_handles(deformation):
     """A sentence about handles that a mask or a face keeps from their places."""
     if not deformation.limits:
         return
-    pairs = _handle_positions(deformation)
+    points = zip(deformation.rest[:, None], deformation.deformed[:, None])
+    pairs = [*points, *(handle.samples(_SAMPLES) for handle in deformation.handles)]
     starts = np.cumsum([0, *(len(p) for p, _ in pairs[:-1])])
     rest, deformed = (np.concatenate(points) for points in zip(*pairs))
     factors = [limit.factor(deformed)[0] for limit in deformation.limits]
@@ -63,12 +64,6 @@ def _are_equal(region, other):
     if points.shape != others.shape:
         return False
     return fitted_motion(points, others)[1] <= _SAME_SHAPE * np.ptp(points, axis=0).max()
-
-
-def _handle_positions(deformation):
-    """p and q (n, 3) of each handle: a point, or points of a curve or a region."""
-    points = zip(deformation.rest[:, None], deformation.deformed[:, None])
-    return [*points, *(handle.samples(_SAMPLES) for handle in deformation.handles)]
 
 
 def overlap_warnings(deformation, names=None):

@@ -24,7 +24,7 @@ def overlap(engine, deformation, points, progress):
     groups = _groups(deformation.cuts)
     mapping, measuring, *searches = progress.divided(*[1] * (2 + len(groups)))
     origins = engine.backward(deformation, points, mapping)
-    rounding = _ROUNDING * _sizes(deformation, points)
+    rounding = _ROUNDING * sizes(deformation, points)
     has_material = engine.void_distance(deformation, points, measuring) > rounding
     for cuts, search in zip(groups, searches):
         rows = np.flatnonzero(has_material & ~found)
@@ -39,13 +39,11 @@ def overlap(engine, deformation, points, progress):
 def _groups(cuts):
     """Tuples of cuts that can hide a second origin: each cut, and planes that intersect."""
     planes = [cut for cut in cuts if isinstance(cut, Plane)]
-    groups = [group for count in (2, 3) for group in combinations(planes, count)]
-    return [(cut,) for cut in cuts] + [group for group in groups if _intersect(group)]
-
-
-def _intersect(planes):
-    normals = np.array([plane.normal for plane in planes])
-    return np.linalg.matrix_rank(normals, 1e-6) == len(planes)
+    groups = [(cut,) for cut in cuts]
+    for group in (*combinations(planes, 2), *combinations(planes, 3)):
+        if np.linalg.matrix_rank([plane.normal for plane in group], 1e-6) == len(group):
+            groups.append(group)
+    return groups
 
 
 def _to_behind(cuts, x, limit):
@@ -58,7 +56,7 @@ def _to_behind(cuts, x, limit):
     return transformed(np.linalg.pinv([plane.normal for plane in cuts]), distances)
 
 
-def _sizes(deformation, points):
+def sizes(deformation, points):
     """Length that rounding errors at `points` (m, 3) are relative to: (m,), world units."""
     regions = [region.control_points for region in deformation.regions]
     distance = np.abs(points - regions[0].center).max(axis=1)

@@ -13,18 +13,15 @@ def overlapping_regions(handles):
     Found by points inside of the first, about 1/24 of its size apart.
     """
     regions = {i: h for i, h in enumerate(handles) if isinstance(h, RegionHandle)}
-    samples = {i: region.moved(_inside(region.shape)) for i, region in regions.items()}
+    samples = {}
+    for i, region in regions.items():
+        points = region.shape.lattice(_SAMPLES)
+        samples[i] = region.moved(points[region.shape.distance(points)[0] == 0])
     return [
         (i, j)
         for i, j in combinations(regions, 2)
         if _reaches(samples[i], regions[j]) or _reaches(samples[j], regions[i])
     ]
-
-
-def _inside(shape):
-    """Points (m, 3) inside of a shape, in the undeformed space."""
-    points = shape.lattice(_SAMPLES)
-    return points[shape.distance(points)[0] == 0]
 
 
 def _reaches(points, region):

@@ -98,11 +98,14 @@ def with_gradient(engine, deformation, arrays, sampling, normalise, progress, di
         {len(arrays): normalise},
     )
     if deformation.cuts and not sampling.continues:
+        # float32 if it holds all values of the type, else float64
+        floats = validation.native_array(array)
+        floats = floats.astype(np.promote_types(array.dtype, np.float32), copy=False)
         rows, values = gradients_near_faces(
             engine,
             deformation,
             distances,
-            (_as_floats(array), slopes),
+            (floats, slopes),
             replace(
                 sampling,
                 interpolation=methods[-1],
@@ -112,10 +115,3 @@ def with_gradient(engine, deformation, arrays, sampling, normalise, progress, di
         )
         gradient.reshape(-1, 3)[rows] = unit(values) if normalise else values
     return results, gradient
-
-
-def _as_floats(array):
-    """An array as float32 if float32 holds all values of its type, else as float64."""
-    return validation.native_array(array).astype(
-        np.promote_types(array.dtype, np.float32), copy=False
-    )

@@ -80,16 +80,16 @@ def by_corners(void_distance: NDArray[np.float32], min_distance: float) -> NDArr
     `void_distance` (nz, ny, nx) is that at the points of a grid, `min_distance` the smallest one of
     the corners of a cell that is far from every face, world units.
     """
-    low, high = (_over_corners(pick, void_distance) for pick in (np.minimum, np.maximum))
+    low, high = (over_corners(pick, void_distance) for pick in (np.minimum, np.maximum))
     with np.errstate(invalid="ignore"):  # infinite distances have no difference, and stay unknown
-        far = np.maximum(FAR * _largest_of_neighbors(high - low), min_distance)
+        far = np.maximum(FAR * largest_of_neighbors(high - low), min_distance)
     is_void, is_full = high < -far, low > far
     flags = np.where(is_void, VOID, np.where(is_full, 0, UNKNOWN)).astype(np.uint8)
-    is_touched = _over_corners(np.maximum, void_distance < 0)
+    is_touched = over_corners(np.maximum, void_distance < 0)
     return flags | TOUCHED * is_touched.astype(np.uint8)
 
 
-def _largest_of_neighbors(values):
+def largest_of_neighbors(values):
     """The largest of each value (nz, ny, nx) and its 26 neighbors."""
     for axis in range(3):
         before, largest = np.moveaxis(values, axis, 0), values.copy()
@@ -100,8 +100,8 @@ def _largest_of_neighbors(values):
     return values
 
 
-def _over_corners(pick, points):
-    """np.minimum or np.maximum over the corners of each cell; points (nz, ny, nx)."""
+def over_corners(pick, points):
+    """A function such as np.minimum over the corners of each cell; points (nz, ny, nx)."""
     for axis in range(3):
         if points.shape[axis] > 1:
             points = pick(*(np.moveaxis(points, axis, 0)[part] for part in _ENDS))

@@ -74,8 +74,8 @@ class WeightedPoints:
         self.control_points, self.v = control_points, v
         self._alpha = alpha = deformation.alpha
         self._smoothing2 = deformation.smoothing**2
-        p, q = control_points.rest, control_points.deformed
-        segments = control_points.handles.segments
+        handles = control_points.handles
+        p, q, segments = handles.rest, handles.deformed, handles.segments
         offset, d2 = _distances(control_points, v, deformation.smoothing)
         # d log(w_i)/dv for w_i = d(v, q_i) / (|q_i - v|^2 + s^2)^alpha, Eq. 27
         slope = 2 * alpha * offset / d2[:, :, None]
@@ -101,7 +101,7 @@ class WeightedPoints:
         # w_i, relative to the nearest and times the weight of the control point
         n = len(p)
         share = np.where(np.isinf(d2[:, :n]), 0, nearest_d2[:, None] / d2[:, :n])
-        self.w = control_points.weights * np.where(self.at_rest[:, None], 1, share) ** alpha
+        self.w = handles.weights * np.where(self.at_rest[:, None], 1, share) ** alpha
 
         nearest_p, nearest_q = (
             np.concatenate([np.broadcast_to(points, (len(v), n, 3)), along], axis=1)
@@ -216,7 +216,7 @@ def _distances(control_points, v, smoothing):
 
     Proxies of a rigid region share the distance from the region, and the offset to its surface.
     """
-    offset = control_points.deformed - v[:, None]
+    offset = control_points.handles.deformed - v[:, None]
     d2 = np.einsum("mia,mia->mi", offset, offset)
     d2 = _floored(control_points, d2 + smoothing**2)
     for row, region in enumerate(control_points.handles.regions):

@@ -9,15 +9,16 @@ from vtkmodules.vtkFiltersHybrid import vtkGridTransform
 from vtk_mls.base.interpolation import sample
 from vtk_mls.queries import first_guesses as guesses
 from vtk_mls.queries.vector_fields import covariant
+from vtk_mls.queries.void_cells import over_corners
 from vtk_mls.rendering.rest_surface import determinants, jacobians
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
+from vtk_mls.vtk.objects import configured, output_of
 from vtk_mls.vtk.splitting import height_function
 
 # Largest mesh for which the map itself is as fast as its interpolation; nodes of the grid.
 MAX_EXACT_POINTS, _NODES = 1 << 18, 1 << 18
 _MAX_ERROR = 5e-4  # as a fraction of the grid's largest side: half a pixel of 1000
-_CORNERS = np.array([(i, j, k) for k in (0, 1) for j in (0, 1) for i in (0, 1)])
 
 
 class CoarseForward:
@@ -65,14 +66,11 @@ class CoarseForward:
 
     def _interpolated(self, displacement):
         """The points and normals, moved by displacements of the nodes (m, 3)."""
-        image, transform, move = vtkImageData(), vtkGridTransform(), vtkTransformFilter()
+        image = vtkImageData()
         ImageGeometry.of_grid(self._grid).apply_to(image)
         image.GetPointData().SetScalars(arrays.from_numpy(displacement, VTK_FLOAT))
-        transform.SetDisplacementGridData(image)
-        move.SetTransform(transform)
-        move.SetInputData(self._rest)
-        move.Update()
-        return move.GetOutput()
+        transform = configured(vtkGridTransform(), DisplacementGridData=image)
+        return output_of(vtkTransformFilter(), Transform=transform, InputData=self._rest)
 
     def _is_exact(self, field):
         """Cells that need the exact map, judged by the map at the nodes.
@@ -89,9 +87,7 @@ class CoarseForward:
                 error += np.pad(second, ends, "edge")
         allowed = _MAX_ERROR * (self._grid.spacing * self._last).max()
         wrong = ~(field.found.reshape(error.shape) & (error <= allowed))
-        nx, ny, nz = self._last
-        corners = [wrong[k : k + nz, j : j + ny, i : i + nx] for i, j, k in _CORNERS]
-        return self._is_crossed | np.append(np.any(corners, axis=0), True)
+        return self._is_crossed | np.append(over_corners(np.logical_or, wrong), True)
 
     def _move_exactly(self, deformation, rows, points, normals, values):
         """Set points, normals and determinants, if any, of some rows by the exact map."""

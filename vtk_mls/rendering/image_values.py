@@ -10,8 +10,7 @@ from vtk_mls.vtk.arrays import ImageGeometry
 
 def colors_of(image):
     """Colors (nz, ny, nx, 3), 0 to 255, along axes of the world; None for other values."""
-    _, array = _numeric_array(image)
-    values = arrays.to_numpy(array)
+    values = arrays.to_numpy(_numeric_array(image))
     if values.ndim == 1 or values.dtype != np.uint8 or values.shape[1] not in (3, 4):
         return None
     _, reorder = arrays.along_world_axes(ImageGeometry.of_image(image).grid)
@@ -26,32 +25,27 @@ def scalar_image(image):
     axes, as in most NIfTI files, surfaces towards the light are dark. Without numbers at its
     points, ValueError.
     """
-    name, values, vtk_type = _scalars(image)
-    grid, reorder = arrays.along_world_axes(ImageGeometry.of_image(image).grid)
-    copy = vtkImageData()
-    ImageGeometry.of_grid(grid).apply_to(copy)
-    scalars = arrays.from_numpy(np.ascontiguousarray(reorder(values)).ravel(), vtk_type)
-    scalars.SetName(name)
-    copy.GetPointData().SetScalars(scalars)
-    return copy
-
-
-def _numeric_array(image):
-    """The name of the active scalars, or of the first array, and the array."""
-    data = image.GetPointData()
-    candidates = [data.GetScalars(), *map(data.GetArray, range(data.GetNumberOfArrays()))]
-    numeric = [array for array in candidates if array is not None and arrays.is_numeric(array)]
-    if not numeric:
-        raise ValueError("the image has no values at its points to show; only those of cells")
-    return numeric[0].GetName() or "values", numeric[0]
-
-
-def _scalars(image):
-    """The name of an array, its values (nz, ny, nx), and their VTK type."""
-    name, array = _numeric_array(image)
+    array = _numeric_array(image)
     values, vtk_type = arrays.to_numpy(array), array.GetDataType()
     if values.ndim > 1:
         values, vtk_type = values.mean(axis=1, dtype=float), VTK_DOUBLE
     elif vtk_type == VTK_BIT:
         vtk_type = VTK_UNSIGNED_CHAR
-    return name, values.reshape(image.GetDimensions()[::-1]), vtk_type
+    values = values.reshape(image.GetDimensions()[::-1])
+    grid, reorder = arrays.along_world_axes(ImageGeometry.of_image(image).grid)
+    copy = vtkImageData()
+    ImageGeometry.of_grid(grid).apply_to(copy)
+    scalars = arrays.from_numpy(np.ascontiguousarray(reorder(values)).ravel(), vtk_type)
+    scalars.SetName(array.GetName() or "values")
+    copy.GetPointData().SetScalars(scalars)
+    return copy
+
+
+def _numeric_array(image):
+    """The active scalars, or the first array of numbers."""
+    data = image.GetPointData()
+    candidates = [data.GetScalars(), *map(data.GetArray, range(data.GetNumberOfArrays()))]
+    numeric = [array for array in candidates if array is not None and arrays.is_numeric(array)]
+    if not numeric:
+        raise ValueError("the image has no values at its points to show; only those of cells")
+    return numeric[0]

@@ -13,6 +13,7 @@ import numpy as np
 from vtk_mls.base.messages import message_handlers
 from vtk_mls.base.progress import SILENT
 from vtk_mls.engine.dispatch import engine_for
+from vtk_mls.queries.void_cells import over_corners
 
 _NO_VOID = 1e30  # void distance without cuts
 # Distance from a cut within which its faces are searched, in diagonals of a cell: all nodes of a
@@ -145,19 +146,11 @@ def _near_faces(group, rows, behind, shape):
     def cells_with(mask):
         nodes = np.zeros(shape, bool)
         nodes.reshape(-1)[rows] = is_near & mask
-        return _any_along_axes(nodes, 2)
+        return over_corners(np.logical_or, nodes)
 
     above, below = cells_with(~behind & ~group.below), cells_with(~behind & group.below)
     faces = (above & below) | ((above | below) & cells_with(behind))
-    return _any_along_axes(np.pad(faces, 1), 2).reshape(-1)[rows]
-
-
-def _any_along_axes(flags, count):
-    """Whether any of `count` neighbors along each axis is set: an array smaller by count - 1."""
-    for axis in range(3):
-        windows = np.lib.stride_tricks.sliding_window_view(flags, count, axis)
-        flags = np.logical_or.reduce([windows[..., i] for i in range(count)])
-    return flags
+    return over_corners(np.logical_or, np.pad(faces, 1)).reshape(-1)[rows]
 
 
 def _starts(groups, layer, x, rows, gap):

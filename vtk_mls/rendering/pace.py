@@ -61,25 +61,18 @@ class MapPace:
         return int(np.clip(nodes, min_nodes, max_nodes))
 
 
-class RaySpacing:
-    """Chooses the distance between rays from the time that the last picture took.
+def adjust_rays(mapper, window):
+    """Before a picture: a ray for each pixel when the window rests, fewer while it moves.
 
-    Steps along rays stay the same, so that colors and opacities do: the vtkGPUVolumeRayCastMapper
-    must not adjust them automatically.
+    How many follows from the time of the last picture. Steps along rays stay the same, so that
+    colors and opacities do: the vtkGPUVolumeRayCastMapper must not adjust them automatically.
     """
-
-    def __init__(self, mapper):
-        self._mapper = mapper
-
-    def adjust(self, window):
-        """Before a picture: a ray for each pixel when the window rests, fewer while it moves."""
-        mapper, pixels = self._mapper, 1.0
-        if window.GetDesiredUpdateRate() >= _MIN_MOVING_RATE:
-            # the first picture may take a minute
-            seconds = mapper.GetTimeToDraw() or np.inf
-            full = seconds * mapper.GetImageSampleDistance() ** 2
-            pixels = pixels_per_ray(full, _PICTURE_SECONDS, _MAX_PIXELS_PER_RAY)
-        mapper.SetImageSampleDistance(pixels)
+    pixels = 1.0
+    if window.GetDesiredUpdateRate() >= _MIN_MOVING_RATE:
+        seconds = mapper.GetTimeToDraw() or np.inf  # the first picture may take a minute
+        full = seconds * mapper.GetImageSampleDistance() ** 2
+        pixels = pixels_per_ray(full, _PICTURE_SECONDS, _MAX_PIXELS_PER_RAY)
+    mapper.SetImageSampleDistance(pixels)
 
 
 def pixels_per_ray(seconds, limit, max_pixels):

@@ -10,6 +10,7 @@ from vtkmodules.vtkFiltersCore import vtkFlyingEdges2D
 from vtk_mls.base.grid import Grid
 from vtk_mls.base.interpolation import sample
 from vtk_mls.vtk import arrays
+from vtk_mls.vtk.objects import configured, output_of
 
 _ROUNDING = 1e-3  # of a step, by which lines may leave the grid
 
@@ -70,15 +71,12 @@ class RestLines:
 
 def _level_segments(values, levels):
     """Segments (m, 2, 2) of the lines at which values (nj, ni) have some levels, as indices."""
-    image, lines = vtkImageData(), vtkFlyingEdges2D()
-    image.SetDimensions(*values.shape[::-1], 1)
+    image = configured(vtkImageData(), Dimensions=(*values.shape[::-1], 1))
     image.GetPointData().SetScalars(arrays.from_numpy(values.ravel(), VTK_DOUBLE))
-    lines.SetInputData(image)
-    lines.SetNumberOfContours(len(levels))
+    lines = configured(vtkFlyingEdges2D(), NumberOfContours=len(levels), InputData=image)
     for index, level in enumerate(levels.tolist()):
         lines.SetValue(index, level)
-    lines.Update()
-    output = lines.GetOutput()
+    output = output_of(lines)
     if output.GetNumberOfLines() == 0:
         return np.zeros((0, 2, 2))
     points = arrays.to_numpy(output.GetPoints().GetData())[:, :2].astype(float)

@@ -10,6 +10,7 @@ from vtk_mls.base.progress import SILENT
 from vtk_mls.filters import gradients, warping
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.cells import convert_integer_points, is_empty, set_positions, without_empty
+from vtk_mls.vtk.objects import output_of
 from vtk_mls.vtk.splitting import split
 
 REST_POSITION, DETERMINANT = "RestPosition", "JacobianDeterminant"  # names of arrays
@@ -128,10 +129,7 @@ def _extract_surface(mesh, surface):
     copy = mesh.NewInstance()
     copy.ShallowCopy(without_empty(mesh))
     arrays.add(copy.GetPointData(), _POINT, np.arange(mesh.GetNumberOfPoints()))
-    extract = vtkDataSetSurfaceFilter()
-    extract.SetInputData(copy)
-    extract.Update()
-    surface.ShallowCopy(extract.GetOutput())
+    surface.ShallowCopy(output_of(vtkDataSetSurfaceFilter(), InputData=copy))
     rows = surface.GetPointData().GetArray(_POINT)
     surface.GetPointData().RemoveArray(_POINT)
     return np.zeros(0, np.int64) if rows is None else arrays.to_numpy(rows)

@@ -13,6 +13,7 @@ from vtk_mls.base.linear_algebra import unit
 from vtk_mls.rendering import transfer_functions
 from vtk_mls.rendering.material import material_at
 from vtk_mls.rendering.volume_ray import light_along
+from vtk_mls.vtk.objects import configured, output_of
 
 STEP = 0.5  # between samples along a ray, in voxels
 _SURFACE_OPACITY = 0.5  # accumulated along a ray up to the surface that the mouse picks
@@ -112,16 +113,12 @@ class SurfaceLocator:
     def __init__(self, mesh):
         self._surface = vtkPolyData()
         if not isinstance(mesh, vtkPolyData):
-            extract = vtkGeometryFilter()
-            extract.SetInputData(mesh)
-            extract.Update()
-            mesh = extract.GetOutput()
+            mesh = output_of(vtkGeometryFilter(), InputData=mesh)
         self._surface.ShallowCopy(mesh)
 
     @cached_property
     def _locator(self):
-        locator = vtkStaticCellLocator()
-        locator.SetDataSet(self._surface)
+        locator = configured(vtkStaticCellLocator(), DataSet=self._surface)
         locator.BuildLocator()
         return locator
 

@@ -3,9 +3,9 @@
 import numpy as np
 from vtkmodules.vtkCommonCore import vtkCommand, vtkFloatArray
 
+from vtk_mls.rendering.projection import Projection
 from vtk_mls.rendering.volume_ray import opaque_at
 from vtk_mls.vtk import arrays
-from vtk_mls.vtk.transforms import matrix_of
 
 
 class VisibleSurface:
@@ -36,10 +36,7 @@ class VisibleSurface:
         depth = vtkFloatArray()
         renderer.GetRenderWindow().GetZbufferData(*self._origin.tolist(), *last, depth)
         self._depth = arrays.to_numpy(depth).reshape(self._size[::-1])
-        matrix = renderer.GetActiveCamera().GetCompositeProjectionTransformMatrix(
-            renderer.GetTiledAspectRatio(), 0, 1
-        )
-        self._to_world = np.linalg.inv(matrix_of(matrix))
+        self._projection = Projection(renderer)
 
     def at(self, x, y):
         """The position (3,) of the surface at a pixel, from the lower left corner of the window.
@@ -50,15 +47,9 @@ class VisibleSurface:
         if not (0 <= column < self._size[0] and 0 <= row < self._size[1]):
             return None
         depth = float(self._depth[row, column])
-        start, end = self._world(x, y, 0.0), self._world(x, y, depth)
+        start, end = self._projection.world([[x + 0.5, y + 0.5]] * 2, np.array([-1, 2 * depth - 1]))
         found = [opaque_at(volume, start, end) for volume in self._volumes]
         first = min((fraction for fraction in found if fraction is not None), default=1.0)
         if first == 1 and depth == 1:
             return None
         return start + first * (end - start)
-
-    def _world(self, x, y, depth):
-        """The position (3,) of the center of a pixel at a depth from 0 to 1."""
-        across = 2 * (np.array([x, y]) - self._origin + 0.5) / self._size - 1
-        position = self._to_world @ (*across, depth, 1.0)
-        return position[:3] / position[3]

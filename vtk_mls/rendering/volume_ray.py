@@ -5,6 +5,7 @@ from vtkmodules.vtkCommonDataModel import vtkCompositeDataSet, vtkImageData
 from vtkmodules.vtkRenderingVolume import vtkVolumeMapper
 
 from vtk_mls.base.interpolation import sample
+from vtk_mls.files.block_files import leaves
 from vtk_mls.rendering import deformed_volume
 from vtk_mls.rendering.material import material_at
 from vtk_mls.vtk import arrays
@@ -71,10 +72,7 @@ def _drawn(volume):
         return mapper, *drawn
     data = mapper.GetDataObjectInput() if isinstance(mapper, vtkVolumeMapper) else None
     if isinstance(data, vtkCompositeDataSet):
-        iterator = data.NewIterator()
-        iterator.UnRegister(None)
-        iterator.InitTraversal()
-        data = iterator.GetCurrentDataObject()
+        data = next(iter(leaves(data)), None)
     return mapper, data if isinstance(data, vtkImageData) else None, None
 
 

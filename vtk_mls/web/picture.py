@@ -13,8 +13,8 @@ from contextlib import suppress
 from aiohttp import WSMsgType, web
 from vtkmodules.vtkIOImage import vtkJPEGWriter
 
-from vtk_mls.editor.polydata import configured
 from vtk_mls.editor.saving import picture_of
+from vtk_mls.vtk.objects import configured
 
 _JPEG_QUALITY = 88
 TAKEN_OVER = 4001  # the socket is closed with this code when another tab takes over

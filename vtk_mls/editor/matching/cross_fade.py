@@ -6,8 +6,8 @@ from vtkmodules.vtkCommonCore import VTK_UNSIGNED_CHAR, vtkUnsignedCharArray
 from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkRenderingCore import vtkActor2D, vtkImageMapper
 
-from vtk_mls.editor.polydata import configured
 from vtk_mls.vtk import arrays
+from vtk_mls.vtk.objects import configured
 
 
 class CrossFade:

@@ -48,7 +48,10 @@ def table_of(state):
     errors = left_out_errors(state)
     finite = errors[np.isfinite(errors)]
     median = float(np.median(finite)) if len(finite) else None
-    return PairTable(errors, outliers(state, errors), median, _choice(state))
+    choice = ""
+    if state.kind == "spline" and state.order != 0:
+        choice = splines.in_words(state.order, state.smoothing, state.softening)
+    return PairTable(errors, outliers(state, errors), median, choice)
 
 
 def left_out_errors(state):
@@ -80,12 +83,6 @@ def outliers(state, errors):
         with suppress(ValueError):  # two places coincide
             is_outlier[rows] = outliers_among(*vars(_enabled_pairs(state)).values())
     return is_outlier
-
-
-def _choice(state):
-    if state.kind != "spline" or state.order == 0:
-        return ""
-    return splines.in_words(state.order, state.smoothing, state.softening)
 
 
 def _enabled_pairs(state):

@@ -12,10 +12,10 @@ from vtk_mls.editor.matching.cross_fade import CrossFade
 from vtk_mls.editor.matching.pairs import MOVING, TARGET
 from vtk_mls.editor.matching.target import BESIDE, FADE
 from vtk_mls.editor.overlay import Names
-from vtk_mls.editor.polydata import configured
 from vtk_mls.editor.scene import Scene, box_around, new_renderer
 from vtk_mls.editor.scene_mesh import SceneMesh
 from vtk_mls.editor.slices import ALL, ONLY_3D, Slices
+from vtk_mls.vtk.objects import configured
 
 _OUTLINE_COLOR = (0.45, 0.75, 1.0)  # of a mesh as target
 _FAR = 0.5  # distance of the centers of sides that hardly overlap, relative to their size

@@ -86,16 +86,12 @@ def _fill(folder, library):
         for icd in sorted(path.glob("*.icd")):
             with contextlib.suppress(OSError, UnicodeDecodeError):
                 found.setdefault(icd.name, icd.read_text().strip())
-    drivers = {name: path for name, path in found.items() if _may_exist(path)}
+    # without a folder the system searches for a driver
+    drivers = {n: path for n, path in found.items() if "/" not in path or os.path.exists(path)}
     if not any(Path(path).name.startswith("libintelocl.so") for path in drivers.values()):
         drivers["intel_cpu_of_pip.icd"] = str(library)
     for name, path in drivers.items():
         (folder / name).write_text(path + "\n")
-
-
-def _may_exist(path):
-    """Whether a driver exists; without a folder the system searches for it."""
-    return "/" not in path or os.path.exists(path)
 
 
 @contextlib.contextmanager

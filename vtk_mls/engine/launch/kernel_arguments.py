@@ -43,11 +43,6 @@ def filled(name, **values):
     return result
 
 
-def local_frame(center):
-    """The local_frame_t of a center (3,) float64."""
-    return filled("local_frame_t", center=center, center_rest=center - np.float32(center))
-
-
 def planes(points):
     """The coordinate planes of points (m, 3): (3, m) float32."""
     return np.ascontiguousarray(points.T, dtype=np.float32)
@@ -56,21 +51,22 @@ def planes(points):
 def control_points(points):
     """The control_point_t of `ControlPoints` (n,): means of regions, points, then proxies."""
     handles = points.handles
-    q = points.local(points.deformed)
-    u = (points.rest - points.deformed - points.mean_displacement) / points.scale
+    q = points.local(handles.deformed)
+    u = (handles.rest - handles.deformed - points.mean_displacement) / points.scale
     proxies = handles.region >= 0
     table = np.zeros(handles.term_count + proxies.sum(), STRUCTS["control_point_t"])
     for name, values in (("q", q), ("u", u)):
         table[name] = np.concatenate([handles.means(values), values[proxies]])
-    totals = np.bincount(handles.region[proxies], points.weights[proxies])
-    table["c"] = np.concatenate([totals, points.weights[~proxies], points.weights[proxies]])
+    totals = np.bincount(handles.region[proxies], handles.weights[proxies])
+    table["c"] = np.concatenate([totals, handles.weights[~proxies], handles.weights[proxies]])
     table["c"] /= mean_weight(points)
     return table
 
 
 def mean_weight(points):
     """The mean weight of control points and segments, which the kernels have as 1."""
-    return np.concatenate([points.weights, points.handles.segments.weights]).mean()
+    handles = points.handles
+    return np.concatenate([handles.weights, handles.segments.weights]).mean()
 
 
 def world(control_points):
@@ -102,13 +98,6 @@ def to_source(sampling, control_points):
         from_displacement=transform(to_index * control_points.scale, np.zeros(3)),
         continued=sampling.continues,
     )
-
-
-def samples(v, image):
-    """A table of samples of the map, from planes (3, n): (n,) sample_t."""
-    table = np.zeros(v.shape[1], STRUCTS["sample_t"])
-    table["v"], table["image"] = v.T, image.T
-    return table
 
 
 def transform(matrix, offset):

@@ -9,8 +9,6 @@ from vtk_mls.engine.launch.memory import Memory
 # cores, so that progress is reported and an abort takes effect.
 _MAX_WORK = 3e8
 _POINTS_OF_SEGMENT = 4  # control points that take as long as a segment
-# Points whose source indices stay in the cache of a CPU between the two kernels of a resampling.
-_MAX_CACHED_POINTS = 1 << 19
 FLOAT64 = (("USE_FP64", 1),)  # build constants
 
 
@@ -44,11 +42,6 @@ class Launcher:
         )
         step = max(1024, int(limit) // 1024 * 1024)
         return [slice(start, min(count, start + step)) for start in range(0, count, step)]
-
-    def sampled_slabs(self, count, deformation, bytes_per_item):
-        """Slabs of `count` points of a grid at which arrays are sampled."""
-        max_count = _MAX_CACHED_POINTS if self.memory.in_place else None
-        return self.slabs(count, deformation, bytes_per_item, max_count)
 
     # Kernels
 

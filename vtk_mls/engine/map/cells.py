@@ -61,17 +61,6 @@ class ListedCells:
         return [self.box.record(first_listed=a, listed=b - a)] if a < b else []
 
 
-def dilated(cells):
-    """Which cells are set or have a neighbor that is."""
-    for axis in range(3):
-        cells = np.moveaxis(cells, axis, 0)
-        result = cells.copy()
-        result[1:] |= cells[:-1]
-        result[:-1] |= cells[1:]
-        cells = np.moveaxis(result, 0, axis)
-    return cells
-
-
 def near_handles(map_, whole, box, step):
     """Which cells of `step` points have a handle, or a neighbor that has one.
 

@@ -5,7 +5,8 @@ import numpy as np
 from vtk_mls.engine.launch import kernel_arguments
 from vtk_mls.engine.launch.kernel_arguments import CONSTANTS, filled
 from vtk_mls.engine.map import nodes
-from vtk_mls.engine.map.cells import ListedCells, box_of, dilated, near_handles
+from vtk_mls.engine.map.cells import ListedCells, box_of, near_handles
+from vtk_mls.queries.void_cells import largest_of_neighbors
 
 STEP = CONSTANTS["COARSE_STEP"]
 # Cells count as accurate if the error in their middle is at most an eighth of the tolerance, and
@@ -38,7 +39,10 @@ class CoarseMap:
         """Whether a grid has far fewer nodes, and cells near control points, than points."""
         whole = grid.whole
         if whole not in self._pays_off:
-            self._pays_off[whole] = _has_few_nodes(whole) and _has_few_near_cells(map_, whole)
+            cells = box_of(whole, STEP).cells
+            nodes_and_centers = np.prod(cells + 5.0) + np.prod(cells)
+            has_few_nodes = nodes_and_centers / whole.size < MAX_NODE_FRACTION
+            self._pays_off[whole] = has_few_nodes and _has_few_near_cells(map_, whole)
         return self._pays_off[whole]
 
     def launch(self, map_, name, grid, part, *arguments, constants=()):
@@ -99,16 +103,11 @@ class CoarseMap:
         is_inaccurate, spreads, is_elsewhere = (
             flags & CONSTANTS[name] != 0 for name in ("INACCURATE", "SPREADS", "OTHER_REGION")
         )
-        is_inaccurate |= dilated(spreads)
+        is_inaccurate |= largest_of_neighbors(spreads)
         if map_.control_points.kind.has_peaks:
             is_inaccurate |= near_handles(map_, whole, box, STEP)
         inaccurate = (is_inaccurate & ~is_elsewhere)[box.rows(own)]
         self._inaccurate = ListedCells(map_.memory, own, inaccurate)
-
-
-def _has_few_nodes(whole):
-    cells = box_of(whole, STEP).cells
-    return (np.prod(cells + 5.0) + np.prod(cells)) / whole.size < MAX_NODE_FRACTION
 
 
 def _has_few_near_cells(map_, whole):

@@ -187,5 +187,6 @@ class InverseSearch:
             usable &= displacement[3] >= 0
         if not usable.any():
             return None
-        table = kernel_arguments.samples(local[:, usable], (local + displacement[:3])[:, usable])
+        table = np.zeros(np.count_nonzero(usable), kernel_arguments.STRUCTS["sample_t"])
+        table["v"], table["image"] = local.T[usable], (local + displacement[:3]).T[usable]
         return np.int32(len(table)), self.map.memory.constant(table)

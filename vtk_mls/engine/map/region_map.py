@@ -138,7 +138,7 @@ class RegionMap:
         if len(points) == 0:
             return local
         float_type = np.float64 if device.has_float64 else np.float32
-        frame = kernel_arguments.local_frame(center)
+        frame = filled("local_frame_t", center=center, center_rest=center - np.float32(center))
         density = float_type(1 / self.control_points.scale)
         constants = ("LANES", device.lanes), ("VALUE", kernel_arguments.c_type(points))
         constants += FLOAT64 * device.has_float64

@@ -53,27 +53,10 @@ class ControlPoints:
         mean = np.zeros(3) if has_zero_mean else (rest - deformed).mean(axis=0)
         return cls(handles, kind, has_zero_mean, center, scale, mean)
 
-    @property
-    def positions(self) -> tuple[np.ndarray, np.ndarray]:
-        """Those of `HandleSet`."""
-        return self.handles.positions
-
     @functools.cached_property
     def determined(self) -> object:
         """The part of the map that the control points determine."""
         return self.kind.determined(self)
-
-    @property
-    def rest(self) -> np.ndarray:
-        return self.handles.rest
-
-    @property
-    def deformed(self) -> np.ndarray:
-        return self.handles.deformed
-
-    @property
-    def weights(self) -> np.ndarray:
-        return self.handles.weights
 
     def __len__(self) -> int:
         return len(self.handles)

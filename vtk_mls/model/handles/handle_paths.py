@@ -4,28 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from vtk_mls.base.validation import freeze
 from vtk_mls.model.handles.curve import Segments
-from vtk_mls.model.handles.region import RegionHandle, moved
+from vtk_mls.model.handles.region import RegionStep, moved
 from vtk_mls.model.handles.rigid_motion import screw
-
-
-class RegionStep(RegionHandle):
-    """The part of a region's motion from one stage to the next, with its motions (4, 4) to them."""
-
-    def __init__(self, region, before, after):
-        motion = np.einsum("ij,jk->ik", after, np.linalg.inv(before))
-        freeze(self, shape=region.shape, motion=motion, before=before, after=after)
-
-    @property
-    def to_shape(self):
-        turn = self.after[:3, :3].T
-        return turn, -turn @ self.after[:3, 3]
-
-    @property
-    def center(self):
-        middle = self.shape.bounds.mean(axis=0)
-        return tuple(moved(motion, middle[None])[0] for motion in (self.before, self.after))
 
 
 def steps(handles, count):

@@ -53,7 +53,7 @@ class RegionHandle(Handle):
     @property
     def swapped(self) -> RegionHandle:
         """The motion back, of the same shape: its `distance` is that from the shape at rest."""
-        return _Swapped(self)
+        return RegionStep(self, self.motion, np.eye(4))
 
     def moved(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         """Points `x` (m, 3) of the undeformed space after the motion."""
@@ -112,26 +112,22 @@ class RegionHandle(Handle):
         return x, self.moved(x)
 
 
-class _Swapped(RegionHandle):
-    """A region whose rest and deformed spaces are swapped."""
+class RegionStep(RegionHandle):
+    """The motion of a region from one place to another, with the motions (4, 4) to both."""
 
-    def __init__(self, region):
-        freeze(self, shape=region.shape, motion=np.linalg.inv(region.motion), region=region)
-
-    @property
-    def swapped(self):
-        return self.region
+    def __init__(self, region, before, after):
+        motion = np.einsum("ij,jk->ik", after, np.linalg.inv(before))
+        freeze(self, shape=region.shape, motion=motion, before=before, after=after)
 
     @property
     def to_shape(self):
-        return np.eye(3), np.zeros(3)
-
-    def proxies(self, order):
-        return self.region.proxies(order)[::-1]
+        turn = self.after[:3, :3].T
+        return turn, -turn @ self.after[:3, 3]
 
     @property
     def center(self):
-        return self.region.center[::-1]
+        middle = self.shape.bounds.mean(axis=0)
+        return tuple(moved(motion, middle[None])[0] for motion in (self.before, self.after))
 
 
 def moved(motion, x):

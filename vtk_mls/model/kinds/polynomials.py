@@ -19,6 +19,7 @@ MONOMIALS = np.array(
     ]
 )
 MONOMIAL_COUNT = {1: 3, 2: 9, 3: 19}
+_FACTORIALS = np.array([1, 1, 2, 6])
 
 # Relative size below which a function counts as zero on the control points. A plane set in float32
 # is flat to about 1e-7.
@@ -39,7 +40,7 @@ class Polynomial(Kind):
         self.degree = self.proxy_order = degree
 
     def determined(self, points):
-        return Basis.on(points.local(points.positions[1]), self.degree)
+        return Basis.on(points.local(points.handles.positions[1]), self.degree)
 
     def fit(self, weighted):
         return _polynomial_fit(weighted)
@@ -69,7 +70,7 @@ class Polynomial(Kind):
         table[: len(basis)] = basis.coefficients
         table[count:-1, : len(basis)] = handles.means(basis.values[:n] - mean)
         table[-1, : len(basis)] = mean
-        at_means = basis(control_points.local(handles.means(control_points.deformed))) - mean
+        at_means = basis(control_points.local(handles.means(handles.deformed))) - mean
         moments = [
             _region_moments(control_points, np.flatnonzero(handles.region == i), at_means[i])
             for i in range(len(handles.regions))
@@ -100,6 +101,7 @@ class Basis:
 
     coefficients: np.ndarray  # (functions, monomials): of the `MONOMIALS` in local coordinates
     values: np.ndarray  # (n, functions): at the control points
+    degree: int
 
     @classmethod
     def on(cls, local: np.ndarray, degree: int) -> Basis:
@@ -111,7 +113,7 @@ class Basis:
         for order in range(1, degree + 1):
             of_order = np.flatnonzero(orders == order)
             # with these factors the norm of a form's coefficients does not depend on the axes
-            factor = np.sqrt([_multinomial(e) for e in MONOMIALS[of_order]])
+            factor = np.sqrt(_FACTORIALS[order] / _FACTORIALS[MONOMIALS[of_order]].prod(axis=1))
             forms = np.zeros((len(of_order), monomials))
             forms[np.arange(len(of_order)), of_order] = factor
             sampled = monomial_values(local, degree) @ forms.T
@@ -126,24 +128,18 @@ class Basis:
             values = np.hstack([values, sampled @ mix.T])
             coefficients = np.vstack([coefficients, mix @ forms])
         coefficients = coefficients[1:]
-        return cls(coefficients, monomial_values(local, degree) @ coefficients.T)
+        return cls(coefficients, monomial_values(local, degree) @ coefficients.T, degree)
 
     def __len__(self) -> int:
         return len(self.coefficients)
 
     def __call__(self, local: np.ndarray) -> np.ndarray:
         """Values (m, functions) at `local` (m, 3)."""
-        return transformed(self.coefficients, monomial_values(local, self._degree))
+        return transformed(self.coefficients, monomial_values(local, self.degree))
 
     def gradient(self, local: np.ndarray) -> np.ndarray:
         """Derivatives (m, functions, 3) with respect to local coordinates."""
-        return np.einsum("jm,kma->kja", self.coefficients, monomial_gradients(local, self._degree))
-
-    @property
-    def _degree(self) -> int:
-        return {count: degree for degree, count in MONOMIAL_COUNT.items()}[
-            self.coefficients.shape[1]
-        ]
+        return np.einsum("jm,kma->kja", self.coefficients, monomial_gradients(local, self.degree))
 
 
 def monomial_values(x: np.ndarray, degree: int) -> np.ndarray:
@@ -170,7 +166,7 @@ def _region_moments(control_points, proxies, at_mean):
     handles, values = control_points.handles, control_points.determined.values
     count, functions = values.shape[1], MONOMIAL_COUNT[control_points.kind.degree]
     f = handles.centered(values, proxies)
-    u = handles.centered(control_points.rest - control_points.deformed, proxies)
+    u = handles.centered(handles.rest - handles.deformed, proxies)
     weighted = f * (handles.weights[proxies] / handles.weights[proxies].sum())[:, None]
     result = np.zeros(functions + functions * (functions + 1) // 2 + 3 * functions)
     result[:count] = at_mean
@@ -192,11 +188,6 @@ def _powers_along(control_points, degree, mean):
         values = values.reshape(len(ends), degree + 1, len(basis))
         powers[:, :, : len(basis)] = np.linalg.solve(np.vander(t, increasing=True), values)
     return powers
-
-
-def _multinomial(exponents) -> float:
-    factorial = np.array([1, 1, 2, 6])
-    return factorial[sum(exponents)] / np.prod(factorial[exponents])
 
 
 def _orthogonal(weighted):

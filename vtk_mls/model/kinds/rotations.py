@@ -28,7 +28,7 @@ class Rigid(Kind):
     scales = False  # whether the fitted map has a uniform factor
 
     def determined(self, points):
-        return RotationRank(*_rotation_rank(*points.positions))
+        return RotationRank(*_rotation_rank(*points.handles.positions))
 
     def fit(self, weighted):
         fit = _RotationFit(weighted, self.scales)

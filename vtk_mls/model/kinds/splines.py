@@ -96,9 +96,10 @@ class Spline(Kind):
         return Spline(choice.order, choice.smoothing, choice.softening, choice.left_out)
 
     def determined(self, points):
-        u = (points.rest - points.deformed - points.mean_displacement) / points.scale
-        q = points.local(points.deformed)
-        system = _System(q, points.weights, self.order, self.softening / points.scale)
+        handles = points.handles
+        u = (handles.rest - handles.deformed - points.mean_displacement) / points.scale
+        q = points.local(handles.deformed)
+        system = _System(q, handles.weights, self.order, self.softening / points.scale)
         return system.solved(u, (self.smoothing / points.scale) ** self.order)
 
     def fit(self, weighted):

@@ -1,0 +1,14 @@
+"""Settings of VTK objects, and the output of an algorithm, in one expression."""
+
+
+def configured(thing, **values):
+    """A VTK object after `SetName(value)` for each keyword `Name`."""
+    for name, value in values.items():
+        getattr(thing, f"Set{name}")(value)
+    return thing
+
+
+def output_of(algorithm, **values):
+    """The output of an algorithm that is `configured` and updated."""
+    configured(algorithm, **values).Update()
+    return algorithm.GetOutput()
