@@ -83,7 +83,7 @@ class MLSDeformWidget(ScriptedLoadableModuleWidget, VTKObservationMixin):
         panel.setMRMLScene(slicer.mrmlScene)
         self.layout.addWidget(panel)
         self.ui = slicer.util.childWidgetVariables(panel)
-        self.deform = DeformLogic(slicer.mrmlScene)
+        self.deform = DeformLogic(slicer.mrmlScene, self.show_message)
         self.logic = MLSDeformLogic()
         self.parameters = self.logic.getParameterNode()
         self.ui.kind.addItems(KINDS)
@@ -171,6 +171,9 @@ class MLSDeformWidget(ScriptedLoadableModuleWidget, VTKObservationMixin):
                 smoothing=self.ui.smoothing.value,
                 steps=int(self.ui.steps.value),
             )
+
+    def show_message(self):
+        """Show what does not fit, also while a point is dragged."""
         self.ui.message.text = self.deform.message
 
     def _with_transform(self, act, selector):
@@ -203,7 +206,7 @@ class MLSDeformWidget(ScriptedLoadableModuleWidget, VTKObservationMixin):
             was = self.ui.kind.blockSignals(True)
             self.ui.kind.currentText = options["kind"]
             self.ui.kind.blockSignals(was)
-        self.ui.message.text = self.deform.message
+        self.show_message()
 
 
 def installed():

@@ -451,11 +451,14 @@ def bone_under_the_transform(scene, logic, transform):
         (bone_under_the_transform, "must not be under the transform"),
     ],
 )
-def test_what_does_not_fit_is_one_sentence(scene, logic, make, words):
+def test_what_does_not_fit_is_one_sentence(scene, make, words):
+    shown = []
+    logic = deform_logic.DeformLogic(scene, lambda: shown.append(logic.message))
     transform, *_ = dragged(scene, logic)
     logic.follow(transform)
     make(scene, logic, transform)
     assert words in logic.message
+    assert (shown[0], shown[-1]) == ("", logic.message)
     assert from_parent(transform)([(1.0, 2, 3)]) == pytest.approx(np.array([[1.0, 2, 3]]))
 
 

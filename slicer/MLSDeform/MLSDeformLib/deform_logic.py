@@ -50,11 +50,13 @@ class DeformLogic:
     Parameters
     ----------
     scene : vtkMRMLScene
+    on_update : callable
+        Called after each update, when `message` says what did not fit.
     """
 
-    def __init__(self, scene) -> None:
-        self.scene = scene
-        self.message = ""  # of the last update that failed
+    def __init__(self, scene, on_update=lambda: None) -> None:
+        self.scene, self._on_update = scene, on_update
+        self.message = ""  # of the last update, if it failed
         self._followed = None
         self._observed: list[tuple[Any, Any]] = []
         self._is_dragging = False
@@ -209,12 +211,16 @@ class DeformLogic:
         """
         self.message = ""
         try:
-            deformation, grid = self.deformation(transform), self.grid(transform, longest)
-            displacement = deformation.displacement_field(grid).displacement
+            result = self._grid_transform(transform, longest)
         except (ValueError, TypeError, vtk_mls.DeviceError) as error:
-            self.message = str(error)
-            transform.SetAndObserveTransformFromParent(slicer.vtkOrientedGridTransform())
-            return False
+            self.message, result = str(error), slicer.vtkOrientedGridTransform()
+        transform.SetAndObserveTransformFromParent(result)
+        self._on_update()
+        return not self.message
+
+    def _grid_transform(self, transform, longest):
+        deformation, grid = self.deformation(transform), self.grid(transform, longest)
+        displacement = deformation.displacement_field(grid).displacement
         image = vtk.vtkImageData()
         image.SetDimensions(*map(int, grid.dimensions))
         image.SetOrigin(*grid.origin)
@@ -224,8 +230,7 @@ class DeformLogic:
         result.SetDisplacementGridData(image)
         result.SetInterpolationModeToCubic()
         result.SetInverseTolerance(_INVERSE_TOLERANCE * grid.spacing[0])
-        transform.SetAndObserveTransformFromParent(result)
-        return True
+        return result
 
     def report(self, transform, table) -> landmarks.Report:
         """Write to a vtkMRMLTableNode how well each pair of points follows from the others."""
