@@ -144,6 +144,19 @@ def test_a_segmentation_is_saved_as_one(tmp_path):
     assert (tmp_path / "ball-edited/ball-deformed.seg.nrrd").exists()
 
 
+def test_without_handles_the_data_are_saved_as_they_are(tmp_path):
+    path = "ball.vti"
+    io.write_dataset(ball_image(), path)
+    hands = Hands(io.read_dataset(path), paths=[path])
+    hands.press("a", "Ctrl")
+    hands.press("x")
+    hands.press("s")
+    assert len(hands.state.grips) == 0
+    saved = io.read_dataset("ball-edited/ball-deformed.vti").GetPointData().GetScalars()
+    before = io.read_dataset(path).GetPointData().GetScalars()
+    np.testing.assert_array_equal(arrays.to_numpy(saved), arrays.to_numpy(before))
+
+
 def test_overlapping_bones_have_the_names_of_the_editor(tmp_path):
     """The surface of a cavity is a region in the saved file only."""
     grid = Grid((12,) * 3, spacing=(2, 2, 2))

@@ -43,11 +43,13 @@ class Saving:
     def save(self):
         """Save handles, data, field, picture, script and session; whether all are saved.
 
-        Without handles only the session is saved.
+        Without handles the data are saved as they are, by a handle that rests.
         """
         self.finish()
-        if not len(self.state.enabled_only().grips):
-            return self.save_session()
+        state = self.state
+        if not len(state.enabled_only().grips):
+            middle = self.scene.bounds.mean(axis=0)
+            state = state.with_handle(middle, middle)
         self.document.show_deformed()
         self.view.draw_for_file(self.state)
         picture = saving.picture_of(self.scene.window)
@@ -55,7 +57,7 @@ class Saving:
         self.document.draw(is_moving=True)  # stays in the window while the files are written
         is_saved = False
         try:
-            sentence = self.saver.save(self.state, picture)
+            sentence = self.saver.save(state, picture)
             self.saver.files.append(self._write_session())
             is_saved = True
             self.document.note_save()
