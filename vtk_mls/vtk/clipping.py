@@ -9,6 +9,7 @@ from vtkmodules.vtkCommonDataModel import (
     VTK_HEXAGONAL_PRISM,
     VTK_POLYHEDRON,
     VTK_TETRA,
+    VTK_TRIQUADRATIC_PYRAMID,
     VTK_VERTEX,
     VTK_WEDGE,
     vtkDataObject,
@@ -52,7 +53,12 @@ def clip_cells(grid):
     indices, types = np.arange(grid.GetNumberOfCells()), arrays.cell_types(grid)
     arrays.add(grid.GetCellData(), _CELL, indices)
     is_straight = np.isin(types, _STRAIGHT_TYPES)
-    steps = [(is_straight, _clip), (~is_straight, _clip_separately)]
+    is_alone = types == VTK_TRIQUADRATIC_PYRAMID
+    steps = [
+        (is_straight, _clip),
+        (~is_straight & ~is_alone, _clip_separately),
+        (is_alone, _clip_one_by_one),
+    ]
     pairs = [clip(extract_cells(grid, mask)) for mask, clip in steps if mask.any()]
     pieces = [append_meshes(parts) for parts in zip(*pairs)]
     if (types == VTK_TETRA).all():
@@ -112,6 +118,13 @@ def _clip_separately(grid):
         for name in (_POSITION, _CELL):
             data.RemoveArray(name)
     return pieces
+
+
+def _clip_one_by_one(grid):
+    """As `_clip_separately`; VTK 9.7 divides the first pyramid of type 37 for all others, too."""
+    rows = np.arange(grid.GetNumberOfCells())
+    pairs = [_clip_separately(extract_cells(grid, rows == row)) for row in rows]
+    return [append_meshes(parts) for parts in zip(*pairs)]
 
 
 def _tetrahedra(grid, inside_out):
