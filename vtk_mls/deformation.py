@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from vtk_mls.base import validation
 from vtk_mls.base.grid import Grid
 from vtk_mls.base.progress import ProgressLike
-from vtk_mls.engine.device import device_check
+from vtk_mls.engine.device.device_check import CUTS, FIELDS
 from vtk_mls.engine.dispatch import engine_for
 from vtk_mls.model.map_parameters import MapParameters
 from vtk_mls.model.options import named
@@ -241,15 +241,13 @@ class Deformation(Transform, MapParameters):
 
     @property
     def _field_engine(self):
-        return self._engine_for(device_check.FIELDS)
+        return self._engine_for(FIELDS)
 
     def _engine_for(self, *needed):
         points = [region.control_points for region in self.regions]
         needs_float64 = any(p.kind.is_wrong_in_float32(p) for p in points)
-        subjects = device_check.subjects(
-            [*needed, *(p.kind.name for p in points), *[device_check.CUTS][: len(self.cuts)]]
-        )
-        return engine_for(self.device, needs_float64, subjects)
+        kinds = {p.kind.name for p in points}
+        return engine_for(self.device, needs_float64, {*needed, *kinds, *[CUTS][: len(self.cuts)]})
 
     def _material_samples(self, grid):
         return self.handle_set.positions

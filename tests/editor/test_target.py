@@ -196,7 +196,8 @@ def test_the_device_is_checked_before_a_window_with_a_target_is_shown(monkeypatc
     def stop(name):
         raise RuntimeError(f"checks {name}")
 
-    monkeypatch.setattr(window, "_window", vtkRenderWindow)
+    monkeypatch.setattr(window.display, "check", lambda: None)
+    monkeypatch.setattr(window, "_OFFSCREEN_CLASSES", ())
     monkeypatch.setattr(window, "engine_for", stop)
     state = State([], [], device="0:0")
     with pytest.raises(RuntimeError, match="checks 0:0"):

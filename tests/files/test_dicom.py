@@ -163,7 +163,9 @@ COLORS[0x7FE0, 0x10, "OW"] = bytes(3 * 9 * 8)
 )
 def test_series_that_are_refused(tmp_path, make, options, sentence, refused):
     make(tmp_path / "scan", **options)
-    found = refused("deform", tmp_path / "scan", "none.csv", tmp_path / "out.mha")
+    handles = tmp_path / "handles.csv"
+    handles.write_text("0,0,0,1,0,0\n")
+    found = refused("deform", tmp_path / "scan", handles, tmp_path / "out.mha")
     assert re.search(sentence, found), found
 
 

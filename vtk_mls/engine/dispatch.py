@@ -10,15 +10,17 @@ from vtk_mls.engine.device.devices import NoDevice
 from vtk_mls.reference import reference_engine as reference
 
 
-def engine_for(name=None, needs_float64=False, subjects=(BASIC,)):
+def engine_for(name=None, needs_float64=False, needed=()):
     """The engine for `name`, the `device` of a `Deformation`, or DeviceError.
 
     It is the numpy reference, with one warning, if no device works and none is named, or if the
-    device has no float64 and the map needs it. The device has passed the check of `subjects`.
+    device has no float64 and the map needs it. The device has passed the check of what is `needed`
+    besides the first of `device_check.SUBJECTS`.
     """
     name = name or os.environ.get("VTK_MLS_DEVICE") or None
     if name == "reference":
         return reference
+    subjects = tuple(subject for subject in SUBJECTS if subject in {BASIC, *needed})
     try:
         chosen = _chosen(name, subjects, os.getpid())
     except NoDevice as error:

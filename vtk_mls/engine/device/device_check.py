@@ -51,11 +51,6 @@ _results: dict[str, Result] = {}  # by file name
 _lock = threading.RLock()
 
 
-def subjects(needed):
-    """The subjects among what is `needed`, in the order of the checks."""
-    return tuple(subject for subject in SUBJECTS if subject in {BASIC, *needed})
-
-
 def results(found, subjects=SUBJECTS, recheck=False):
     """The worst result of the subjects for each device, checked now where there is none.
 
