@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from hands import MIDDLE, SIZE, Hands, ball_image, ball_mesh, pixels_in
-from vtkmodules.vtkRenderingCore import vtkRenderWindow
 
 from vtk_mls.editor import State, window
 from vtk_mls.editor.matching.comparing import ComparedItem, difference_colors
