@@ -110,12 +110,12 @@ def checks(engine):
         return lambda module: [module.jacobian(d, points)]
 
     basic = [
-        ("rigid inverse", inverse, 1e-4),
         ("image between nodes", image_between_nodes, 0.1 / EXTENT),
-        ("gradient", gradient, 1e-3),
+        ("rigid inverse", inverse, 1e-4),
         ("rigid Jacobian", jacobian(rigid), 1e-3),
     ]
     fields = [
+        ("gradient", gradient, 1e-3),
         ("map between nodes", field(coarse, _FINE_GRID), 0.1 / EXTENT),
         ("map on a grid", field(rigid, _GRID), 1e-5),
     ]

@@ -474,7 +474,7 @@ class Transform:
             resampling.warn_of_background(checked, sampling)
             part = self._prepare(sampling.target, part)
             return resampling.with_gradient(
-                self._engine, self, [*checked, scalars], sampling, normalise, part, distances
+                self._field_engine, self, [*checked, scalars], sampling, normalise, part, distances
             )
 
     def fitted_grid(self, source: Grid, progress: ProgressLike = None) -> Grid:
@@ -496,7 +496,7 @@ class Transform:
 
     @property
     def _field_engine(self):
-        """The same, for displacement fields."""
+        """The same, for displacement fields and gradients."""
         return self._engine
 
     def _field(self, grid, progress):

@@ -2,7 +2,7 @@
 
 Drivers miscompile, crash and hang. Two children at once run kernels on the device and compare them
 with the numpy reference (`kernel_checks`). What images and meshes need is checked first; other
-kinds, displacement fields and cuts before their first use. The results are saved in the user's
+kinds, fields, gradients and cuts before their first use. The results are saved in the user's
 cache folder, one file per driver, processor, version of the kernels, and subject.
 """
 
@@ -30,7 +30,7 @@ MAX_SECONDS, MIN_SECONDS = 600, 0.5
 INTERVAL = 300  # seconds between two looks
 PARTS = 2  # of the check of a subject, one for each child
 # Subjects: what images and meshes need, for the kind "rigid"; what others need in addition.
-BASIC, FIELDS, CUTS = "rigid", "displacement fields", "cuts"
+BASIC, FIELDS, CUTS = "rigid", "fields", "cuts"
 SUBJECTS = BASIC, *(kind for kind in ALL_KINDS if kind != BASIC), FIELDS, CUTS
 STEP, SECONDS = "step", "seconds"  # files that a child writes to its folder
 _CHECK = "vtk_mls.commands.kernel_checks:main"  # called by a child
