@@ -316,8 +316,5 @@ def test_a_failed_save_is_reported(tmp_path):
     hands.press("x")
     hands.editor.saver.folder = tmp_path / "none"
     assert hands.editor.save()
-    assert "The session is saved" in hands.message
-    assert [path.name for path in (tmp_path / "none").iterdir()] == [
-        "data-1.vtp",
-        "session.mls.json",
-    ]
+    names = {path.name for path in (tmp_path / "none").iterdir()}
+    assert names >= {"data-1.vtp", "data-1-deformed.vtp", "session.mls.json"}
