@@ -192,12 +192,12 @@ def test_a_target_with_blocks_is_refused():
 def test_the_device_is_checked_before_a_window_with_a_target_is_shown(monkeypatch):
     """The check takes seconds, in which clicks would be lost."""
 
-    def stop(name):
-        raise RuntimeError(f"checks {name}")
+    def stop(name, needed):
+        raise RuntimeError(f"checks {name} for {' and '.join(needed)}")
 
     monkeypatch.setattr(window.display, "check", lambda: None)
     monkeypatch.setattr(window, "_OFFSCREEN_CLASSES", ())
     monkeypatch.setattr(window, "engine_for", stop)
     state = State([], [], device="0:0")
-    with pytest.raises(RuntimeError, match="checks 0:0"):
+    with pytest.raises(RuntimeError, match="checks 0:0 for spline and fields"):
         window.show([ball_mesh()], state, ["ball.vtp"], target=Target(ball_mesh()))

@@ -12,6 +12,7 @@ from vtk_mls.base import display
 from vtk_mls.editor.autosave import Autosave
 from vtk_mls.editor.editor import Editor
 from vtk_mls.editor.scene import new_window
+from vtk_mls.engine.device.device_check import FIELDS
 from vtk_mls.engine.device.devices import DeviceError
 from vtk_mls.engine.dispatch import engine_for
 
@@ -31,7 +32,7 @@ def show(datasets, state, paths, folder=None, target=None, session=None):
         raise display.missing()
     if target is not None:  # check the driver now, as the first pair would freeze the window for it
         with suppress(DeviceError):  # the first pair reports it
-            engine_for(state.device)
+            engine_for(state.device, needed=("spline", FIELDS))
     window.SetSize(_SIZE)
     window.SetWindowName(f"{paths[0]} - vtk-mls")
     interactor = vtkRenderWindowInteractor()

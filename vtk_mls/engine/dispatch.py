@@ -62,8 +62,10 @@ def choose(name=None, subjects=SUBJECTS, is_checked=True):
         candidates += sorted(cpus, key=lambda device: drivers.rank(device.platform))
     for device in candidates:
         if is_checked:
-            (result,) = device_check.results([device], subjects)
-        if not (result.failure if is_checked else device_check.failure(device)):
+            failure = device_check.results([device], subjects)[0].failure
+        else:
+            failure = device_check.failure(device)
+        if not failure:
             return device
     missing = "no OpenCL device" + (f" `{name}`" if name else " that works")
     if name and any(name in (device.key, device.kind) for device in found):

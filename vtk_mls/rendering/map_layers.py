@@ -12,7 +12,6 @@ import numpy as np
 
 from vtk_mls.base.messages import message_handlers
 from vtk_mls.base.progress import SILENT
-from vtk_mls.engine.dispatch import engine_for
 from vtk_mls.queries.void_cells import over_corners
 
 _NO_VOID = 1e30  # void distance without cuts
@@ -67,9 +66,7 @@ def _of_each_side(own, deformation, grid):
         starts.append(_starts(groups, layer, x, searched[-1], 1e-3 * near))
     layer_ids = np.repeat(np.arange(len(values)), [len(nodes) for nodes in searched])
     nodes, starts = np.concatenate(searched), np.concatenate(starts)
-    origins, distance = engine_for(deformation.device).origins_from(
-        deformation, v[nodes], starts, SILENT
-    )
+    origins, distance = deformation._engine.origins_from(deformation, v[nodes], starts, SILENT)
     values[layer_ids, rows[nodes], :3] = origins - v[nodes]
     values[layer_ids, rows[nodes], 3] = distance
     for layer in range(1, len(values)):
