@@ -98,12 +98,11 @@ def _connected(places):
     groups = []
     for place in places:
         low, high = place[1].T
-        near = [
-            group
-            for group in groups
-            if any(((low <= e[:, 1] + 1) & (e[:, 0] <= high + 1)).all() for _, e in group)
-        ]
-        groups = [group for group in groups if group not in near] + [[*chain(*near), place]]
+        near, far = [], []
+        for group in groups:
+            touches = (((low <= e[:, 1] + 1) & (e[:, 0] <= high + 1)).all() for _, e in group)
+            (near if any(touches) else far).append(group)
+        groups = [*far, [*chain(*near), place]]
     return groups
 
 
