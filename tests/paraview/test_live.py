@@ -35,8 +35,8 @@ def test_a_volume_follows_before_apply(gui):
         assert sum(frames) >= 0.9 * len(frames)
         gui.screenshot("3_dragging")
         assert gui.value("len(applied_drags())") == 1
-        assert gui.value("drawn[2]") == 64
-    gui.until("drawn[2] > 100")  # fewer than 128 if the first map has waited for kernels
+        assert 24 <= gui.value("drawn[2]") <= 64  # fewer than 64 nodes on a busy machine
+    gui.until("drawn[2] > 100")  # likewise fewer than 128
     gui.screenshot("4_let_go")
     gui.press("ctrl+z")
     gui.until("len(dragged()) == 1")

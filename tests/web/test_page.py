@@ -268,10 +268,10 @@ def test_cuts_and_the_map_by_the_panel(page):
     page.status("rigid")
 
 
-def test_an_image_with_a_mesh_slices_and_a_line_cut(browser, folder):
-    (folder / "both").mkdir()
-    io.write_dataset(_ball_image(), folder / "both" / "ball.nii.gz")
-    arguments = "both/ball.nii.gz", "handles.csv", "--with", "ball.vtp", "--output", "both/saved"
+def test_an_image_with_a_mesh_slices_and_a_line_cut(browser, folder, tmp_path):
+    image, saved = tmp_path / "ball.nii.gz", tmp_path / "saved"
+    io.write_dataset(_ball_image(), image)
+    arguments = str(image), "handles.csv", "--with", "ball.vtp", "--output", str(saved)
     with server(folder, *arguments) as (_, address):
         page = Page(browser, address)
         before = page.rows()[0]
@@ -292,7 +292,6 @@ def test_an_image_with_a_mesh_slices_and_a_line_cut(browser, folder):
         page.tab.keyboard.press("s")
         page.tab.get_by_role("link", name="ball-deformed.nii.gz").wait_for()
         assert not page.tab.get_by_text("unsaved").is_visible()
-        saved = folder / "both" / "saved"
         for name in ("ball-deformed.nii.gz", "cut-1.vtp", "picture.png"):
             link = page.tab.get_by_role("link", name=name)
             with page.tab.expect_download() as download:
