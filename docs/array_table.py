@@ -71,7 +71,7 @@ Folded | cell | mesh | 0 or 1
   1 if the deformation has inverted the cell.
   With Steps 0
 StepsUsed | field | image mesh map | 1 int64
-  Number of steps with which no fold was found.
+  Number of steps with which no fold was found; the field array `Path` is there if they follow one.
   With Steps 0
 SmallestDeterminant | field | image mesh map | 1 float64
   The smallest determinant of the map around handles and in voxels that may fold.

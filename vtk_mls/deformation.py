@@ -63,9 +63,10 @@ class Deformation(Transform, MapParameters):
     steps : int or "auto"
         Number of steps in which p goes to q, 1 to 256, each with its own map: G is composed of
         them. It meets the control points, and the smaller the steps, the fewer folds it has. "auto"
-        takes as many as sampled points around the handles need (`without_folds`). A field or image
-        on a whole grid adds steps, for later questions, too, where the map folds at the corner or
-        center of a voxel. Polynomials of degree 2 and 3 may fold in any steps.
+        takes as many as sampled points around the handles need (`without_folds`), along a path
+        where these would be more than 16 (`path_used`). A field or image on a whole grid adds
+        steps, for later questions, too, where the map folds at the corner or center of a voxel.
+        Polynomials of degree 2 and 3 may fold in any steps.
     path : (k, n, 3) array_like, world coordinates, optional
         Intermediate places of the control points on the way from p to q, for turns that p and q do
         not tell. The steps are a multiple of k + 1. Curves go straight, regions along a screw.
@@ -136,7 +137,21 @@ class Deformation(Transform, MapParameters):
     @functools.cached_property
     def steps_used(self) -> int:
         """The number of steps: `steps`, or as many as automatic steps have found necessary."""
-        return super().steps_used if self.steps else fold_free.enough_steps(self._engine, self)
+        if self.steps:
+            return super().steps_used
+        found = fold_free.in_enough_steps(self._engine_for(), self)
+        if len(found.path) > len(self.path):
+            vars(self).update(regions=found.regions, _rigid_path=found.path)
+        return found.steps_used
+
+    @property
+    def path_used(self) -> NDArray[np.float64]:
+        """The path (k, n, 3), world coordinates: `path`, or a rigid one that needs fewer steps.
+
+        Automatic steps that would be more than 16 go along it. There is none with curves, regions
+        or more than 1,000 control points. `steps_used` and `path_used` make the same map again.
+        """
+        return self.path if self.steps_used == 1 else vars(self).get("_rigid_path", self.path)
 
     @property
     def smallest_determinant(self) -> float:
@@ -214,7 +229,8 @@ class Deformation(Transform, MapParameters):
         self, where: Grid | ArrayLike | None = None, progress: ProgressLike = None
     ) -> Deformation:
         """The deformation in as many `steps` as `where` needs: doubled until the determinants of
-        all steps are above 0.1 at sampled points, at most 256. It can still fold between them.
+        all steps are above 0.1 at sampled points, at most 256. It can still fold between them. The
+        control points have a `path` where straight ways need more than 16 steps.
 
         Parameters
         ----------
@@ -227,8 +243,8 @@ class Deformation(Transform, MapParameters):
             if len(where) == 0:
                 raise ValueError("`where` must have at least one point, got none")
         with question(progress) as part:
-            steps = fold_free.enough_steps(self._engine, self, where, part)
-            return replace(self, steps=steps)
+            found = fold_free.in_enough_steps(self._engine, replace(self), where, part)
+            return replace(self, steps=found.steps_used, path=found.path)
 
     @property
     def overlapping_regions(self) -> list[tuple[int, int]]:
@@ -237,10 +253,12 @@ class Deformation(Transform, MapParameters):
 
     @property
     def _engine(self):
+        _ = self.steps_used  # before a question about the regions, which may get a path
         return self._engine_for()
 
     @property
     def _field_engine(self):
+        _ = self.steps_used
         return self._engine_for(FIELDS)
 
     def _engine_for(self, *needed):

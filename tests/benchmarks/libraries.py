@@ -73,7 +73,8 @@ def rigid(q, p, grid=None, **options):
     d = vtk_mls.Deformation(p, q, **options)
     if grid:
         d.displacement_field(grid)
-        return d.backward, replace(d, steps=d.steps_used, device="reference").backward
+        used = replace(d, steps=d.steps_used, path=d.path_used, device="reference")
+        return d.backward, used.backward
     return d.backward, d.forward
 
 

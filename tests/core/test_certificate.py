@@ -145,7 +145,7 @@ def test_inverse_fields_have_certificates(rng):
 
 def test_steps_are_raised_where_voxels_fold(monkeypatch, caplog):
     """With a first guess that looks nowhere, the check of the grid finds the folds."""
-    monkeypatch.setattr(fold_free, "enough_steps", lambda *arguments: 1)
+    monkeypatch.setattr(fold_free, "in_enough_steps", lambda _, d, *more: d.in_steps(1))
     where = Grid((40,) * 3, (-20,) * 3, (1.0,) * 3)
     image = np.zeros(where.shape, np.float32)
     questions = {
@@ -177,7 +177,7 @@ def test_steps_are_raised_where_voxels_fold(monkeypatch, caplog):
 
 def test_parts_of_a_grid_keep_their_steps(monkeypatch):
     """So that they fit together; a deformation is the same for all of them."""
-    monkeypatch.setattr(fold_free, "enough_steps", lambda *arguments: 1)
+    monkeypatch.setattr(fold_free, "in_enough_steps", lambda _, d, *more: d.in_steps(1))
     where = Grid((40,) * 3, (-20,) * 3, (1.0,) * 3)
     d = Deformation(*squeezed(), alpha=3, steps="auto")
     half = where.part((0, 0, 0), (40, 40, 20))
@@ -193,7 +193,7 @@ def test_parts_of_a_grid_keep_their_steps(monkeypatch):
 
 
 def test_folds_that_remain_are_counted(caplog, monkeypatch):
-    monkeypatch.setattr(fold_free, "enough_steps", lambda *arguments: 1)
+    monkeypatch.setattr(fold_free, "in_enough_steps", lambda _, d, *more: d.in_steps(1))
     monkeypatch.setattr(fold_free, "MAX_STEPS", 2)
     where = Grid((40,) * 3, (-20,) * 3, (1.0,) * 3)
     d = Deformation(*squeezed(0.02), alpha=3, steps="auto")

@@ -226,6 +226,27 @@ def test_as_many_steps_as_needed_do_not_fold(kind, alpha, device):
 
 
 @pytest.mark.parametrize("device", [pytest.param("reference", marks=pytest.mark.matrix), *DEVICES])
+@pytest.mark.parametrize(("angle", "size"), [(np.radians(175), 1), (0, 0.02)])
+def test_a_cluster_turns_and_shrinks_on_a_rigid_path(angle, size, device, rng):
+    box = np.array(list(np.ndindex(2, 2, 2)), float)
+    rest = np.concatenate([box, 0.4 + 0.2 * box])
+    deformed = np.concatenate([box, 0.5 + size * 0.1 * (2 * box - 1) @ _turn(angle)[:3, :3].T])
+    options = {"alpha": 1, "device": device}
+    d = Deformation(rest, deformed, steps="auto", **options)
+    straight = Deformation(rest, deformed, steps=2 * d.steps_used, **options)
+    assert straight.smallest_step_determinant < 0.1 < d.smallest_step_determinant
+    middle = 0.5 + size**0.5 * 0.1 * (2 * box - 1) @ _turn(angle / 2)[:3, :3].T
+    np.testing.assert_allclose(d.path_used[3, 8:], middle, atol=0.01)
+    np.testing.assert_array_equal(d.path_used[:, :8], np.broadcast_to(box, (7, 8, 3)))
+    v = rng.random((100, 3))
+    again = Deformation(rest, deformed, steps=d.steps_used, path=d.path_used, **options)
+    np.testing.assert_array_equal(again.backward(v), d.backward(v))
+    without_folds = Deformation(rest, deformed, **options).without_folds()
+    np.testing.assert_array_equal(without_folds.backward(v), d.backward(v))
+    np.testing.assert_allclose(d.backward(deformed), rest, atol=1e-5)
+
+
+@pytest.mark.parametrize("device", [pytest.param("reference", marks=pytest.mark.matrix), *DEVICES])
 def test_a_whole_turn_by_a_path(device, rng):
     shares = [0.1, 0.5, 0.9]
     rest = np.array([(a, b, c) for a in shares for b in shares for c in (0.0, 0.33, 0.66, 1.0)])

@@ -5,12 +5,13 @@ import pytest
 from mesh_fixtures import array_of, cells, count, deforming, places_of
 from pipelines import control_points, update
 from vtk_fixtures import FAST, make_image
-from vtkmodules.vtkCommonDataModel import VTK_TETRA
+from vtkmodules.vtkCommonDataModel import VTK_TETRA, vtkPolyData
 
 from vtk_mls import Deformation, Grid
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
 from vtk_mls.queries import certificate, fold_free
 from vtk_mls.vtk.cell_quality import scaled_jacobians
+from vtk_mls.vtk.control_point_polydata import fill_polydata
 
 COUNT = 8  # cells along each axis
 
@@ -64,7 +65,7 @@ def _squeezed():
 
 @pytest.mark.parametrize("algorithm", [MLSDeform, MLSDisplacementField])
 def test_folds_that_samples_miss_are_found_at_the_voxels(algorithm, monkeypatch):
-    monkeypatch.setattr(fold_free, "enough_steps", lambda *arguments: 1)
+    monkeypatch.setattr(fold_free, "in_enough_steps", lambda _, d, *more: d.in_steps(1))
     image = make_image((30,) * 3)
     image.SetOrigin(-15, -15, -15)
     image.SetSpacing(1, 1, 1)
@@ -77,7 +78,7 @@ def test_folds_that_samples_miss_are_found_at_the_voxels(algorithm, monkeypatch)
 
 
 def test_folds_that_samples_miss_are_found_at_cells(handles, monkeypatch, messages):
-    monkeypatch.setattr(fold_free, "enough_steps", lambda *arguments: 1)
+    monkeypatch.setattr(fold_free, "in_enough_steps", lambda _, d, *more: d.in_steps(1))
     output = _deformed(cells(VTK_TETRA, COUNT), handles, 0)
     assert count(output, "StepsUsed") > 1
     assert count(output, "FailedInverses") == 0
@@ -103,6 +104,22 @@ def test_a_linear_field_that_folds_is_marked():
     assert proof.folded > 0
     expected = certificate.corner_points(grid, proof.indices)
     np.testing.assert_array_equal(folded, expected.ravel())
+
+
+def test_the_path_of_few_steps_makes_the_same_map(messages):
+    box = COUNT * np.array(list(np.ndindex(2, 2, 2)), float)
+    rest = np.concatenate([box, 0.4 * COUNT + 0.2 * box])
+    deformed = np.concatenate([box, rest[8:] * (-1, -1, 1) + (COUNT, COUNT, 0)])
+    deformed[8:, 0] += 0.02 * (rest[8:, 1] - COUNT / 2)
+    output = _deformed(make_image(), (rest, deformed), 0, MLSDisplacementField, Alpha=1)
+    path = output.GetFieldData().GetArray("Path")
+    points = vtkPolyData()
+    fill_polydata(points, rest, deformed, None)
+    points.GetPointData().AddArray(path)
+    steps = count(output, "StepsUsed")
+    again = update(deforming(make_image(), points, kind=MLSDisplacementField, Steps=steps, Alpha=1))
+    a, b = (array_of(d, "BackwardDisplacement") for d in (output, again))
+    np.testing.assert_array_equal(a, b)
 
 
 def test_as_many_steps_as_given(handles):

@@ -122,8 +122,8 @@ def examine(found, n=48, device=None):
         "residual": float(np.abs(d.residuals()).max()),
     }
     worst = grid.cells.points_of(np.argsort(centers)[:200])
-    exact = replace(d, steps=d.steps_used, device="reference")
-    determinants = difference_determinants(exact.backward, worst, 1e-5)
+    exact = replace(d, steps=d.steps_used, path=d.path_used, device="reference")
+    determinants = difference_determinants(exact.backward, worst, 1e-6)
     return result | {"differences": float(determinants.min())}
 
 

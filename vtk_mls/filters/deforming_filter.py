@@ -34,7 +34,7 @@ from vtk_mls.model.handles.handle_paths import blended_path
 from vtk_mls.queries.handle_warnings import handle_warnings
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
-from vtk_mls.vtk.control_point_polydata import DISPLACEMENT, WEIGHT, as_polydata, path_of
+from vtk_mls.vtk.control_point_polydata import DISPLACEMENT, PATH, WEIGHT, as_polydata, path_of
 from vtk_mls.vtk.handle_datasets import cells_of
 
 # Ports: control points, cuts, mask, deformed control points. Processes share all but masks.
@@ -413,6 +413,9 @@ class DeformingFilter(OwnControlPoints, Algorithm):
 def _add_steps(output, deformation, progress):
     arrays.add(output.GetFieldData(), "StepsUsed", deformation.steps_used)
     arrays.add(output.GetFieldData(), "SmallestDeterminant", deformation.smallest_determinant)
+    if len(deformation.path_used) > len(deformation.path):
+        moves = [places - deformation.rest for places in deformation.path_used]
+        arrays.add(output.GetFieldData(), PATH, np.hstack(moves))
 
 
 def _add_folds(output, transform, grid, is_field, progress):

@@ -169,7 +169,7 @@ OPTIONS = (
         up to 256, until no determinant at sampled points near the control points is below 0.1, and
         the map folds at no voxel or inverted cell of the output. Polynomials of degree 2 and 3 may
         fold with any number of steps.""",
-        more="`Deformation.steps_used` and `smallest_determinant` report what was found.",
+        more="`Deformation.steps_used`, `path_used` and `smallest_determinant` report the result.",
         spellings={"auto": 0},
         is_valid=lambda steps: steps in range(MAX_STEPS + 1),
         expected="an integer from 1 to 256, or 0 for automatic steps",

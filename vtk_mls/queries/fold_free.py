@@ -1,18 +1,21 @@
 """The number of steps in which a deformation does not fold."""
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 
 from vtk_mls.base.grid import Grid
 from vtk_mls.base.messages import warn
 from vtk_mls.base.progress import SILENT
+from vtk_mls.model.handles.rigid_path import MAX_POINTS, rigid_path
 from vtk_mls.model.options import MAX_STEPS
 from vtk_mls.queries import certificate
 from vtk_mls.queries.fields import DisplacementField
 
 # The smallest determinant of a step that is accepted: the more steps, the nearer to 1 all are.
 MIN_DETERMINANT = 0.1
+_MAX_STRAIGHT, _LEGS = 16, 8  # steps on straight ways; lines of a rigid path
 _LATTICE = 20  # points along each axis of a box or grid; their middles are sampled, too
 _MARGIN = 0.5  # around the handles, as a fraction of their box
 _MAX_POINTS = 1 << 18
@@ -31,25 +34,44 @@ _BEST, _TRIALS, _ROUNDS = 64, 24, 4
 _MAX_CHECKED = 1 << 12  # centers of voxels that fold, to choose the number of steps
 
 
-def enough_steps(engine, deformation, where=None, progress=SILENT):
-    """The number of steps with no determinant of a step below `MIN_DETERMINANT`.
+def in_enough_steps(engine, deformation, where=None, progress=SILENT):
+    """The deformation in as many steps that no determinant of a step is below `MIN_DETERMINANT`.
 
-    The number is doubled up to `MAX_STEPS`; then the smallest determinant may be below. `where` is
-    a Grid or points (m, 3) of the deformed space, by default a box around the handles.
+    In `MAX_STEPS` the smallest determinant may be below. `where` is a Grid or points (m, 3) of the
+    deformed space, by default a box around the handles.
     """
-    counts = [2**i for i in range(MAX_STEPS.bit_length())]
     samples = _samples(deformation, where)
-    for count, part in zip(counts, progress.divided(*counts)):
-        candidate = deformation.in_steps(count)
+    for candidate in _in_more_steps(deformation):
+        part, progress = progress.divided(1, 2)
         smallest = smallest_step_determinant(engine, candidate, samples, part, MIN_DETERMINANT)
-        if smallest > MIN_DETERMINANT or candidate.steps_used >= MAX_STEPS:
-            break
-    if smallest <= MIN_DETERMINANT:
-        warn(
-            f"The deformation may fold in {candidate.steps_used} steps: a determinant is "
-            f"{smallest:.3g}; handles should not go through the same place at the same time"
-        )
-    return candidate.steps_used
+        if smallest > MIN_DETERMINANT:
+            return candidate
+    warn(
+        f"The deformation may fold in {candidate.steps_used} steps: a determinant is "
+        f"{smallest:.3g}; handles should not go through the same place at the same time"
+    )
+    return candidate
+
+
+def _in_more_steps(deformation):
+    """The deformation in twice as many steps each time, up to `MAX_STEPS`.
+
+    Control points that need more than 16 on straight ways take a rigid path, too.
+    """
+    rigid = None
+    for count in (2**i for i in range(MAX_STEPS.bit_length())):
+        if count > _MAX_STRAIGHT and rigid is None and _has_rigid_path(deformation):
+            path = rigid_path(deformation.rest, deformation.deformed, _LEGS)
+            rigid = replace(deformation, path=path)
+            yield from map(rigid.in_steps, (_LEGS, _MAX_STRAIGHT))
+        yield deformation.in_steps(count)
+        if rigid:
+            yield rigid.in_steps(count)
+
+
+def _has_rigid_path(deformation):
+    is_free = len(deformation.path) + len(deformation.handles) == 0
+    return is_free and 2 < len(deformation.rest) <= MAX_POINTS
 
 
 def checked_field(engine, deformation, grid, progress=SILENT):

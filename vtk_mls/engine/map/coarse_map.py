@@ -84,8 +84,9 @@ class CoarseMap:
         box = own.widened(1, 1).within(box_of(whole, STEP))  # neighbors are checked, too
         node_box = box.widened(nodes.BEFORE, nodes.AFTER)
         self._around = {"first_node": box.first, "nodes": node_box.cells}
-        self._nodes = nodes.evaluated(map_, nodes.node_grid(whole, STEP, node_box))
-        middles = nodes.evaluated(map_, nodes.node_grid(whole, STEP, box, STEP / 2))
+        self._nodes = nodes.evaluated(map_, nodes.node_grid(whole, STEP, node_box), whole.spacing)
+        middles = nodes.node_grid(whole, STEP, box, STEP / 2)
+        middles = nodes.evaluated(map_, middles, whole.spacing)
         points = kernel_arguments.grid_points(grid, slice(0, grid.size), map_.control_points)
         check = filled(
             "check_t",

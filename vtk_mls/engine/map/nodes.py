@@ -22,15 +22,15 @@ def node_grid(whole, step, box, offset=0):
     return every.part(first, box.cells)
 
 
-def evaluated(map_, nodes):
-    """A buffer with the map at nodes, in planes."""
+def evaluated(map_, nodes, spacing):
+    """A buffer with the map at nodes, in planes, for a grid with a `spacing` (3,)."""
     planes = 4 if map_.deformation.cuts else 3
     table = map_.memory.pooled(4 * (planes * int(nodes.size) + _SPARE))
     for part in map_.launcher.slabs(nodes.size, map_.deformation, 4 * planes):
         points = kernel_arguments.grid_points(nodes, part, map_.control_points)
         count = part.stop - part.start
         arguments = points, np.int64(nodes.size), table
-        map_.launch("node_displacement", (None, False), count, *arguments)
+        map_.launch("node_displacement", (None, False), count, *arguments, spacing=spacing)
     return table
 
 

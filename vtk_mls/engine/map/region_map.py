@@ -13,6 +13,7 @@ from vtk_mls.engine.map.handle_tables import map_tables
 from vtk_mls.engine.map.origin_nodes import OriginNodes
 
 _STEP_FILES = "one_step.cl", "steps.cl"
+_FLOAT_SHARE = 1 / 8  # of the tolerance, that errors of sums in float may have
 # Structs of kernels that do not use them.
 _NO_CUTS, _NO_NODES, _NO_CELLS = map(filled, ("cut_params_t", "nodes_t", "coarse_t"))
 
@@ -148,12 +149,32 @@ class RegionMap:
             self.launcher.launch("local_points", constants, count, *arguments)
         return local
 
-    def launch(self, name, grid_and_pass, count, *arguments, constants=()):
-        """Launch a kernel of the map, for a whole grid or None and the first or second pass."""
+    def launch(self, name, grid_and_pass, count, *arguments, constants=(), spacing=None):
+        """Launch a kernel of the map, for a whole grid or None and the first or second pass.
+
+        `spacing` (3,) is that of the grid whose points are interpolated, by default of this one.
+        """
         if grid_and_pass not in self._shared_arguments:
             self._shared_arguments[grid_and_pass] = self._map(*grid_and_pass)
         map_constants, shared = self._shared_arguments[grid_and_pass]
-        self.launcher.launch(name, (*map_constants, *constants), count, *shared, *arguments)
+        whole, _ = grid_and_pass
+        if spacing is None and whole is not None:
+            spacing = whole.spacing
+        constants = (*map_constants, *self._digits(spacing), *constants)
+        self.launcher.launch(name, constants, count, *shared, *arguments)
+
+    def _digits(self, spacing):
+        """The build constant with which kernels sum in double, if they must."""
+        deformation, points = self.deformation, self.control_points
+        max_error = 0.0
+        if spacing is not None:
+            tolerance = deformation.map_tolerance * min(spacing)
+            max_error = _FLOAT_SHARE * tolerance / points.scale / deformation.steps_used
+        needs_float64 = self.launcher.device.has_float64 and any(
+            points.kind.needs_float64(deformation.alpha, step, max_error)
+            for step in points.steps(deformation.steps_used)
+        )
+        return FLOAT64 if needs_float64 else ()
 
     def _map(self, grid, second_pass):
         """Build constants and shared kernel arguments of the map."""
@@ -182,11 +203,6 @@ class RegionMap:
             *_feature("LIMIT", "limits", bool(deformation.limits)),
             *(("STEPS", int(len(steps) > 1)), ("STEP_FILE", _STEP_FILES[len(steps) > 1])),
             ("LANES", device.lanes),
-            *(
-                FLOAT64
-                if device.has_float64 and any(kind.needs_float64(alpha, step) for step in steps)
-                else ()
-            ),
             *kind.constants().items(),
         ]
         of_cuts, cut_params, cut_table = NO_CUTS, _NO_CUTS, None

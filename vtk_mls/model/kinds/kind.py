@@ -59,8 +59,11 @@ class Kind:
         """Number of functions that are summed for each control point, beside its position."""
         return 0
 
-    def needs_float64(self, alpha, points) -> bool:
-        """Whether the kernels may sum in double on devices that support it."""
+    def needs_float64(self, alpha, points, max_error=0.0) -> bool:
+        """Whether the kernels may sum in double on devices that support it.
+
+        Errors up to `max_error`, in local units, do not matter.
+        """
         return False
 
     def is_wrong_in_float32(self, points) -> bool:

@@ -48,7 +48,7 @@ class Polynomial(Kind):
     def functions(self, control_points):
         return len(control_points.determined)
 
-    def needs_float64(self, alpha, points):
+    def needs_float64(self, alpha, points, max_error=0.0):
         return alpha > 1 or self.degree == 3
 
     def constants(self):

@@ -113,8 +113,8 @@ class Spline(Kind):
             lambda: none,  # no weight depends on v
         )
 
-    def needs_float64(self, alpha, points):
-        return points.determined.float_error > _MAX_FLOAT_ERROR
+    def needs_float64(self, alpha, points, max_error=0.0):
+        return points.determined.float_error > max(max_error, _MAX_FLOAT_ERROR)
 
     def is_wrong_in_float32(self, points):
         return points.determined.float_error > _MAX_ERROR_WITHOUT_DOUBLE
@@ -154,7 +154,7 @@ class Solution:
         outer += np.einsum("ma,mb->mab", slope @ self.c, x)
         return value, self.affine[1:].T + outer
 
-    @property
+    @cached_property
     def float_error(self):
         """The expected error of sums in float32 over the box of the control points."""
         largest = np.hypot(2.0, self.softening)
