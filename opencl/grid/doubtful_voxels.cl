@@ -8,6 +8,8 @@
 #define SOURCE_OF(n) (3 * ((n) % LANES) + (n) / LANES)
 #define IN_FIRST_TWO(n) (SOURCE_OF(n) < 2 * LANES ? SOURCE_OF(n) : -1)
 #define OR_IN_THIRD(n) (SOURCE_OF(n) < 2 * LANES ? (n) % LANES : SOURCE_OF(n) - LANES)
+#define HALVES(a, b, i, j, k, l) \
+  __builtin_shufflevector(a, b, i, j, k, l, i + 4, j + 4, k + 4, l + 4)
 #define COMPONENT(a, b, c, n)                                                          \
   __builtin_shufflevector(__builtin_shufflevector(a, b, EACH_LANE(IN_FIRST_TWO, n)), c, \
                           EACH_LANE(OR_IN_THIRD, n))
@@ -19,10 +21,19 @@ HOT vec load_displacements(__global const float *row, int x, int count) {
 #if LANES > 1
   if (x + LANES <= count) {
     __global const float *from = row + 3 * x;
+#if LANES == 8
+    // Shuffles within halves are one instruction each.
+    const real a = (real)(vload4(0, from), vload4(3, from)), b = (real)(vload4(1, from), vload4(4, from)),
+               c = (real)(vload4(2, from), vload4(5, from));
+    d.x = HALVES(a, HALVES(b, c, 2, 2, 9, 9), 0, 3, 8, 10);
+    d.y = HALVES(HALVES(a, b, 1, 1, 8, 8), HALVES(b, c, 3, 3, 10, 10), 0, 2, 8, 10);
+    d.z = HALVES(HALVES(a, b, 2, 2, 9, 9), c, 0, 2, 8, 11);
+#else
     const real a = LOAD(from), b = LOAD(from + LANES), c = LOAD(from + 2 * LANES);
     d.x = COMPONENT(a, b, c, 0);
     d.y = COMPONENT(a, b, c, LANES);
     d.z = COMPONENT(a, b, c, 2 * LANES);
+#endif
     return d;
   }
 #endif
