@@ -159,7 +159,7 @@ class _Matcher:
     def __init__(self, moving, target, deformation, reach, margin):
         self._moving, self._target, self._deformation = moving, target, deformation
         self._reach, self._margin = reach, margin
-        offsets = _box(reach)
+        offsets = Grid(2 * reach + 1, origin=-reach).points()
         self._ball = ((offsets / np.maximum(reach, 1)) ** 2).sum(axis=1) <= 1 + 1e-9
         self._offsets = offsets @ target.grid.index_to_world.T
         self._contrast = [_MIN_CONTRAST * _deviation(image.values) for image in (moving, target)]
@@ -241,13 +241,6 @@ def _refusal(score, at, best):
     if 1 - other < _MAX_RATIO * (1 - score[tuple(at)]):
         return "other places match as well"
     return ""
-
-
-def _box(steps):
-    """Offsets (m, 3) = (i, j, k) of the points up to `steps` (3,) from the middle, x fastest."""
-    axes = [np.arange(-n, n + 1) for n in steps[::-1]]
-    grids = np.meshgrid(*axes, indexing="ij")
-    return np.stack([*grids[::-1]], axis=-1).reshape(-1, 3)
 
 
 def _deviation(values):
