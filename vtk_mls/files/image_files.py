@@ -228,7 +228,7 @@ def _volume_of(image, header):
     )
 
 
-def read_ome_zarr(path, max_points=None):
+def read_ome_zarr(path, max_points=math.inf):
     """An OME-Zarr of one time: the finest level, or the finest with at most so many points.
 
     Each channel is an array; without such a level it is the coarsest.

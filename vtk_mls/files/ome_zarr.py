@@ -100,10 +100,8 @@ class Image:
         return source, steps, first, np.where(is_mean, steps, 1.0)
 
     def level_within(self, max_points):
-        """The finest Level of at most so many points, or the coarsest; the finest for None."""
-        fitting = [
-            level for level in self.levels if max_points is None or level.grid.size <= max_points
-        ]
+        """The finest Level of at most so many points, or the coarsest."""
+        fitting = [level for level in self.levels if level.grid.size <= max_points]
         return (fitting or self.levels[-1:])[0]
 
     def channels(self, level):
@@ -177,12 +175,8 @@ def _chunks_in(array, place):
     pairs = []
     for rows, n in zip(place, array.shards or array.chunks):
         bounds = [rows.start, *range((rows.start // n + 1) * n, rows.stop, n), rows.stop]
-        pairs.append(
-            [
-                (slice(a, b), slice(a - rows.start, b - rows.start))
-                for a, b in zip(bounds, bounds[1:])
-            ]
-        )
+        ends = zip(bounds, bounds[1:])
+        pairs.append([(slice(a, b), slice(a - rows.start, b - rows.start)) for a, b in ends])
     for chunk in itertools.product(*pairs):
         yield tuple(zip(*chunk))
 
