@@ -164,7 +164,8 @@ def _deform(steps, handle_times, is_series, deform, options):
             with step("write", options.output):
                 write(output)
     size = f"{len(steps)} time steps" if is_series else _size(output)
-    summary = f"{size}, {running.kind_used(options, deform)}{_lost_points(failures)}"
+    summary = f"{size}, {running.kind_used(options, deform)}"
+    summary += f"; {failures} points lost" * (failures > 0)
     summary += f", handles at {len(handles)} times" * bool(handles) + inverted_cells.note()
     if not is_series:
         summary += _opened(output) if is_image else remarks.dropped_arrays(output, options.output)
@@ -208,7 +209,3 @@ def _failures(output):
     """Number of points of meshes without a forward image."""
     counts = [block.GetFieldData().GetArray("FailedInverses") for block in blocks(output)]
     return sum(int(count.GetValue(0)) for count in counts if count is not None)
-
-
-def _lost_points(count):
-    return f"; {count} points lost" * (count > 0)

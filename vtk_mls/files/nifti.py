@@ -114,7 +114,8 @@ def write(path, series, times):
 def _header_of(volume, times):
     """The header of a file of volumes at `times`."""
     source, count = _from_lines(volume.header), len(times)
-    header = _new_header(1 if max(*volume.values.shape, count) < 1 << 15 else 2)
+    version = 1 if max(*volume.values.shape, count) < 1 << 15 else 2
+    header = _header_types()[version](endianness="<")
     header["vox_offset"] = header.sizeof_hdr + 4
     _describe_values(header, volume, count)
     for name in ("intent_name", *_LINES["intent_p"], "xyzt_units"):
@@ -177,10 +178,6 @@ def _header_types():
             "`vtk-mls paraview --setup`, or apt install python3-nibabel"
         ) from None
     return {1: nibabel.Nifti1Header, 2: nibabel.Nifti2Header}
-
-
-def _new_header(version):
-    return _header_types()[version](endianness="<")
 
 
 def _read_header(file):
@@ -385,7 +382,7 @@ def _to_lines(header):
 
 def _from_lines(lines):
     """The header of `_to_lines`; dim[0] is 0 without a line `dim`."""
-    header = _new_header(2)
+    header = _header_types()[2](endianness="<")
     header["xyzt_units"] = _MILLIMETERS
     for name, text in (line.split(": ", 1) for line in lines if ": " in line):
         if name == "intent_name":

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import partial, reduce
 from os import PathLike
 from pathlib import Path
@@ -93,7 +92,8 @@ def write_transform(
     )
     is_itk = formats.AFFINE in line.writes
     if is_itk and is_affine:
-        write = partial(itk_transforms.write, [_product(affines)])
+        product = reduce(lambda matrix, member: member.matrix @ matrix, affines, np.eye(4))
+        write = partial(itk_transforms.write, [Affine(product)])
     elif is_itk and grid is None and all(isinstance(member, (Affine, Field)) for member in members):
         write = partial(itk_transforms.write, members)
     else:
@@ -114,8 +114,3 @@ def _sampled(transform: Transform, grid: Grid | None) -> tuple[NDArray[np.float3
         f"`grid` must be given to write this {type(transform).__name__}, for the file holds "
         "displacements at the points of a grid"
     )
-
-
-def _product(members: Sequence[Affine]) -> Affine:
-    """One Affine for several that follow each other."""
-    return Affine(reduce(lambda matrix, member: member.matrix @ matrix, members, np.eye(4)))
