@@ -128,12 +128,8 @@ def _field(image):
     """The Field of an image of displacements."""
     import SimpleITK as sitk
 
-    grid = Grid(
-        image.GetSize(),
-        image.GetOrigin(),
-        image.GetSpacing(),
-        np.reshape(image.GetDirection(), (3, 3)),
-    )
+    direction = np.reshape(image.GetDirection(), (3, 3))
+    grid = Grid(image.GetSize(), image.GetOrigin(), image.GetSpacing(), direction)
     return Field(sitk.GetArrayFromImage(image), grid)
 
 

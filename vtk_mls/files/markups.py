@@ -26,13 +26,7 @@ _SCHEMA = (
 )
 _STATUSES = ("undefined", "preview", "defined", "missing")  # in the order of Slicer's numbers
 _DEFINED = _STATUSES.index("defined")
-_DEFORMABLE_TYPES = (
-    "Fiducial",
-    "Line",
-    "Angle",
-    "Curve",
-    "ClosedCurve",
-)  # types that can be deformed
+_DEFORMABLE_TYPES = ("Fiducial", "Line", "Angle", "Curve", "ClosedCurve")
 _CURVES = {"Curve": 0, "ClosedCurve": 1}  # how many of the first nodes follow the last one
 _ORIENTATION = [-1.0, 0.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 1.0]  # the axes of RAS, in LPS
 _FRAMES = {"0": "RAS", "1": "LPS", "RAS": "RAS", "LPS": "LPS"}
@@ -56,15 +50,9 @@ def read_json(path):
         for point in points:
             labels.append(_text(point.get("label", "")))
             descriptions.append(_text(point.get("description", "")))
-    cells = HandleCells(np.concatenate([np.empty(0, int), *vertices]), tuple(curves))
-    return Landmarks(
-        path,
-        np.concatenate(positions),
-        "LPS",
-        labels,
-        descriptions,
-        cells=cells if curves else None,
-    )
+    rows = np.concatenate([np.empty(0, int), *vertices])
+    cells = HandleCells(rows, tuple(curves)) if curves else None
+    return Landmarks(path, np.concatenate(positions), "LPS", labels, descriptions, cells=cells)
 
 
 def write_json(file, landmarks):
