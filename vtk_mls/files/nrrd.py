@@ -143,7 +143,7 @@ def _volume(path, fields, pairs, axes, values):
         np.ascontiguousarray(values),
         origin * signs,
         steps * signs[:, None],
-        is_label=_has_labels(path, pairs),
+        is_label=_is_segmentation(path) or _state_labels(pairs),
         is_vector=is_vector,
         space=fields.get("space", ""),
         header=(*(f"{name}: {value}" for name, value in copied.items()), *pairs),
@@ -292,7 +292,10 @@ def _values(fields, file, path, sizes):
         raise ValueError(f"byte skip {skip} must not be negative here")
     with contextlib.ExitStack() as stack:
         if "data file" in fields:
-            file = stack.enter_context(_data_file(fields["data file"], path).open("rb"))
+            name = fields["data file"]
+            if name.split()[:1] == ["LIST"] or re.search(r"%\d*d.* ", name):
+                raise ValueError("its values are in several files; give one file")
+            file = stack.enter_context(paths.named_file(path, name).open("rb"))
         for _ in range(max(int(fields.get("line skip", 0)), 0)):
             if not file.readline():
                 break
@@ -316,13 +319,6 @@ def _storage(fields):
     return dtype.newbyteorder(_ORDERS[order]), encoding
 
 
-def _data_file(name, path):
-    """The file that a header at `path` names."""
-    if name.split()[:1] == ["LIST"] or re.search(r"%\d*d.* ", name):
-        raise ValueError("its values are in several files; give one file")
-    return paths.named_file(path, name)
-
-
 def _measurement_frame(fields):
     """(3, 3); row i is the direction of component i in space. None without the field."""
     if "measurement frame" not in fields:
@@ -343,19 +339,15 @@ def _space_for(volume):
     return _LPS, np.ones(3)
 
 
-def _has_labels(path, pairs):
-    keys = (line.partition(":=")[0] for line in pairs)
-    has_segments = any(re.fullmatch(r"Segment\d+_ID", key) for key in keys)
-    return _is_segmentation(path) or has_segments or _LABEL_INTENT in pairs
+def _state_labels(pairs):
+    return any(line == _LABEL_INTENT or re.match(r"Segment\d+_ID:=", line) for line in pairs)
 
 
 def _label_pairs(pairs, values):
     """Key/value pairs of labels; the extent of each segment becomes that of the volume."""
     extent = " ".join(f"0 {n - 1}" for n in values.shape[2::-1])
     lines = [re.sub(r"^(Segment\d+_Extent):=.*", rf"\1:={extent}", line) for line in pairs]
-    if _LABEL_INTENT in lines or any(re.match(r"Segment\d+_ID:=", line) for line in lines):
-        return lines
-    return [*lines, _LABEL_INTENT]
+    return lines if _state_labels(lines) else [*lines, _LABEL_INTENT]
 
 
 def _other_pairs(pairs):

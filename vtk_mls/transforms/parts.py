@@ -77,9 +77,7 @@ def _filled(shape, dtype, background):
 
 def _halves(grid, axis):
     """Two parts of a grid, divided along an axis."""
-    first, size = np.zeros(3, int), np.array(grid.dimensions)
-    middle, second = size[axis] // 2, first.copy()
-    second[axis] = middle
-    for start, count in ((first, middle), (second, size[axis] - middle)):
-        size[axis] = count
-        yield grid.part(start, size)
+    size = np.array(grid.dimensions)
+    middle = np.where(np.arange(3) == axis, size // 2, 0)
+    yield grid.part((0, 0, 0), np.where(middle, middle, size))
+    yield grid.part(middle, size - middle)
