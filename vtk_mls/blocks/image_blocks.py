@@ -69,7 +69,23 @@ class Blocks:
         write(array, tuple(map(slice, start, stops)), values)
 
     def _shape(self, stage):
-        return block_shape(self._output.levels[stage].array, self._output.axes)
+        """The shape of blocks: whole chunks, or shards, of about `MAX_VALUES` values.
+
+        All channels are in one block if that suffices, so that the map is evaluated once for them.
+        """
+        array, axes = self._output.levels[stage].array, self._output.axes
+        shape = [min(n, size) for n, size in zip(array.shards or array.chunks, array.shape)]
+        if "c" in axes:
+            axis = axes.index("c")
+            all_channels = [*shape[:axis], array.shape[axis], *shape[axis + 1 :]]
+            shape = all_channels if math.prod(all_channels) <= MAX_VALUES else shape
+        space = range(len(axes.rstrip("zyx")), len(axes))
+        while True:
+            growing = [a for a in space if shape[a] < array.shape[a]]
+            if not growing or 2 * math.prod(shape) > MAX_VALUES:
+                return tuple(shape)
+            axis = min(growing, key=lambda a: shape[a])
+            shape[axis] = min(2 * shape[axis], array.shape[axis])
 
     def _values(self, stage, place):
         raise NotImplementedError
@@ -170,25 +186,6 @@ class FieldBlocks(Blocks):
         if not np.isfinite(vectors).all():  # warnings of blocks would be lost
             raise ValueError(fields.gaps("displacements", vectors))
         return np.moveaxis(vectors, -1, 0)[lead].reshape([rows.stop - rows.start for rows in place])
-
-
-def block_shape(array, axes):
-    """The shape of blocks: whole chunks, or shards, of about `MAX_VALUES` values.
-
-    All channels are in one block if that suffices, so that the map is evaluated once for them.
-    """
-    shape = [min(n, size) for n, size in zip(array.shards or array.chunks, array.shape)]
-    if "c" in axes:
-        axis = axes.index("c")
-        all_channels = [*shape[:axis], array.shape[axis], *shape[axis + 1 :]]
-        shape = all_channels if math.prod(all_channels) <= MAX_VALUES else shape
-    space = range(len(axes.rstrip("zyx")), len(axes))
-    while True:
-        growing = [a for a in space if shape[a] < array.shape[a]]
-        if not growing or 2 * math.prod(shape) > MAX_VALUES:
-            return tuple(shape)
-        axis = min(growing, key=lambda a: shape[a])
-        shape[axis] = min(2 * shape[axis], array.shape[axis])
 
 
 def coarsened(values, centers, widths, is_label=False):

@@ -90,12 +90,6 @@ def checks(engine):
         sampling = Sampling(_GRID, background=-1.0)
         return *module.resample(with_cut, arrays, sampling, void_distance=void), void / EXTENT
 
-    def gradient(module):
-        return [module.gradient(np.float32(image), _GRID)]
-
-    def void_cells(module):
-        return [module.void_by_corners(np.float32(heights), 2.0)]
-
     def field(d, grid):
         return lambda module: [module.displacement_field(d, grid)[0] / EXTENT]
 
@@ -115,14 +109,14 @@ def checks(engine):
         ("rigid Jacobian", jacobian(rigid), 1e-3),
     ]
     fields = [
-        ("gradient", gradient, 1e-3),
+        ("gradient", lambda module: [module.gradient(np.float32(image), _GRID)], 1e-3),
         ("map between nodes", field(coarse, _FINE_GRID), 0.1 / EXTENT),
         ("map on a grid", field(rigid, _GRID), 1e-5),
     ]
     cuts = [
         ("images", images, 1e-3),
         ("Jacobian, fixed cut", jacobian(fixed_cut), 1e-3),
-        ("void of cells", void_cells, 1e-3),
+        ("void of cells", lambda module: [module.void_by_corners(np.float32(heights), 2.0)], 1e-3),
     ]
     bounds = {**dict.fromkeys(ALL_KINDS, 1e-5), "polynomial": 1e-4}
     kinds = {kind: [("map at points", at_points(value(kind)), bounds[kind])] for kind in ALL_KINDS}

@@ -74,15 +74,11 @@ def left_out(polydata, path):
     suffix = path.suffix.lower()
     if suffix not in (".stl", ".ply"):
         return []
-    arrays_written = []
+    written = []
     if suffix == ".ply":
-        arrays_written = [points.GetNormals(), points.GetTCoords(), *map(_colors, (points, cells))]
-    names = [
-        data.GetArrayName(i)
-        for data in (points, cells)
-        for i in range(data.GetNumberOfArrays())
-        if not any(data.GetAbstractArray(i) is array for array in arrays_written)
-    ]
+        written = [points.GetNormals(), points.GetTCoords(), *map(_colors, (points, cells))]
+    found = [*arrays.all_arrays(points), *arrays.all_arrays(cells)]
+    names = [a.GetName() for a in found if not any(a is other for other in written)]
     return list(dict.fromkeys(names))
 
 
@@ -116,8 +112,7 @@ def _colors(attributes):
 
     The active array comes first, then the names that VTK's PLY reader uses, then the first array.
     """
-    indices = range(attributes.GetNumberOfArrays())
-    colors = [array for array in map(attributes.GetArray, indices) if _is_color(array)]
+    colors = [array for array in arrays.all_arrays(attributes) if _is_color(array)]
     named = [array for name in ("RGBA", "RGB") for array in colors if array.GetName() == name]
     active = [attributes.GetScalars()] if _is_color(attributes.GetScalars()) else []
     return next(iter([*active, *named, *colors]), None)
