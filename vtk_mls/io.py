@@ -367,16 +367,8 @@ def _landmarks_of(point_set: vtkPointSet, path: Path, is_alone: bool) -> Landmar
     frame = "LPS" if is_lps else "".join(metadata.load(point_set, metadata.SPACE))
     labels = arrays.texts(data, "Label")
     cells = cells_of(point_set)
-    return Landmarks(
-        path,
-        points,
-        frame,
-        labels,
-        partners=partners,
-        weights=weights,
-        cells=cells if cells.has_shapes else None,
-        **more,
-    )
+    more["cells"] = cells if cells.has_shapes else None
+    return Landmarks(path, points, frame, labels, partners=partners, weights=weights, **more)
 
 
 def control_points(

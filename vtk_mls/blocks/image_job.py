@@ -152,7 +152,6 @@ def _check(future):
 
 
 def _write(job, number, stage, start):
-    """Write a block, in a thread or a worker."""
     part = _parts(job)[number]
     try:
         part.write(stage, start)

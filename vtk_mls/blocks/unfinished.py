@@ -207,7 +207,6 @@ class _Pickler(pickle.Pickler):
     """Pickles dataclasses by the arguments that make them, without cached properties."""
 
     def reducer_override(self, value):
-        """What pickle makes of a value."""
         if not dataclasses.is_dataclass(value) or isinstance(value, type):
             return NotImplemented
         names = [field.name for field in dataclasses.fields(value) if field.init]

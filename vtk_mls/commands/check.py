@@ -68,7 +68,6 @@ def _json(report):
 
 
 def _lines(report):
-    """The lines to print."""
     rows = worst_first(report)
     count = max(_MAX_ROWS, int(report.outlier.sum()))
     lines = [*aligned(pair_rows(report, rows[:count]))]
@@ -78,7 +77,6 @@ def _lines(report):
 
 
 def _pairs(options):
-    """The `Pairs` of the files."""
     rest, deformed, _ = landmarks(options)
     if deformed is None and rest.partners is None:
         raise ValueError(

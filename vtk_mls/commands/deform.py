@@ -185,7 +185,6 @@ def _check_gradient(options):
 
 
 def _size(output):
-    """The numbers of points and cells of the output."""
     if output.IsA("vtkImageData"):
         return f"{' x '.join(str(n) for n in output.GetDimensions())} points"
     size = f"{output.GetNumberOfPoints()} points, {output.GetNumberOfCells()} cells"

@@ -103,7 +103,6 @@ def file_of(package, name, version):
 
 
 def _both_sides(points):
-    """Points and their mirror images."""
     return np.vstack([points, points * (-1, 1, 1) + (2 * EDGE[0], 0, 0)])
 
 

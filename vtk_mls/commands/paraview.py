@@ -45,7 +45,6 @@ def run(options):
 
 
 def _set_up(paraview, options):
-    """Make the virtual environment."""
     contents = paraview.contents()
     if "problem" not in contents:
         print(f"{paraview} needs nothing, it has {contents['device']}")
@@ -60,7 +59,6 @@ def _set_up(paraview, options):
 
 
 def _start(paraview, options):
-    """Start a ParaView."""
     if options.venv is None:
         contents, venv = paraview_venv.find(paraview)
     else:

@@ -43,7 +43,6 @@ def default(name):
 
 
 def _properties():
-    """The properties of the filters of the commands, by name."""
     tables = (*property_tables.DEFORM, *property_tables.DISPLACEMENT_FIELD)
     return {prop.name: prop for prop in tables}
 
@@ -54,7 +53,6 @@ def _is_text(prop):
 
 
 def _settings(prop):
-    """Arguments of `add_argument` for a property."""
     if isinstance(prop, properties.Flag):
         return {"action": "store_true"}
     if isinstance(prop, properties.Items):

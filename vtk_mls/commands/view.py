@@ -99,7 +99,6 @@ def run(options):
 
 
 def _resume(options):
-    """Show a session."""
     path = Path(options.input)
     if options.handles is not None or options.others or options.target is not None:
         raise ValueError(

@@ -130,7 +130,6 @@ def _opened(name):
 
 
 def _read_slices(names):
-    """The `Volume` of the files of a series."""
     readers = [_opened(name) for name in names]
     for name, reader in zip(names, readers):
         _check_frames(name, reader)

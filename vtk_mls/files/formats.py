@@ -98,7 +98,6 @@ def _field(name: str, endings: str, frame: str, array: str) -> Format:
 
 
 def _itk(name: str, endings: str, writes: tuple[str, ...]) -> Format:
-    """A format of ITK's transforms."""
     reader, writer = "itk_transforms.read", "itk_transforms.write_field"
     return Format(name, endings, LPS, (FIELD, AFFINE), reader, writes, writer, needs="SimpleITK")
 

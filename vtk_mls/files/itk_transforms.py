@@ -125,7 +125,6 @@ def _inverse(matrix):
 
 
 def _field(image):
-    """The Field of an image of displacements."""
     import SimpleITK as sitk
 
     direction = np.reshape(image.GetDirection(), (3, 3))
@@ -178,7 +177,6 @@ def _best_affine(displacement, grid):
 
 
 def _to_itk(transform):
-    """SimpleITK's transform of an Affine or Field."""
     import SimpleITK as sitk
 
     if isinstance(transform, Affine):
@@ -231,7 +229,6 @@ def _warnings():
 
 
 def _reason(text):
-    """The reason in an exception of SimpleITK."""
     if any(part in text for part in _NO_FILE):
         return "it is not an ITK transform file"
     match = re.search(r"ITK ERROR: \w+\(0x[0-9a-f]+\): (.*)", text)

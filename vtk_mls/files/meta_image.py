@@ -68,7 +68,6 @@ def open_file(path):
 
 
 def _volume(header, origin, spacing, direction, values):
-    """The `Volume` of values."""
     is_label = header.get("intent_code") == _LABEL_INTENT and values.dtype.kind in "iu"
     copied = {key: text for key, text in header.items() if key not in _OWN_KEYS}
     if _ORIENTATION in header:
@@ -179,7 +178,6 @@ def _numbers(text, count, name):
 
 
 def _storage(header):
-    """The dtype and the encoding of the values."""
     kind = header["ElementType"].removesuffix("_ARRAY")
     if kind not in _DTYPES:
         raise ValueError(f"values of type `{kind:.40}` are not supported")

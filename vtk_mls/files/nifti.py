@@ -75,7 +75,6 @@ def open_file(path):
 
 
 def _volume(header, affine, values):
-    """The `Volume` of the values of a file."""
     if values.dtype.names:
         values = values.view(np.uint8).reshape(*values.shape, len(values.dtype))
     intent = int(header["intent_code"])
@@ -112,7 +111,6 @@ def write(path, series, times):
 
 
 def _header_of(volume, times):
-    """The header of a file of volumes at `times`."""
     source, count = _from_lines(volume.header), len(times)
     version = 1 if max(*volume.values.shape, count) < 1 << 15 else 2
     header = _header_types()[version](endianness="<")
@@ -350,7 +348,6 @@ def _in_unit_of(header, affine):
 
 
 def _scale_lengths(header, factor):
-    """Multiply the lengths in a header."""
     header["pixdim"][1:4] *= factor
     for field in (*_GEOMETRY["qoffset"], *_GEOMETRY["srow"]):
         header[field] *= factor
@@ -395,7 +392,6 @@ def _from_lines(lines):
 
 
 def _describe_values(header, volume, count):
-    """Set the fields that describe the values."""
     values, dimensions = volume.values, volume.values.shape[2::-1]
     components = values.shape[3] if values.ndim == 4 else 1
     dtype = values.dtype

@@ -303,7 +303,6 @@ def _values(fields, file, path, sizes):
 
 
 def _storage(fields):
-    """The dtype and the encoding of the values."""
     kind = " ".join(fields["type"].lower().split())
     if kind not in _DTYPES:
         raise ValueError(f"values of type `{fields['type']}` are not supported")

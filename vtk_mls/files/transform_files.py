@@ -92,8 +92,8 @@ def write_transform(
     )
     is_itk = formats.AFFINE in line.writes
     if is_itk and is_affine:
-        product = reduce(lambda matrix, member: member.matrix @ matrix, affines, np.eye(4))
-        write = partial(itk_transforms.write, [Affine(product)])
+        product = Affine(reduce(lambda matrix, member: member.matrix @ matrix, affines, np.eye(4)))
+        write = partial(itk_transforms.write, [product])
     elif is_itk and grid is None and all(isinstance(member, (Affine, Field)) for member in members):
         write = partial(itk_transforms.write, members)
     else:
