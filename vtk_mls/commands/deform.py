@@ -164,7 +164,7 @@ def _deform(steps, handle_times, is_series, deform, options):
             with step("write", options.output):
                 write(output)
     size = f"{len(steps)} time steps" if is_series else _size(output)
-    summary = f"{size}, {running.kind_used(options, deform)}"
+    summary = f"{size}, {running.kind_used(deform)}"
     summary += f"; {failures} points lost" * (failures > 0)
     summary += f", handles at {len(handles)} times" * bool(handles) + inverted_cells.note()
     if not is_series:

@@ -165,7 +165,7 @@ def _summary(output, options, field):
     size = " x ".join(str(n) for n in output.GetDimensions())
     direction = "forward" if options.inverse else "backward"
     void = f"; void: {_number_of(output, 'Void')}" if output.GetPointData().HasArray("Void") else ""
-    kind = kind_used(options, field)
+    kind = kind_used(field)
     if not options.jacobian:
         return f"{size} {direction} displacements, {kind}{void}"
     folded = output.GetFieldData().GetArray("FoldedVoxels").GetValue(0)

@@ -59,8 +59,7 @@ def deform(options, algorithm):
     remarks.warn_of_emptiness([remarks.is_empty(algorithm)], options)  # before long work
     note = _run(options, algorithm, partial(job.deform, settings=settings))
     size = " x ".join(str(n) for n in image.finest.grid.dimensions)
-    kind = kind_used(options, algorithm)
-    parts = f"{size} points, {kind}; {_count(len(image.levels), 'resolution')}"
+    parts = f"{size} points, {kind_used(algorithm)}; {_count(len(image.levels), 'resolution')}"
     lead = image.finest.array.shape[: len(image.axes.rstrip("zyx"))]
     names = {"t": "time", "c": "channel"}
     for axis, count in zip(image.axes, lead):
@@ -81,8 +80,7 @@ def field(options, algorithm):
     notes = remarks.field_notes(algorithm, is_whole=False)
     note = _run(options, algorithm, job.write_field)
     size = " x ".join(str(n) for n in image.finest.grid.dimensions)
-    kind = kind_used(options, algorithm)
-    print(f"{options.output}: {size} backward displacements, {kind}{note}{notes}")
+    print(f"{options.output}: {size} backward displacements, {kind_used(algorithm)}{note}{notes}")
     return 0
 
 

@@ -60,8 +60,7 @@ def run(options):
         left_out = control_point_files.write_landmarks(options.output, moved, options.input, space)
     notes = _losses(landmarks, moved, options, left_out > 0)
     notes += "".join(f"; {sentence}" for sentence in handle_warnings(split_chain(transform)[1]))
-    kind = kind_used(options, algorithm)
-    print(f"{options.output}: {len(moved.positions)} points, {kind}{notes}")
+    print(f"{options.output}: {len(moved.positions)} points, {kind_used(algorithm)}{notes}")
     return 0
 
 

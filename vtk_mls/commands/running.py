@@ -138,7 +138,7 @@ def set_up(algorithm, options, control_points=None):
         algorithm.AddCut(cut)
 
 
-def kind_used(options, algorithm):
+def kind_used(algorithm):
     """The kind of the map of a filter, in words; of landmarks also their errors when left out."""
     deformation = split_chain(algorithm.updated_deformation())[1]
     if deformation.order_used == 0:

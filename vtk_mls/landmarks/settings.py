@@ -36,19 +36,16 @@ class Settings:
     @property
     def options(self) -> dict[str, Any]:
         """Keyword arguments of `Deformation`."""
-        return {name: getattr(self, name) for name in self._names}
+        names = ["kind", "degree", "order", "alpha", "smoothing", "softening"]
+        values = {name: getattr(self, name) for name in names}
+        return {name: value for name, value in values.items() if value not in (None, 0)}
 
     @property
     def flags(self) -> str:
         """Options of `vtk-mls deform`."""
-        values = ((name, getattr(self, name)) for name in self._names)
+        values = self.options.items()
         texts = ((name, v if isinstance(v, str) else f"{v:.4g}") for name, v in values)
         return " ".join(f"--{name} {text}" for name, text in texts)
-
-    @property
-    def _names(self):
-        names = ["kind", "degree", "order", "alpha", "smoothing", "softening"]
-        return [name for name in names if getattr(self, name) not in (None, 0)]
 
 
 BASELINE = {kind: Settings(kind, None, 0.0) for kind in ("rigid", "affine")}
