@@ -138,9 +138,7 @@ def check_writable(path):
     """`path` as a Path, if a series can be written there; an OSError names it."""
     path = Path(path)
     folder = check_replaceable(path).with_suffix("")
-    if path.suffix.lower() != SUFFIX:
-        return path
-    if folder.exists() and not folder.is_dir():
+    if path.suffix.lower() == SUFFIX and folder.exists() and not folder.is_dir():
         raise FileExistsError(f"`{path}` cannot be written: `{folder}` is not a folder")
     return path
 

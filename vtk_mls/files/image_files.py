@@ -213,7 +213,6 @@ def _volume_of(image, header):
     grid = ImageGeometry.of_image(image).grid
     array = _single_array(image)
     values = arrays.to_numpy(array)
-    space = metadata.load(image, metadata.FILE_SPACE)
     is_label = array.GetName() in metadata.load(image, metadata.LABEL_ARRAYS)
     return Volume(
         values.reshape(grid.shape + values.shape[1:]),
@@ -221,7 +220,7 @@ def _volume_of(image, header):
         grid.index_to_world,
         is_label=is_label and values.dtype.kind in "iu",
         is_vector=image.GetPointData().GetVectors() is array and values.dtype.kind == "f",
-        space=space[0] if space else "",
+        space="".join(metadata.load(image, metadata.FILE_SPACE)[:1]),
         header=_true_lines(metadata.load(image, header), image, grid),
         unit="".join(metadata.load(image, metadata.LENGTH_UNIT)),
         time_unit="".join(metadata.load(image, metadata.TIME_UNIT)),

@@ -115,7 +115,7 @@ def _header_of(volume, times):
     version = 1 if max(*volume.values.shape, count) < 1 << 15 else 2
     header = _header_types()[version](endianness="<")
     header["vox_offset"] = header.sizeof_hdr + 4
-    _describe_values(header, volume, count)
+    _describe_values(header, volume, count, int(source["intent_code"]))
     for name in ("intent_name", *_LINES["intent_p"], "xyzt_units"):
         header[name] = source[name]
     if not header["xyzt_units"] & _SPATIAL_UNIT:
@@ -391,7 +391,7 @@ def _from_lines(lines):
     return header
 
 
-def _describe_values(header, volume, count):
+def _describe_values(header, volume, count, source_intent):
     values, dimensions = volume.values, volume.values.shape[2::-1]
     components = values.shape[3] if values.ndim == 4 else 1
     dtype = values.dtype
@@ -400,13 +400,11 @@ def _describe_values(header, volume, count):
     header.set_data_dtype(dtype)
     more = (count, components) if components > 1 else (count,) * (count > 1)
     header.set_data_shape((*dimensions, *more))
-    header["intent_code"] = _intent(volume, components)
+    header["intent_code"] = _intent(volume, components, source_intent)
 
 
-def _intent(volume, components):
+def _intent(volume, components, intent):
     """The intent code of the source file, if it is still true, or another one."""
-    header = dict(line.split(": ", 1) for line in volume.header if ": " in line)
-    intent = int(header.get("intent_code", 0))
     if volume.is_label:
         return intent if intent in _LABELS else _LABELS[0]
     if components > 1:
