@@ -65,12 +65,10 @@ def read_landmarks(
 ) -> Landmarks:
     """The `Landmarks` of a file of `formats.POINTS` in LPS, as of `io.read_landmarks`."""
     path = existing_file(path)
-    read_file = formats.choose(path, "read points from", **_READ).read
     with of_file(path):
-        is_table = _reader(path) is point_tables.read
-        landmarks: Landmarks = (
-            point_tables.read(path, is_alone, time) if is_table else read_file(path)
-        )
+        read_file = _reader(path)
+        options = (is_alone, time) if read_file is point_tables.read else ()
+        landmarks: Landmarks = read_file(path, *options)
         if len(landmarks.positions) == 0:
             raise InputError("holds no control points")
     return landmarks.in_lps(space)
