@@ -140,10 +140,9 @@ def _show(options, datasets, state, paths, *more):
         window.show(datasets, state, paths, options.output, *more)
         return
     address, server = (options.host, options.port), _web_server()
-    opens_browser = not options.no_browser
     with temporary_folder() as temporary:
         served = datasets, state, paths, temporary, options.output
-        server.serve(*served, address, opens_browser, *more)
+        server.serve(*served, address, not options.no_browser, *more)
 
 
 def _web_server():

@@ -283,10 +283,9 @@ def _itk_affine(header):
 
 def _warn_if_itk_differs(path, header, affine):
     """Warn if ITK places the image elsewhere."""
-    try:
+    itk_affine = None
+    with contextlib.suppress(ValueError):  # a broken qform beside an sform
         itk_affine = _itk_affine(header)
-    except ValueError:  # a broken qform beside an sform
-        return
     if itk_affine is None:
         return
     vertices = np.array([*np.ndindex(2, 2, 2)]) * (header["dim"][1:4].clip(1) - 1)
