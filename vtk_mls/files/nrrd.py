@@ -30,9 +30,8 @@ from vtk_mls.files import frames, nrrd_axes, paths, volumes
 from vtk_mls.files.units import NANOMETERS, from_seconds, in_seconds, symbol
 from vtk_mls.files.volumes import Series, Volume
 
-_TWO_WORDS = (
-    *("block size", "space dimension", "axis mins", "axis maxs", "space directions", "old min"),
-    *("old max", "line skip", "byte skip", "sample units", "space units", "space origin"),
+_TWO_WORDS = (  # fields that count here
+    *("axis mins", "space directions", "line skip", "byte skip", "space units", "space origin"),
     *("measurement frame", "data file"),
 )
 _ALIASES = {**{name.replace(" ", ""): name for name in _TWO_WORDS}, "centerings": "centers"}
