@@ -117,11 +117,6 @@ def python(*arguments, folder=None, path=PROJECT, **environment):
     return done.returncode, done.stdout, done.stderr
 
 
-def run_script(path):
-    """A Python script in a process of its own, as of `run`."""
-    return python(path)
-
-
 def write_collection(entries, name="in.pvd"):
     """The name of a collection of ParaView, of times and files."""
     lines = [f'<DataSet timestep="{time}" file="{file}"/>' for time, file in entries]

@@ -17,6 +17,7 @@ from vtk_mls.editor.scene import Scene
 from vtk_mls.files import control_point_files
 from vtk_mls.rendering.first_handles import handles_on
 from vtk_mls.vtk import arrays
+from vtk_mls.vtk.objects import output_of
 
 NAME = "brain.nii.gz"
 MOST_ACTIONS = 10  # of a new user, with the command; fewer are allowed
@@ -93,9 +94,6 @@ def scene_of(path, size):
 
 def picture_in(path):
     """(height, width, 3) float, from below."""
-    reader = vtkPNGReader()
-    reader.SetFileName(str(path))
-    reader.Update()
-    image = reader.GetOutput()
+    image = output_of(vtkPNGReader(), FileName=str(path))
     width, height, _ = image.GetDimensions()
     return arrays.to_numpy(image.GetPointData().GetScalars()).reshape(height, width, -1) * 1.0

@@ -15,6 +15,7 @@ from vtkmodules.vtkRenderingCore import vtkRenderWindow, vtkRenderWindowInteract
 from vtk_mls.editor import Editor
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
+from vtk_mls.vtk.objects import configured, output_of
 
 SIZE = 24
 MIDDLE = (SIZE - 1) / 2
@@ -52,15 +53,9 @@ def pixels_in(pane, points):
 
 def bone(is_closed=True):
     """A cylinder in the middle of the ball, along y; without its caps if it is not closed."""
-    source, triangles = vtkCylinderSource(), vtkTriangleFilter()
-    source.SetCenter(MIDDLE, MIDDLE, MIDDLE)
-    source.SetRadius(2)
-    source.SetHeight(8)
-    source.SetResolution(24)
-    source.SetCapping(is_closed)
-    triangles.SetInputConnection(source.GetOutputPort())
-    triangles.Update()
-    return triangles.GetOutput()
+    source = configured(vtkCylinderSource(), Center=[MIDDLE] * 3, Radius=2, Height=8)
+    configured(source, Resolution=24, Capping=is_closed)
+    return output_of(vtkTriangleFilter(), InputData=output_of(source))
 
 
 class Hands:

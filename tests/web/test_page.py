@@ -21,6 +21,7 @@ from vtk_mls.editor import commands
 from vtk_mls.files import control_point_files
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
+from vtk_mls.vtk.objects import output_of
 
 # the server draws: the browser needs no WebGL
 BROWSER_ARGUMENTS = ("--disable-3d-apis",)
@@ -45,11 +46,8 @@ PHONE = {
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("web")
-    source = vtkSphereSource()
-    source.SetThetaResolution(30)
-    source.SetPhiResolution(30)
-    source.Update()
-    io.write_dataset(source.GetOutput(), folder / "ball.vtp")
+    ball = output_of(vtkSphereSource(), ThetaResolution=30, PhiResolution=30)
+    io.write_dataset(ball, folder / "ball.vtp")
     _write(folder / "handles.csv", [(0, 0, 0), (0, -0.5, 0), (0.5, 0, 0), (-0.5, 0, 0)])
     _write(folder / "others.csv", [(0, 0, 0), (0.1, 0, 0)])
     (folder / "broken.vtp").write_text("<VTKFile type='PolyData'><PolyData></VTKFile>")
