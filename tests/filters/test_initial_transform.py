@@ -37,8 +37,7 @@ def deforming(dataset, initial, cut=None, kind=MLSDeform, device=FAST):
 
 
 def scan():
-    image = make_image((18, 16, 14), origin=(0, 0, 0))
-    image.SetSpacing(0.45, 0.5, 0.5)
+    image = make_image((18, 16, 14), origin=(0, 0, 0), spacing=(0.45, 0.5, 0.5))
     grid = ImageGeometry.of_image(image).grid
     x = grid.points()
     add_array(image.GetPointData(), "values", np.sin(x[:, 0]) + 0.1 * x[:, 1] * x[:, 2])

@@ -11,6 +11,7 @@ from vtkmodules.vtkImagingCore import vtkRTAnalyticSource
 from vtk_mls import BallMask, BoxMask, Deformation, FixedFace, Plane, SlidingFace
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
 from vtk_mls.vtk.arrays import ImageGeometry
+from vtk_mls.vtk.objects import configured
 
 
 def scene(kind=MLSDeform):
@@ -167,6 +168,4 @@ BAD = {
 def test_bad_limits(case, messages):
     properties, sentence = BAD[case]
     deform, _ = scene()
-    for name, value in properties.items():
-        getattr(deform, f"Set{name}")(value)
-    assert_fails(deform, messages, sentence)
+    assert_fails(configured(deform, **properties), messages, sentence)
