@@ -17,6 +17,7 @@ from vtk_mls.commands import series
 from vtk_mls.commands.cli import main
 from vtk_mls.files.block_files import blocks
 from vtk_mls.vtk import arrays
+from vtk_mls.vtk.objects import configured
 
 resource = pytest.importorskip("resource", reason="the size of files cannot be limited here")
 
@@ -69,11 +70,8 @@ def write_input(how):
         output.ShallowCopy(mesh(time))
 
     source = Source(at_time, TIMES, None, "vtkUnstructuredGrid")
-    writer = vtkHDFWriter()
-    writer.SetInputConnection(source.GetOutputPort())
-    writer.SetFileName("in.vtkhdf")
-    writer.SetWriteAllTimeSteps(True)
-    assert writer.Write()
+    writer = configured(vtkHDFWriter(), FileName="in.vtkhdf", WriteAllTimeSteps=True)
+    assert configured(writer, InputConnection=source.GetOutputPort()).Write()
     return "in.vtkhdf"
 
 

@@ -16,6 +16,7 @@ from vtk_mls import Deformation, Grid, io
 from vtk_mls.commands.cli import main
 from vtk_mls.files import field_files
 from vtk_mls.vtk.arrays import ImageGeometry
+from vtk_mls.vtk.objects import output_of
 
 TRANSFORMS = (".nii.gz", ".nii", ".nrrd", ".nhdr", ".mha", ".mhd")
 
@@ -144,15 +145,13 @@ def test_determinants(scene, suffix, options, capsys):
 
 
 def test_a_mesh_gives_its_bounds(scene):
-    sphere = vtkSphereSource()
-    sphere.SetCenter(20, -30, 40)
-    sphere.Update()
-    io.write_dataset(sphere.GetOutput(), "in.vtp")
+    sphere = output_of(vtkSphereSource(), Center=(20, -30, 40))
+    io.write_dataset(sphere, "in.vtp")
     arguments = ["field", "in.vtp", "handles.csv", "field.nrrd"]
     assert main([*arguments, "--dimensions", "5,6,7"]) == 0
     image = sitk.ReadImage("field.nrrd")
     assert image.GetSize() == (5, 6, 7)
-    np.testing.assert_allclose(image.GetOrigin(), sphere.GetOutput().GetBounds()[::2])
+    np.testing.assert_allclose(image.GetOrigin(), sphere.GetBounds()[::2])
     assert main(arguments) == 0
     assert sitk.ReadImage("field.nrrd").GetSize() == (32, 32, 32)
 
@@ -167,9 +166,7 @@ def test_a_mesh_gives_its_bounds(scene):
     ],
 )
 def test_errors_are_one_sentence(scene, refused, change, sentence):
-    sphere = vtkSphereSource()
-    sphere.Update()
-    io.write_dataset(sphere.GetOutput(), "in.vtp")
+    io.write_dataset(output_of(vtkSphereSource()), "in.vtp")
     arguments = ["in.mha", "handles.csv", "out.nrrd", "--kind=rigid"]
     for position, argument in change.items():
         arguments[position] = argument

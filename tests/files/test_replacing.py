@@ -16,6 +16,7 @@ from vtk_mls import io
 from vtk_mls.files import control_point_files
 from vtk_mls.files.paths import remove_remains, replacing
 from vtk_mls.files.vtk_io import write_png
+from vtk_mls.vtk.objects import configured, output_of
 
 resource = pytest.importorskip("resource", reason="the size of files cannot be limited here")
 
@@ -31,11 +32,7 @@ def _image():
 
 
 def _sphere():
-    sphere = vtkSphereSource()
-    sphere.SetThetaResolution(60)
-    sphere.SetPhiResolution(60)
-    sphere.Update()
-    return sphere.GetOutput()
+    return output_of(vtkSphereSource(), ThetaResolution=60, PhiResolution=60)
 
 
 def _blocks():
@@ -140,15 +137,10 @@ def test_a_whole_ply_file_counts_as_whole(tmp_path):
 
 
 def test_a_face_that_ply_cannot_hold_is_refused(tmp_path):
-    polygon = vtkRegularPolygonSource()
-    polygon.SetNumberOfSides(300)
-    polygon.GeneratePolylineOff()
-    polygon.Update()
+    polygon = configured(vtkRegularPolygonSource(), GeneratePolyline=False)
     with pytest.raises(ValueError, match=r"`.*x\.ply` cannot hold a face of 300 points"):
-        io.write_dataset(polygon.GetOutput(), tmp_path / "x.ply")
-    polygon.SetNumberOfSides(255)
-    polygon.Update()
-    io.write_dataset(polygon.GetOutput(), tmp_path / "x.ply")
+        io.write_dataset(output_of(polygon, NumberOfSides=300), tmp_path / "x.ply")
+    io.write_dataset(output_of(polygon, NumberOfSides=255), tmp_path / "x.ply")
     assert io.read_dataset(tmp_path / "x.ply").GetNumberOfCells() == 1
 
 
