@@ -104,6 +104,22 @@ def make_image(
     return image
 
 
+def scalar_image(values, geometry, name="density"):
+    """An image with active point values (n,) or (n, components), on an `ImageGeometry`."""
+    image = vtkImageData()
+    geometry.apply_to(image)
+    arrays.add(image.GetPointData(), name, values)
+    image.GetPointData().SetActiveScalars(name)
+    return image
+
+
+def add_scalars(data, name, values, vtk_type=None):
+    """Add an array to the points of data, as of `add_array`, as their active scalars; the data."""
+    add_array(data.GetPointData(), name, values, vtk_type)
+    data.GetPointData().SetActiveScalars(name)
+    return data
+
+
 def add_array(attributes, name, values, vtk_type=None):
     """Add a copy of `values` (n,) or (n, components); float64 if no type is given."""
     values = np.asarray(values)

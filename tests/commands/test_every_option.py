@@ -10,7 +10,7 @@ import pytest
 import SimpleITK as sitk
 import tifffile
 import zarr
-from vtk_fixtures import DEFORMED, REST, add_array, make_image
+from vtk_fixtures import DEFORMED, REST, add_scalars, make_image
 from vtkmodules.vtkCommonCore import VTK_UNSIGNED_CHAR
 from vtkmodules.vtkFiltersGeometry import vtkImageDataGeometryFilter
 from vtkmodules.vtkFiltersSources import vtkPlaneSource
@@ -96,8 +96,7 @@ def inputs(tmp_path_factory):
     rng = np.random.default_rng(1)
     values = rng.integers(100, 200, (7, 8, 9)).astype("uint8")
     image = make_image(origin=(0, 0, 0), spacing=(1, 1, 1))
-    add_array(image.GetPointData(), "values", values.ravel(), VTK_UNSIGNED_CHAR)
-    image.GetPointData().SetActiveScalars("values")
+    add_scalars(image, "values", values.ravel(), VTK_UNSIGNED_CHAR)
     for ending in ("vti", "nii.gz", "nrrd", "mha"):
         io.write_dataset(image, folder / f"in.{ending}")
     tifffile.imwrite(folder / "in.tif", values)

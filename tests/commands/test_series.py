@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from command_fixtures import AT, run, write_collection
 from pipelines import Source
-from vtk_fixtures import DEFORMED, REST, add_array, make_image
+from vtk_fixtures import DEFORMED, REST, add_array, add_scalars, make_image
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkUnstructuredGrid
 from vtkmodules.vtkIOHDF import vtkHDFWriter
@@ -251,10 +251,7 @@ def write_moving(how):
 
 
 def image_at(time):
-    volume = make_image()
-    add_array(volume.GetPointData(), "values", np.arange(504) * (1 + time))
-    volume.GetPointData().SetActiveScalars("values")
-    return volume
+    return add_scalars(make_image(), "values", np.arange(504) * (1 + time))
 
 
 def test_still_data_at_the_times_of_handles(capsys):

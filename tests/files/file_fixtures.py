@@ -7,7 +7,7 @@ import nibabel
 import numpy as np
 import SimpleITK
 from pipelines import update
-from vtk_fixtures import DEFORMED, REST, TURNED, add_array, make_image
+from vtk_fixtures import DEFORMED, REST, TURNED, add_scalars, make_image
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkStructuredGrid
 from vtkmodules.vtkFiltersSources import vtkCellTypeSource, vtkSphereSource
@@ -51,10 +51,7 @@ NRRD_DATA = struct.pack("<4h", 1, 2, 3, 400)
 
 
 def image_with(values, vtk_type, **place):
-    image = make_image((4, 3, 2), **place)
-    add_array(image.GetPointData(), "values", values, vtk_type)
-    image.GetPointData().SetActiveScalars("values")
-    return image
+    return add_scalars(make_image((4, 3, 2), **place), "values", values, vtk_type)
 
 
 def scalars(image):

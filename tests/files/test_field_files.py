@@ -9,7 +9,7 @@ import SimpleITK as sitk
 import slicer_peer
 from file_fixtures import DIRECTIONS, handles_on
 from pipelines import values_of
-from vtk_fixtures import DEFORMED, REST, add_array, make_image
+from vtk_fixtures import DEFORMED, REST, add_array, add_scalars, make_image
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 
 from vtk_mls import Deformation, Grid, io
@@ -32,8 +32,7 @@ def scene(request, tmp_path, monkeypatch):
     grid = ImageGeometry.of_image(image).grid
     rest, deformed = handles_on(grid)
     x, y, z = (grid.points() - rest.mean(axis=0)).T
-    add_array(image.GetPointData(), "values", 9 * np.sin(x / 3) + 2 * y + z * z / 4)
-    image.GetPointData().SetActiveScalars("values")
+    add_scalars(image, "values", 9 * np.sin(x / 3) + 2 * y + z * z / 4)
     monkeypatch.chdir(tmp_path)
     io.write_dataset(image, "in.mha")
     write_handles(rest, deformed)

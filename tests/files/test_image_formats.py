@@ -20,7 +20,7 @@ from file_fixtures import (
     scalars,
     write_by_itk,
 )
-from vtk_fixtures import make_image
+from vtk_fixtures import add_scalars, make_image
 
 from vtk_mls import io
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
@@ -216,9 +216,7 @@ def flat_image(axis, spacing, dimensions=(6, 5, 4)):
     size, steps = list(dimensions), [1.0, 2.0, 0.5]
     size[axis], steps[axis] = 1, spacing
     image = make_image(size, (3, 3, 3), origin=(0, 0, 0), spacing=steps)
-    arrays.add(image.GetPointData(), "a", np.arange(float(np.prod(size))))
-    image.GetPointData().SetActiveScalars("a")
-    return image
+    return add_scalars(image, "a", np.arange(np.prod(size)))
 
 
 @pytest.mark.parametrize("axis", range(3))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from command_fixtures import python
 from file_fixtures import MESHES, image_with
-from vtk_fixtures import TYPES, add_array, make_image
+from vtk_fixtures import TYPES, add_array, add_scalars, make_image
 from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet
 from vtkmodules.vtkFiltersSources import vtkRegularPolygonSource, vtkSphereSource
 
@@ -24,11 +24,8 @@ SIZE = 40
 
 
 def _image():
-    image = make_image((SIZE, SIZE, SIZE))
     noise = np.random.default_rng(1).normal(size=SIZE**3)
-    add_array(image.GetPointData(), "values", noise, TYPES["double"])
-    image.GetPointData().SetActiveScalars("values")
-    return image
+    return add_scalars(make_image((SIZE, SIZE, SIZE)), "values", noise, TYPES["double"])
 
 
 def _sphere():
@@ -106,8 +103,7 @@ def test_a_full_disk_is_noticed_by_hdf(tmp_path, missing):
 def test_pictures_too(tmp_path, disk, missing):
     picture, path = make_image((80, 60, 1)), tmp_path / "x.png"
     pixels = np.random.default_rng(1).integers(0, 256, (4800, 3))
-    add_array(picture.GetPointData(), "values", pixels, TYPES["unsigned char"])
-    picture.GetPointData().SetActiveScalars("values")
+    add_scalars(picture, "values", pixels, TYPES["unsigned char"])
     write_png(picture, path)
     full = path.stat().st_size
     path.write_bytes(b"the old one")

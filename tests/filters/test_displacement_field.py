@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pipelines import assert_fails, connect, control_points, update, values_of
 from smooth_images import PLACES, smooth_image
-from vtk_fixtures import DEFORMED, REST, add_array, make_image
+from vtk_fixtures import DEFORMED, REST, add_scalars, make_image
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkFiltersHybrid import vtkGridTransform
@@ -21,9 +21,7 @@ NAME = "BackwardDisplacement"
 
 @pytest.fixture
 def field(device):
-    field = MLSDisplacementField()
-    field.SetDevice(device)
-    return field
+    return configured(MLSDisplacementField(), Device=device)
 
 
 @pytest.mark.parametrize("place", PLACES)
@@ -75,8 +73,7 @@ def test_vtk_grid_transform_deforms_alike(field, device, start):
     origin = -np.multiply(start, (0.9, 1.0, 1.1))
     image, handles = make_image((12, 11, 10), start, origin=origin), control_points()
     x, y, z = ImageGeometry.of_image(image).grid.points().T
-    add_array(image.GetPointData(), "values", np.sin(x) + np.cos(y * 0.8) + z)
-    image.GetPointData().SetActiveScalars("values")
+    add_scalars(image, "values", np.sin(x) + np.cos(y * 0.8) + z)
     deform = MLSDeform()
     deform.SetDevice(device)
     for algorithm in (deform, field):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from pipelines import assert_fails, connect, control_points, update, values_of
-from vtk_fixtures import DEFORMED, REST, add_array
+from vtk_fixtures import DEFORMED, REST, add_array, add_scalars, make_image
 from vtkmodules.vtkCommonCore import VTK_FLOAT, VTK_UNSIGNED_SHORT
 from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPolyData
 from vtkmodules.vtkImagingCore import vtkRTAnalyticSource
@@ -32,11 +32,8 @@ def held(messages):
 
 
 def mask_image(values, vtk_type):
-    image = vtkImageData()
-    image.SetDimensions(9, 9, 9)
-    add_array(image.GetPointData(), "mask", np.ravel(values), vtk_type)
-    image.GetPointData().SetActiveScalars("mask")
-    return image
+    image = make_image((9, 9, 9), origin=(0, 0, 0), spacing=(1, 1, 1))
+    return add_scalars(image, "mask", np.ravel(values), vtk_type)
 
 
 @pytest.mark.usefixtures("held")
