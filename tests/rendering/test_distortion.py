@@ -43,9 +43,7 @@ def scaled(*factors):
 
 
 def deformed(mesh, deformation, exact=True):
-    actor = vtkActor()
-    actor.SetMapper(vtkPolyDataMapper())
-    actor.GetMapper().SetInputData(mesh)
+    actor = configured(vtkActor(), Mapper=configured(vtkPolyDataMapper(), InputData=mesh))
     drawn = DeformedMesh(actor)
     drawn.update(deformation, exact, has_distortion=True)
     return drawn, actor.GetMapper().GetInput()
@@ -148,11 +146,8 @@ def test_volumes_are_painted(opengl, factors, determinant):
 def front(scene):
     """Look along y, in parallel."""
     camera = scene.renderer.GetActiveCamera()
-    camera.ParallelProjectionOn()
-    camera.SetParallelScale(40)
-    camera.SetFocalPoint(CENTER)
-    camera.SetPosition(CENTER - (0, 100, 0))
-    camera.SetViewUp(0, 0, 1)
+    configured(camera, ParallelProjection=True, ParallelScale=40, ViewUp=(0, 0, 1))
+    configured(camera, FocalPoint=CENTER, Position=CENTER - (0, 100, 0))
     return scene
 
 

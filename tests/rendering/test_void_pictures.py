@@ -69,10 +69,8 @@ def _lit(prop):
     scene = Scene(prop, pixels=SIZE * ZOOM)
     scene.renderer.SetBackground(0, 0, 0)
     camera = scene.renderer.GetActiveCamera()
-    camera.ParallelProjectionOn()
-    camera.SetParallelScale(SIZE / 2)
-    camera.SetFocalPoint(MIDDLE, MIDDLE, MIDDLE)
-    camera.SetPosition(MIDDLE, MIDDLE - 100, MIDDLE)
+    configured(camera, ParallelProjection=True, ParallelScale=SIZE / 2)
+    configured(camera, FocalPoint=(MIDDLE,) * 3, Position=(MIDDLE, MIDDLE - 100, MIDDLE))
     pixels = scene.picture().reshape(SIZE, ZOOM, SIZE, ZOOM, 3)
     return pixels.max(axis=(1, 3, 4)) > 30
 
