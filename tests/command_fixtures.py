@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from vtk_fixtures import DEFORMED, REST, add_array, make_image
+from vtk_fixtures import DEFORMED, REST, add_array, add_scalars, make_image
 
 from vtk_mls import io
 from vtk_mls.commands.cli import main
@@ -70,9 +70,8 @@ def files(tmp_path, monkeypatch):
     """A folder with in.vti and handles.csv, as the current one."""
     image = make_image()
     x, y, z = ImageGeometry.of_image(image).grid.points().T
-    add_array(image.GetPointData(), "values", np.sin(x) + y * z)
+    add_scalars(image, "values", np.sin(x) + y * z)
     add_array(image.GetPointData(), "labels", np.arange(504) % 2 * 1000, 6)
-    image.GetPointData().SetActiveScalars("values")
     monkeypatch.chdir(tmp_path)
     io.write_dataset(image, "in.vti")
     np.savetxt("handles.csv", np.hstack([REST, DEFORMED]), delimiter=",", fmt="%.17g")
@@ -115,11 +114,6 @@ def python(*arguments, folder=None, path=PROJECT, **environment):
         check=False,
     )
     return done.returncode, done.stdout, done.stderr
-
-
-def run_script(path):
-    """A Python script in a process of its own, as of `run`."""
-    return python(path)
 
 
 def write_collection(entries, name="in.pvd"):

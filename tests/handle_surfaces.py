@@ -12,18 +12,14 @@ from vtkmodules.vtkFiltersGeneral import vtkTransformFilter
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 
 from vtk_mls.vtk import arrays
+from vtk_mls.vtk.objects import configured, output_of
 
 
 def ball(center, radius=1.0, resolution=16):
     """A closed surface, a vtkPolyData."""
-    source = vtkSphereSource()
-    source.SetCenter(center)
-    source.SetRadius(radius)
-    source.SetThetaResolution(resolution)
-    source.SetPhiResolution(resolution)
-    source.SetOutputPointsPrecision(1)  # double
-    source.Update()
-    return source.GetOutput()
+    source = configured(vtkSphereSource(), Center=center, Radius=radius)
+    configured(source, ThetaResolution=resolution, PhiResolution=resolution)
+    return output_of(source, OutputPointsPrecision=1)  # double
 
 
 def transform(turn=30.0, axis=(1, 2, 3), move=(0.5, 0.2, -0.3)):
@@ -37,11 +33,7 @@ def transform(turn=30.0, axis=(1, 2, 3), move=(0.5, 0.2, -0.3)):
 
 def carried(surface, by):
     """The surface where a vtkTransform moves it."""
-    mover = vtkTransformFilter()
-    mover.SetInputData(surface)
-    mover.SetTransform(by)
-    mover.Update()
-    return mover.GetOutput()
+    return output_of(vtkTransformFilter(), InputData=surface, Transform=by)
 
 
 def moved(surface, by):
@@ -89,9 +81,7 @@ def joined(*parts):
     append = vtkAppendPolyData()
     for part in parts:
         append.AddInputData(part)
-    append.SetOutputPointsPrecision(1)
-    append.Update()
-    return append.GetOutput()
+    return output_of(append, OutputPointsPrecision=1)
 
 
 def positions(point_set):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from handle_surfaces import carried
 from pipelines import connect, control_points
 from vtk_fixtures import DEFORMED, FAST, REST, add_array
 from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_FLOAT, vtkIdList
@@ -24,10 +25,7 @@ from vtkmodules.vtkCommonDataModel import (
     vtkUnstructuredGrid,
 )
 from vtkmodules.vtkCommonTransforms import vtkTransform
-from vtkmodules.vtkFiltersCore import (
-    vtkAppendFilter,
-)
-from vtkmodules.vtkFiltersGeneral import vtkTransformFilter
+from vtkmodules.vtkFiltersCore import vtkAppendFilter
 from vtkmodules.vtkFiltersSources import vtkCellTypeSource, vtkSphereSource
 from vtkmodules.vtkFiltersVerdict import vtkCellSizeFilter, vtkMeshQuality
 
@@ -36,6 +34,7 @@ from vtk_mls.filters import MLSDeform
 from vtk_mls.vtk import arrays, splitting
 from vtk_mls.vtk.cells import append_meshes, set_positions
 from vtk_mls.vtk.cells import positions_of as places_of
+from vtk_mls.vtk.objects import configured, output_of
 from vtk_mls.vtk.orientation import inverted
 
 LOW, HIGH = np.array([0.6, 0.4, 0.2]), np.array([7.4, 7.1, 5.9])
@@ -95,11 +94,9 @@ def cells(cell_type, blocks=4, vtk_type=VTK_DOUBLE):
     """Cells of one type that fill the box."""
     if cell_type == VTK_POLYHEDRON:
         return polyhedra(blocks)
-    source = vtkCellTypeSource()
-    source.SetCellType(cell_type)
+    source = configured(vtkCellTypeSource(), CellType=cell_type)
     source.SetBlocksDimensions(blocks, blocks, blocks)
-    source.Update()
-    mesh = source.GetOutput()
+    mesh = output_of(source)
     for data in (mesh.GetPointData(), mesh.GetCellData()):
         data.Initialize()
     set_places(mesh, LOW + places_of(mesh) / blocks * (HIGH - LOW), vtk_type)
@@ -126,29 +123,16 @@ def polyhedra(blocks):
 def mixed():
     append = vtkAppendFilter()
     for shift, kind in enumerate([VTK_TETRA, VTK_LINE, VTK_QUADRATIC_TETRA, VTK_TRIANGLE]):
-        source = vtkCellTypeSource()
-        source.SetCellType(kind)
+        source, transform = configured(vtkCellTypeSource(), CellType=kind), vtkTransform()
         source.SetBlocksDimensions(2, 2, 2)
-        source.Update()
-        move, transform = vtkTransformFilter(), vtkTransform()
         transform.Translate(1.5 * shift, shift, 1)
-        move.SetTransform(transform)
-        move.SetInputConnection(source.GetOutputPort())
-        move.Update()
-        append.AddInputData(move.GetOutput())
-    append.Update()
-    return decorated(append.GetOutput())
+        append.AddInputData(carried(output_of(source), transform))
+    return decorated(output_of(append))
 
 
 def sphere():
-    source = vtkSphereSource()
-    source.SetCenter(4, 4, 3)
-    source.SetRadius(2.4)
-    source.SetThetaResolution(40)
-    source.SetPhiResolution(30)
-    source.SetOutputPointsPrecision(1)
-    source.Update()
-    return decorated(source.GetOutput())
+    source = configured(vtkSphereSource(), Center=(4, 4, 3), Radius=2.4, OutputPointsPrecision=1)
+    return decorated(output_of(source, ThetaResolution=40, PhiResolution=30))
 
 
 def structured():
@@ -210,9 +194,7 @@ def deforming(mesh, handles=None, device=FAST, cut=None, kind=MLSDeform, **prope
     filter_.SetDevice(device)
     if cut is not None:
         filter_.AddCut(cut)
-    for name, value in properties.items():
-        getattr(filter_, f"Set{name}")(value)
-    return filter_
+    return configured(filter_, **properties)
 
 
 def array_of(dataset, name, data="Point"):
@@ -221,12 +203,10 @@ def array_of(dataset, name, data="Point"):
 
 def scaled_jacobians_of(mesh):
     """The quality of cells, by VTK."""
-    quality = vtkMeshQuality()
-    quality.SetInputData(mesh)
+    quality = configured(vtkMeshQuality(), InputData=mesh)
     for name in ("Triangle", "Quad", "Tet", "Hex", "Wedge", "Pyramid"):
         getattr(quality, f"Set{name}QualityMeasureToScaledJacobian")()
-    quality.Update()
-    return array_of(quality.GetOutput(), "Quality", "Cell")
+    return array_of(output_of(quality), "Quality", "Cell")
 
 
 def count(dataset, name):
@@ -245,10 +225,7 @@ def as_grid(mesh):
 
 def sizes(mesh):
     """Signed size of each cell of the highest dimension."""
-    filter_ = vtkCellSizeFilter()
-    filter_.SetInputData(mesh)
-    filter_.Update()
-    data = filter_.GetOutput().GetCellData()
+    data = output_of(vtkCellSizeFilter(), InputData=mesh).GetCellData()
     volumes = arrays.to_numpy(data.GetArray("Volume"))
     return volumes if volumes.any() else arrays.to_numpy(data.GetArray("Area"))
 

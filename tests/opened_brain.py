@@ -17,6 +17,7 @@ from vtk_mls.editor.scene import Scene
 from vtk_mls.files import control_point_files
 from vtk_mls.rendering.first_handles import handles_on
 from vtk_mls.vtk import arrays
+from vtk_mls.vtk.objects import configured, output_of
 
 NAME = "brain.nii.gz"
 MOST_ACTIONS = 10  # of a new user, with the command; fewer are allowed
@@ -82,9 +83,7 @@ class OpenedBrain:
 
 def scene_of(path, size):
     """The `Scene` of a file as the page shows it at first, after it has got its size."""
-    window = vtkRenderWindow()
-    window.SetOffScreenRendering(True)
-    window.SetSize(900, 700)
+    window = configured(vtkRenderWindow(), OffScreenRendering=True, Size=[900, 700])
     scene = Scene(window, [io.read_dataset(path)])
     window.SetSize(*size)
     scene.renderer.GetActiveCamera().SetUseHorizontalViewAngle(size[0] < size[1])
@@ -93,9 +92,6 @@ def scene_of(path, size):
 
 def picture_in(path):
     """(height, width, 3) float, from below."""
-    reader = vtkPNGReader()
-    reader.SetFileName(str(path))
-    reader.Update()
-    image = reader.GetOutput()
+    image = output_of(vtkPNGReader(), FileName=str(path))
     width, height, _ = image.GetDimensions()
     return arrays.to_numpy(image.GetPointData().GetScalars()).reshape(height, width, -1) * 1.0

@@ -11,16 +11,14 @@ from vtkmodules.vtkFiltersSources import vtkSphereSource
 
 from vtk_mls.filters import MLSControlPoints
 from vtk_mls.vtk import arrays
+from vtk_mls.vtk.objects import configured
 
 KEYS = vtkStreamingDemandDrivenPipeline
 
 
 def control_points(rest=REST, deformed=DEFORMED, weights=()):
-    source = MLSControlPoints()
-    source.SetRestPoints(rest)
-    source.SetDeformedPoints(deformed)
-    source.SetWeights(weights)
-    return source
+    source = configured(MLSControlPoints(), RestPoints=rest, DeformedPoints=deformed)
+    return configured(source, Weights=weights)
 
 
 def connect(deforming, image, handles):
@@ -86,24 +84,16 @@ class Executions:
 
 def ball(center, radius, resolution=30, normals=True):
     """The surface of a ball."""
-    source = vtkSphereSource()
-    source.SetCenter(*center)
-    source.SetRadius(radius)
-    source.SetThetaResolution(resolution)
-    source.SetPhiResolution(resolution)
-    source.SetGenerateNormals(normals)
-    return update(source)
+    source = configured(vtkSphereSource(), Center=center, Radius=radius, GenerateNormals=normals)
+    return update(configured(source, ThetaResolution=resolution, PhiResolution=resolution))
 
 
 def picture_of(window):
     """The picture in a vtkRenderWindow: (height, width, 3) float, 0 to 255."""
     from vtkmodules.vtkRenderingCore import vtkWindowToImageFilter
 
-    grab = vtkWindowToImageFilter()
-    grab.SetInput(window)
-    grab.ReadFrontBufferOff()
-    grab.ShouldRerenderOff()
-    image = update(grab)
+    settings = {"Input": window, "ReadFrontBuffer": False, "ShouldRerender": False}
+    image = update(configured(vtkWindowToImageFilter(), **settings))
     width, height, _ = image.GetDimensions()
     pixels = arrays.to_numpy(image.GetPointData().GetScalars())
     return pixels.reshape(height, width, -1)[..., :3].astype(float)

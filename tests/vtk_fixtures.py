@@ -15,6 +15,7 @@ from vtkmodules.vtkCommonCore import vtkDataArray, vtkOutputWindow, vtkStringOut
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
 from vtk_mls.vtk import arrays
+from vtk_mls.vtk.objects import configured
 
 # The names of VTK's types of numbers, and their constants.
 TYPES = {
@@ -88,15 +89,35 @@ _TURN = np.array([[0.75**0.5, -0.5, 0], [0.5, 0.75**0.5, 0], [0, 0, 1]])
 DEFORMED = np.where(REST[:, 2:] > 3, (REST - 4) @ _TURN.T + [4, 4, 4.75], REST)
 
 
-def make_image(dimensions=(9, 8, 7), start=(0, 0, 0), direction=None, origin=(0.5, 0.25, 0)):
+def make_image(
+    dimensions=(9, 8, 7),
+    start=(0, 0, 0),
+    direction=None,
+    origin=(0.5, 0.25, 0),
+    spacing=(0.9, 1.0, 1.1),
+):
     """An image without arrays."""
-    image = vtkImageData()
+    image = configured(vtkImageData(), Origin=origin, Spacing=spacing)
     image.SetExtent([i for a, n in zip(start, dimensions) for i in (a, a + n - 1)])
-    image.SetOrigin(origin)
-    image.SetSpacing(0.9, 1.0, 1.1)
     if direction is not None:
         image.SetDirectionMatrix(*np.ravel(direction))
     return image
+
+
+def scalar_image(values, geometry, name="density"):
+    """An image with active point values (n,) or (n, components), on an `ImageGeometry`."""
+    image = vtkImageData()
+    geometry.apply_to(image)
+    arrays.add(image.GetPointData(), name, values)
+    image.GetPointData().SetActiveScalars(name)
+    return image
+
+
+def add_scalars(data, name, values, vtk_type=None):
+    """Add an array to the points of data, as of `add_array`, as their active scalars; the data."""
+    add_array(data.GetPointData(), name, values, vtk_type)
+    data.GetPointData().SetActiveScalars(name)
+    return data
 
 
 def add_array(attributes, name, values, vtk_type=None):

@@ -10,7 +10,7 @@ import pytest
 import SimpleITK as sitk
 import tifffile
 import zarr
-from vtk_fixtures import DEFORMED, REST, add_array, make_image
+from vtk_fixtures import DEFORMED, REST, add_scalars, make_image
 from vtkmodules.vtkCommonCore import VTK_UNSIGNED_CHAR
 from vtkmodules.vtkFiltersGeometry import vtkImageDataGeometryFilter
 from vtkmodules.vtkFiltersSources import vtkPlaneSource
@@ -21,6 +21,7 @@ from vtk_mls.files import control_point_files
 from vtk_mls.files.block_files import blocks
 from vtk_mls.model.handles.curve import CurveHandle
 from vtk_mls.vtk import arrays
+from vtk_mls.vtk.objects import configured, output_of
 
 FORMATS = {  # input and output of `deform`, and the output of `field`
     "vti": ("in.vti", "out.vti", "out.vti"),
@@ -94,10 +95,8 @@ def inputs(tmp_path_factory):
     folder = tmp_path_factory.mktemp("inputs")
     rng = np.random.default_rng(1)
     values = rng.integers(100, 200, (7, 8, 9)).astype("uint8")
-    image = make_image(origin=(0, 0, 0))
-    image.SetSpacing(1, 1, 1)
-    add_array(image.GetPointData(), "values", values.ravel(), VTK_UNSIGNED_CHAR)
-    image.GetPointData().SetActiveScalars("values")
+    image = make_image(origin=(0, 0, 0), spacing=(1, 1, 1))
+    add_scalars(image, "values", values.ravel(), VTK_UNSIGNED_CHAR)
     for ending in ("vti", "nii.gz", "nrrd", "mha"):
         io.write_dataset(image, folder / f"in.{ending}")
     tifffile.imwrite(folder / "in.tif", values)
@@ -106,20 +105,14 @@ def inputs(tmp_path_factory):
     sets = [{"path": "0", "coordinateTransformations": [{"type": "scale", "scale": [1.0] * 3}]}]
     scales = {"axes": [{"name": a, "type": "space"} for a in "zyx"], "datasets": sets}
     group.attrs["ome"] = {"version": "0.5", "multiscales": [scales]}
-    surface = vtkImageDataGeometryFilter()
-    surface.SetInputData(image)
+    surface = configured(vtkImageDataGeometryFilter(), InputData=image)
     surface.SetExtent(0, 8, 0, 7, 2, 2)
-    surface.Update()
-    io.write_dataset(surface.GetOutput(), folder / "in.vtp")
+    io.write_dataset(output_of(surface), folder / "in.vtp")
     small = sitk.GetImageFromArray(np.arange(27, dtype="float32").reshape(3, 3, 3) / 27)
     small.SetSpacing((3.0, 3, 3))
     sitk.WriteImage(small, str(folder / "small.nrrd"))
-    cut = vtkPlaneSource()
-    cut.SetOrigin(4.3, -20, -20)
-    cut.SetPoint1(4.3, 20, -20)
-    cut.SetPoint2(4.3, -20, 20)
-    cut.Update()
-    io.write_dataset(cut.GetOutput(), folder / "cut.vtp")
+    cut = configured(vtkPlaneSource(), Origin=(4.3, -20, -20), Point1=[4.3, 20, -20])
+    io.write_dataset(output_of(cut, Point2=[4.3, -20, 20]), folder / "cut.vtp")
     names = [*"abcdefgh"]
     many = rng.uniform(0, 7, (20, 3))
     for name, p, q in (
@@ -177,13 +170,8 @@ def result(arguments, folder, capsys, caplog):
 
 
 def is_same(one, other):
-    return (
-        one[0] == other[0]
-        and one[2] == other[2]
-        and (
-            len(one[1]) == len(other[1])
-            and all(np.array_equal(*pair, equal_nan=True) for pair in zip(one[1], other[1]))
-        )
+    return (one[0], one[2], len(one[1])) == (other[0], other[2], len(other[1])) and all(
+        np.array_equal(*pair, equal_nan=True) for pair in zip(one[1], other[1])
     )
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from handle_surfaces import ball, displaced, joined, moved, polyline, positions, transform, volume
 from pipelines import values_of
-from vtk_fixtures import DEFORMED, FAST, REST, add_array, make_image
+from vtk_fixtures import DEFORMED, FAST, REST, add_scalars, make_image
 
 from vtk_mls import BallMask, Deformation, FixedFace, Plane, SlidingFace, io
 from vtk_mls.commands.cli import main
@@ -99,9 +99,7 @@ def test_a_label_volume_is_a_mask(files, name):
     image = make_image()
     inside = np.zeros((7, 8, 9))
     inside[:, :, 5:] = 3
-    add_array(image.GetPointData(), "labels", inside.ravel(), 5)
-    image.GetPointData().SetActiveScalars("labels")
-    io.write_dataset(image, name)
+    io.write_dataset(add_scalars(image, "labels", inside.ravel(), 5), name)
     on_device = "--device", FAST  # in float32, as the places of NIfTI
     whole, part = displacements(*on_device), displacements("--mask", name, *on_device)
     assert not part[:, :, :5].any()

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from vtk_fixtures import DEFORMED, REST, add_array, make_image
+from vtk_fixtures import DEFORMED, REST, add_scalars, make_image
 from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet
 
 from vtk_mls import Deformation, Grid, io
@@ -78,9 +78,7 @@ def test_the_editor_begins_with_what_rests(inputs, monkeypatch):
 @pytest.mark.parametrize("output", ["out.vti", "out.pvd", "out.vtm"])
 def test_an_output_without_any_of_the_input_is_reported(inputs, output, capsys):
     """Whatever the values are: the background is that of the image."""
-    image = make_image()
-    add_array(image.GetPointData(), "ones", np.ones(504))
-    image.GetPointData().SetActiveScalars("ones")
+    image = add_scalars(make_image(), "ones", np.ones(504))
     io.write_dataset(image, "in.vti")
     _write("away.csv", REST, REST + FAR)
     source = "in.vti"

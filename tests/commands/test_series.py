@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from command_fixtures import AT, run, write_collection
 from pipelines import Source
-from vtk_fixtures import DEFORMED, REST, add_array, make_image
+from vtk_fixtures import DEFORMED, REST, add_array, add_scalars, make_image
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkUnstructuredGrid
 from vtkmodules.vtkIOHDF import vtkHDFWriter
@@ -17,6 +17,7 @@ from vtk_mls.commands import series
 from vtk_mls.commands.cli import main
 from vtk_mls.files.block_files import blocks
 from vtk_mls.vtk import arrays
+from vtk_mls.vtk.objects import configured
 
 resource = pytest.importorskip("resource", reason="the size of files cannot be limited here")
 
@@ -69,11 +70,8 @@ def write_input(how):
         output.ShallowCopy(mesh(time))
 
     source = Source(at_time, TIMES, None, "vtkUnstructuredGrid")
-    writer = vtkHDFWriter()
-    writer.SetInputConnection(source.GetOutputPort())
-    writer.SetFileName("in.vtkhdf")
-    writer.SetWriteAllTimeSteps(True)
-    assert writer.Write()
+    writer = configured(vtkHDFWriter(), FileName="in.vtkhdf", WriteAllTimeSteps=True)
+    assert configured(writer, InputConnection=source.GetOutputPort()).Write()
     return "in.vtkhdf"
 
 
@@ -253,10 +251,7 @@ def write_moving(how):
 
 
 def image_at(time):
-    volume = make_image()
-    add_array(volume.GetPointData(), "values", np.arange(504) * (1 + time))
-    volume.GetPointData().SetActiveScalars("values")
-    return volume
+    return add_scalars(make_image(), "values", np.arange(504) * (1 + time))
 
 
 def test_still_data_at_the_times_of_handles(capsys):

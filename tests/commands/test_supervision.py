@@ -11,6 +11,7 @@ from vtkmodules.vtkFiltersSources import vtkSphereSource
 
 from vtk_mls import io
 from vtk_mls.commands import supervision
+from vtk_mls.vtk.objects import output_of
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="there are no signals on Windows")
 
@@ -96,9 +97,7 @@ def test_a_crash_after_the_work_does_not_count(files):
 
 def _broken(path):
     """A file that makes VTK's reader crash."""
-    sphere = vtkSphereSource()
-    sphere.Update()
-    io.write_dataset(sphere.GetOutput(), path)
+    io.write_dataset(output_of(vtkSphereSource()), path)
     content = path.read_bytes()
     path.write_bytes(content.replace(b"element face 96", b"element face 9999999"))
 

@@ -7,14 +7,15 @@ import sys
 import numpy as np
 import vtkmodules.vtkInteractionStyle  # noqa: F401  (registers interactors)
 from pipelines import ball, picture_of
+from vtk_fixtures import scalar_image
 from vtkmodules.vtkFiltersCore import vtkTriangleFilter
 from vtkmodules.vtkFiltersSources import vtkCylinderSource
 from vtkmodules.vtkInteractionStyle import vtkInteractorStyleTrackballCamera
 from vtkmodules.vtkRenderingCore import vtkRenderWindow, vtkRenderWindowInteractor
 
 from vtk_mls.editor import Editor
-from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
+from vtk_mls.vtk.objects import configured, output_of
 
 SIZE = 24
 MIDDLE = (SIZE - 1) / 2
@@ -22,16 +23,10 @@ MIDDLE = (SIZE - 1) / 2
 
 def ball_image(geometry=None):
     """An image of a ball, 200 inside and 0 outside."""
-    from vtkmodules.vtkCommonDataModel import vtkImageData
-
-    image = vtkImageData()
-    (geometry or ImageGeometry((0, SIZE - 1) * 3)).apply_to(image)
-    index = ImageGeometry.of_image(image).grid.indices()
-    radius = np.linalg.norm(index - MIDDLE, axis=1)
+    geometry = geometry or ImageGeometry((0, SIZE - 1) * 3)
+    radius = np.linalg.norm(geometry.grid.indices() - MIDDLE, axis=1)
     values = np.clip(200 * (SIZE / 3 + 0.5 - radius), 0, 200).astype(np.uint8)
-    arrays.add(image.GetPointData(), "density", values)
-    image.GetPointData().SetActiveScalars("density")
-    return image
+    return scalar_image(values, geometry)
 
 
 def ball_mesh(offset=(0, 0, 0)):
@@ -52,15 +47,9 @@ def pixels_in(pane, points):
 
 def bone(is_closed=True):
     """A cylinder in the middle of the ball, along y; without its caps if it is not closed."""
-    source, triangles = vtkCylinderSource(), vtkTriangleFilter()
-    source.SetCenter(MIDDLE, MIDDLE, MIDDLE)
-    source.SetRadius(2)
-    source.SetHeight(8)
-    source.SetResolution(24)
-    source.SetCapping(is_closed)
-    triangles.SetInputConnection(source.GetOutputPort())
-    triangles.Update()
-    return triangles.GetOutput()
+    source = configured(vtkCylinderSource(), Center=[MIDDLE] * 3, Radius=2, Height=8)
+    configured(source, Resolution=24, Capping=is_closed)
+    return output_of(vtkTriangleFilter(), InputData=output_of(source))
 
 
 class Hands:
@@ -73,9 +62,7 @@ class Hands:
     """
 
     def __init__(self, data, state=None, pixels=240, **options):
-        window = vtkRenderWindow()
-        window.SetOffScreenRendering(True)
-        window.SetMultiSamples(0)
+        window = configured(vtkRenderWindow(), OffScreenRendering=True, MultiSamples=0)
         window.SetSize(pixels, pixels)
         self.interactor = vtkRenderWindowInteractor()
         self.interactor.SetRenderWindow(window)

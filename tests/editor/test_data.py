@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from command_fixtures import run
 from hands import MIDDLE, SIZE, Hands, ball_image, ball_mesh, pixels_in
-from vtk_fixtures import TURNED
+from vtk_fixtures import TURNED, add_scalars
 from vtkmodules.vtkCommonCore import (
     VTK_BIT,
     VTK_INT,
@@ -237,9 +237,7 @@ def test_labels_of_a_file_are_segments():
 
 def test_a_mesh_is_colored_by_its_scalars():
     mesh = ball_mesh()
-    arrays.add(mesh.GetPointData(), "height", np.arange(mesh.GetNumberOfPoints(), dtype=float))
-    mesh.GetPointData().SetActiveScalars("height")
-    hands = Hands(mesh)
+    hands = Hands(add_scalars(mesh, "height", np.arange(mesh.GetNumberOfPoints())))
     before = hands.picture()
     hands.press("v")
     assert hands.message == "by height"

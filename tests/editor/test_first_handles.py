@@ -12,6 +12,7 @@ from vtkmodules.vtkFiltersCore import vtkAppendPolyData
 from vtkmodules.vtkFiltersSources import vtkPlaneSource, vtkPointSource
 
 from vtk_mls.vtk import arrays
+from vtk_mls.vtk.objects import output_of
 
 RADIUS = SIZE / 3
 
@@ -33,8 +34,7 @@ def test_handles_are_on_and_in_a_ball(data):
 def test_a_sheet_has_one_layer():
     sheet = vtkPlaneSource()
     sheet.SetResolution(10, 10)
-    sheet.Update()
-    rest = Hands(sheet.GetOutput()).editor.state.rest
+    rest = Hands(output_of(sheet)).editor.state.rest
     assert len(rest) == 9
     np.testing.assert_allclose(rest[:, 2], 0, atol=1e-9)
 
@@ -43,19 +43,15 @@ def test_no_handles_between_two_balls():
     append = vtkAppendPolyData()
     for x in (0, 10):
         append.AddInputData(ball((x, 0, 0), 2, 8))
-    append.Update()
-    rest = Hands(append.GetOutput()).editor.state.rest
+    rest = Hands(output_of(append)).editor.state.rest
     assert len(rest) > 15
     assert np.abs(np.abs(rest[:, 0] - 5) - 5).max() < 2.01
     assert set(rest[:, 0] > 5) == {False, True}
 
 
 def test_points_without_cells():
-    source = vtkPointSource()
-    source.SetNumberOfPoints(500)
-    source.Update()
     points = vtkPolyData()
-    points.SetPoints(source.GetOutput().GetPoints())
+    points.SetPoints(output_of(vtkPointSource(), NumberOfPoints=500).GetPoints())
     positions = arrays.to_numpy(points.GetPoints().GetData())
     rest = Hands(points).editor.state.rest
     assert len(rest) > 15

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from hands import Hands, ball_image, ball_mesh, key_and_modifiers
 from pairwise import one_of
-from vtkmodules.vtkCommonDataModel import vtkImageData
+from vtk_fixtures import scalar_image
 
 from vtk_mls import Deformation, Surface
 from vtk_mls.editor import State, commands
 from vtk_mls.editor.autosave import Autosave
-from vtk_mls.vtk import arrays
+from vtk_mls.vtk.arrays import ImageGeometry
 
 
 def failing(error):
@@ -73,12 +73,11 @@ def test_a_large_image_is_edited():
     """512^3 voxels without a copy in float64."""
     import resource
 
-    image, size = vtkImageData(), 512
-    image.SetDimensions(size, size, size)
+    size = 512
     ramp = np.abs(np.arange(size) - size / 2)
     inside = ramp[:, None, None] ** 2 + ramp[:, None] ** 2 + ramp**2 < (size / 3) ** 2
-    arrays.add(image.GetPointData(), "density", np.where(inside, 200, 0).astype(np.uint8).ravel())
-    image.GetPointData().SetActiveScalars("density")
+    values = np.where(inside, 200, 0).astype(np.uint8).ravel()
+    image = scalar_image(values, ImageGeometry((0, size - 1) * 3))
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     hands = Hands(image, pixels=120)
     hands.drag(hands.pixel_of(13), (10, 5), steps=1)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command_fixtures import run, run_script
+from command_fixtures import python, run
 from hands import MIDDLE, SIZE, Hands, ball_image, ball_mesh
 from pipelines import picture_of
 
@@ -82,7 +82,7 @@ def test_command_and_script_make_the_same_files(name, tmp_path, monkeypatch):
     # a ball is saved as a surface of some thousand triangles
     np.testing.assert_allclose(saved, displacement, atol=0.05 if name == "shapes" else 1e-5)
 
-    status, _, stderr = run_script(folder / "deform.py")
+    status, _, stderr = python(folder / "deform.py")
     assert status == 0, stderr
     assert all(path.read_bytes() == before[path] for path in deformed)
 
@@ -256,7 +256,7 @@ def test_images_are_saved_on_the_grid_of_the_target(uses_target_grid, tmp_path, 
         assert io.read_dataset(folder / name).GetDimensions() == expected
     assert ("on the grid of target.nii.gz" in hands.message) == uses_target_grid
     before = (folder / "ball-deformed.nii.gz").read_bytes()
-    status, _, stderr = run_script(folder / "deform.py")
+    status, _, stderr = python(folder / "deform.py")
     assert status == 0, stderr
     assert (folder / "ball-deformed.nii.gz").read_bytes() == before
     monkeypatch.chdir(folder)

@@ -7,7 +7,7 @@ import argparse
 import numpy as np
 import pytest
 from hands import MIDDLE, SIZE, Hands, ball_mesh, bone
-from vtkmodules.vtkCommonDataModel import vtkImageData
+from vtk_fixtures import scalar_image
 
 from vtk_mls import Ball, BallMask, Capsule, CurveHandle, Grid, Labels, RegionHandle, Solid, io
 from vtk_mls.commands import view
@@ -35,13 +35,9 @@ def turn(axis, angle, shift=(0, 0, 0)):
 
 def segments():
     """Two balls of the label 3, which do not touch."""
-    image = vtkImageData()
-    ImageGeometry((0, SIZE - 1) * 3).apply_to(image)
-    index = ImageGeometry.of_image(image).grid.indices()
-    distance = np.linalg.norm(index[:, None] - CENTERS, axis=2).min(axis=1)
-    arrays.add(image.GetPointData(), "seg", 3 * (distance < 3).astype(np.uint8))
-    image.GetPointData().SetActiveScalars("seg")
-    return image
+    geometry = ImageGeometry((0, SIZE - 1) * 3)
+    distance = np.linalg.norm(geometry.grid.indices()[:, None] - CENTERS, axis=2).min(axis=1)
+    return scalar_image(3 * (distance < 3).astype(np.uint8), geometry, "seg")
 
 
 @pytest.fixture

@@ -10,17 +10,16 @@ from vtkmodules.vtkFiltersCore import vtkDelaunay3D
 
 from vtk_mls import HalfPlane
 from vtk_mls.editor.distortion import MODES
+from vtk_mls.vtk.objects import output_of
 
 PIXELS = 150
 NOTHING, GRID, VOLUME, BOTH = range(4)
 
 
 def tetrahedra():
-    triangulate = vtkDelaunay3D()
-    triangulate.SetInputData(ball_mesh())
-    triangulate.Update()
-    assert isinstance(triangulate.GetOutput(), vtkUnstructuredGrid)
-    return triangulate.GetOutput()
+    grid = output_of(vtkDelaunay3D(), InputData=ball_mesh())
+    assert isinstance(grid, vtkUnstructuredGrid)
+    return grid
 
 
 @pytest.fixture(params=["volume", "mesh", "tetrahedra"])

@@ -8,8 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from hands import MIDDLE, Hands, ball_image, ball_mesh, pixels_in
-from vtk_fixtures import add_array, make_image
-from vtkmodules.vtkCommonDataModel import vtkImageData
+from vtk_fixtures import add_array, make_image, scalar_image
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from vtk_mls import Deformation, Grid, HalfPlane
@@ -17,7 +16,6 @@ from vtk_mls.editor import State
 from vtk_mls.editor.scene_volume import SceneVolume
 from vtk_mls.editor.slice_pane import EYE, UP, colors_of, letter_of
 from vtk_mls.rendering import transfer_functions
-from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 
 CENTER = 13  # of a 3 x 3 x 3 lattice
@@ -129,11 +127,7 @@ def oblique_image(is_mirrored):
     turn = np.array([(0.48, 0.64, 0.6), (-0.8, 0.6, 0.0), (-0.36, -0.48, 0.8)])
     direction = turn[:, [1, 0, 2]] if is_mirrored else turn
     grid = Grid((22, 30, 16), (3.0, -9.0, 4.0), (1.1, 0.7, 1.6), direction)
-    image = vtkImageData()
-    ImageGeometry.of_grid(grid).apply_to(image)
-    arrays.add(image.GetPointData(), "density", values_at(grid.points()))
-    image.GetPointData().SetActiveScalars("density")
-    return image, grid
+    return scalar_image(values_at(grid.points()), ImageGeometry.of_grid(grid)), grid
 
 
 def values_at(points):

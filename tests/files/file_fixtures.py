@@ -6,7 +6,8 @@ import struct
 import nibabel
 import numpy as np
 import SimpleITK
-from vtk_fixtures import DEFORMED, REST, TURNED, add_array, make_image
+from pipelines import update
+from vtk_fixtures import DEFORMED, REST, TURNED, add_scalars, make_image
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkStructuredGrid
 from vtkmodules.vtkFiltersSources import vtkCellTypeSource, vtkSphereSource
@@ -15,6 +16,7 @@ from vtk_mls.files import frames
 from vtk_mls.filters import MLSDisplacementField
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
+from vtk_mls.vtk.objects import configured, output_of
 
 RIGHT, LEFT = TURNED, TURNED * [1, 1, -1]
 DIRECTIONS = {"right-handed": TURNED, "left-handed": TURNED * [1, -1, 1]}
@@ -49,10 +51,7 @@ NRRD_DATA = struct.pack("<4h", 1, 2, 3, 400)
 
 
 def image_with(values, vtk_type, **place):
-    image = make_image((4, 3, 2), **place)
-    add_array(image.GetPointData(), "values", values, vtk_type)
-    image.GetPointData().SetActiveScalars("values")
-    return image
+    return add_scalars(make_image((4, 3, 2), **place), "values", values, vtk_type)
 
 
 def scalars(image):
@@ -75,11 +74,6 @@ def _structured_grid():
     grid.SetDimensions(2, 2, 2)
     grid.SetPoints(points)
     return grid
-
-
-def output_of(source):
-    source.Update()
-    return source.GetOutput()
 
 
 MESHES = {
@@ -143,13 +137,8 @@ def field_on(image, inverse=False):
     corners = ImageGeometry.of_image(image).grid.corners()
     moved = np.array(corners)
     moved[0] += 0.1 * (corners[-1] - corners[0])
-    field = MLSDisplacementField()
-    field.SetInputData(0, image)
-    field.SetRestPoints(corners)
-    field.SetDeformedPoints(moved)
-    field.SetInverse(inverse)
-    assert field.Update()
-    return field.GetOutput()
+    field = configured(MLSDisplacementField(), RestPoints=corners, DeformedPoints=moved)
+    return update(configured(field, InputData=image, Inverse=inverse))
 
 
 def nifti_header(size, **changes):

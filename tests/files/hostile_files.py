@@ -36,6 +36,7 @@ from vtk_mls import io
 from vtk_mls.commands import series, supervision
 from vtk_mls.files import control_point_files, formats, vtk_io
 from vtk_mls.files.block_files import blocks
+from vtk_mls.vtk.objects import configured, output_of
 
 FAILED = Path("hostile-files")
 MEMORY, SECONDS = 3 << 30, 60
@@ -49,20 +50,14 @@ def _datasets():
     add_array(image.GetPointData(), "values", np.arange(60.0))
     add_array(image.GetCellData(), "cells", np.arange(24.0))
     image.GetPointData().SetActiveScalars("values")
-    source = vtkSphereSource()
-    source.SetThetaResolution(5)
-    source.SetPhiResolution(5)
+    sphere = output_of(vtkSphereSource(), ThetaResolution=5, PhiResolution=5)
     grids = {"vtu": MESHES[".vtu"](), "vts": MESHES[".vts"](), "vtr": rectilinear()}
-    return {"vti": image, "vtp": update(source), **grids}
+    return {"vti": image, "vtp": sphere, **grids}
 
 
 def _write(writer, dataset, name, **settings):
     writer = vtk_io.create(f"vtkIO{writer}Writer")
-    writer.SetInputData(dataset)
-    writer.SetFileName(name)
-    for setting, value in settings.items():
-        getattr(writer, f"Set{setting}")(value)
-    writer.Write()
+    configured(writer, InputData=dataset, FileName=name, **settings).Write()
 
 
 def _make_files():

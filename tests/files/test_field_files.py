@@ -9,13 +9,14 @@ import SimpleITK as sitk
 import slicer_peer
 from file_fixtures import DIRECTIONS, handles_on
 from pipelines import values_of
-from vtk_fixtures import DEFORMED, REST, add_array, make_image
+from vtk_fixtures import DEFORMED, REST, add_array, add_scalars, make_image
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 
 from vtk_mls import Deformation, Grid, io
 from vtk_mls.commands.cli import main
 from vtk_mls.files import field_files
 from vtk_mls.vtk.arrays import ImageGeometry
+from vtk_mls.vtk.objects import output_of
 
 TRANSFORMS = (".nii.gz", ".nii", ".nrrd", ".nhdr", ".mha", ".mhd")
 
@@ -31,8 +32,7 @@ def scene(request, tmp_path, monkeypatch):
     grid = ImageGeometry.of_image(image).grid
     rest, deformed = handles_on(grid)
     x, y, z = (grid.points() - rest.mean(axis=0)).T
-    add_array(image.GetPointData(), "values", 9 * np.sin(x / 3) + 2 * y + z * z / 4)
-    image.GetPointData().SetActiveScalars("values")
+    add_scalars(image, "values", 9 * np.sin(x / 3) + 2 * y + z * z / 4)
     monkeypatch.chdir(tmp_path)
     io.write_dataset(image, "in.mha")
     write_handles(rest, deformed)
@@ -144,15 +144,13 @@ def test_determinants(scene, suffix, options, capsys):
 
 
 def test_a_mesh_gives_its_bounds(scene):
-    sphere = vtkSphereSource()
-    sphere.SetCenter(20, -30, 40)
-    sphere.Update()
-    io.write_dataset(sphere.GetOutput(), "in.vtp")
+    sphere = output_of(vtkSphereSource(), Center=(20, -30, 40))
+    io.write_dataset(sphere, "in.vtp")
     arguments = ["field", "in.vtp", "handles.csv", "field.nrrd"]
     assert main([*arguments, "--dimensions", "5,6,7"]) == 0
     image = sitk.ReadImage("field.nrrd")
     assert image.GetSize() == (5, 6, 7)
-    np.testing.assert_allclose(image.GetOrigin(), sphere.GetOutput().GetBounds()[::2])
+    np.testing.assert_allclose(image.GetOrigin(), sphere.GetBounds()[::2])
     assert main(arguments) == 0
     assert sitk.ReadImage("field.nrrd").GetSize() == (32, 32, 32)
 
@@ -167,9 +165,7 @@ def test_a_mesh_gives_its_bounds(scene):
     ],
 )
 def test_errors_are_one_sentence(scene, refused, change, sentence):
-    sphere = vtkSphereSource()
-    sphere.Update()
-    io.write_dataset(sphere.GetOutput(), "in.vtp")
+    io.write_dataset(output_of(vtkSphereSource()), "in.vtp")
     arguments = ["in.mha", "handles.csv", "out.nrrd", "--kind=rigid"]
     for position, argument in change.items():
         arguments[position] = argument

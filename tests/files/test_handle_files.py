@@ -14,6 +14,7 @@ from vtk_mls import Ball, CurveHandle, RegionHandle, Solid, io
 from vtk_mls.files import metadata
 from vtk_mls.vtk.cells import connectivity_of
 from vtk_mls.vtk.control_point_polydata import fill_polydata, path_of
+from vtk_mls.vtk.objects import output_of
 
 TURN = np.array([[0, -1, 0, 3], [1, 0, 0, 0], [0, 0, 1, -2], [0, 0, 0, 1]], float)
 
@@ -55,10 +56,9 @@ def test_a_path_comes_back(tmp_path, rng, ending, space):
     if space:
         metadata.store(polydata, metadata.FILE_SPACE, [space])
         io.write_dataset(polydata, name)
-    raw = vtkXMLPolyDataReader() if ending == ".vtp" else vtkPolyDataReader()
-    raw.SetFileName(str(name))
-    raw.Update()
-    array = vtk_to_numpy(raw.GetOutput().GetPointData().GetArray("Path"))
+    reader = vtkXMLPolyDataReader() if ending == ".vtp" else vtkPolyDataReader()
+    raw = output_of(reader, FileName=str(name))
+    array = vtk_to_numpy(raw.GetPointData().GetArray("Path"))
     signs = np.tile([-1, -1, 1], 3) if space == "RAS" else 1
     np.testing.assert_allclose(array[:5], np.hstack(path - rest) * signs, atol=1e-14)
     np.testing.assert_array_equal(array[5:], 0)

@@ -20,7 +20,7 @@ from file_fixtures import (
     scalars,
     write_by_itk,
 )
-from vtkmodules.vtkCommonDataModel import vtkImageData
+from vtk_fixtures import add_scalars, make_image
 
 from vtk_mls import io
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
@@ -197,10 +197,8 @@ def test_flat_images_of_itk(tmp_path, suffix, components, rng):
 
 @pytest.mark.parametrize("scale", [1e-7, 1.0, 1e6])
 def test_legacy_files_have_all_digits(tmp_path, scale, rng):
-    image = vtkImageData()
-    image.SetDimensions(5, 4, 3)
-    image.SetOrigin(scale * rng.normal(size=3))
-    image.SetSpacing(scale * rng.uniform(0.1, 1, size=3))
+    origin, spacing = scale * rng.normal(size=3), scale * rng.uniform(0.1, 1, size=3)
+    image = make_image((5, 4, 3), origin=origin, spacing=spacing)
     arrays.add(image.GetPointData(), "a", rng.normal(size=60))
     arrays.add(image.GetFieldData(), "f", rng.normal(size=300))
     io.write_dataset(image, tmp_path / "x.vtk")
@@ -215,14 +213,10 @@ def test_legacy_files_have_all_digits(tmp_path, scale, rng):
 
 
 def flat_image(axis, spacing, dimensions=(6, 5, 4)):
-    image = vtkImageData()
     size, steps = list(dimensions), [1.0, 2.0, 0.5]
     size[axis], steps[axis] = 1, spacing
-    image.SetExtent([i for n in size for i in (3, n + 2)])
-    image.SetSpacing(steps)
-    arrays.add(image.GetPointData(), "a", np.arange(float(np.prod(size))))
-    image.GetPointData().SetActiveScalars("a")
-    return image
+    image = make_image(size, (3, 3, 3), origin=(0, 0, 0), spacing=steps)
+    return add_scalars(image, "a", np.arange(np.prod(size)))
 
 
 @pytest.mark.parametrize("axis", range(3))

@@ -4,13 +4,14 @@ import re
 
 import numpy as np
 import pytest
-from file_fixtures import MESHES, assert_same_place, image_with, output_of, scalars
+from file_fixtures import MESHES, assert_same_place, image_with, scalars
 from vtk_fixtures import TURNED, TYPES, add_array, make_image
 from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkImageData
 from vtkmodules.vtkFiltersCore import vtkStripper
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 
 from vtk_mls import io
+from vtk_mls.vtk.objects import output_of
 
 SUFFIXES = (".vti", ".vtk", ".mha", ".mhd", ".nii", ".nii.gz", ".nrrd", ".nhdr")
 LEFT_HANDED = TURNED * [1, -1, 1]
@@ -202,10 +203,8 @@ def test_cuts_are_the_connected_surfaces(tmp_path):
 
 @pytest.mark.parametrize("suffix", [".ply", ".stl"])
 def test_strips_of_triangles_are_written_as_triangles(tmp_path, suffix):
-    stripper = vtkStripper()
-    stripper.SetInputData(output_of(vtkSphereSource()))
-    stripper.PassThroughCellIdsOff()
-    strips = output_of(stripper)
+    settings = {"InputData": output_of(vtkSphereSource()), "PassThroughCellIds": False}
+    strips = output_of(vtkStripper(), **settings)
     assert strips.GetNumberOfStrips() > 0
     assert strips.GetNumberOfPolys() == 0
     io.write_dataset(strips, tmp_path / f"x{suffix}")

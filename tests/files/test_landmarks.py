@@ -14,6 +14,7 @@ from vtk_mls.files import control_point_files
 from vtk_mls.files.landmarks import Landmarks, paired
 from vtk_mls.filters import MLSControlPoints
 from vtk_mls.vtk import arrays
+from vtk_mls.vtk.objects import configured
 
 NOWHERE = (np.nan,) * 3
 
@@ -150,10 +151,8 @@ def dragged(files):
 def test_the_command_takes_places_from_a_second_file(dragged, rest, capsys):
     options = []
     if rest == "rest.vtp":
-        writer = vtkXMLPolyDataWriter()
-        writer.SetInputData(io.read_control_points("rest.mrk.json"))
-        writer.SetFileName(rest)
-        writer.Write()
+        polydata = io.read_control_points("rest.mrk.json")
+        configured(vtkXMLPolyDataWriter(), InputData=polydata, FileName=rest).Write()
         options += ["--handles-space", "ras"]  # the file says LPS
     if rest == "handles.csv":  # whose own q do not count; it has no labels
         (dragged / "q.mrk.json").unlink()
@@ -183,11 +182,8 @@ def test_handles_far_from_the_data_name_all_files(dragged, refused):
 
 
 def test_a_source_pairs_by_label_and_keeps_the_labels(dragged, messages, tmp_path):
-    source = MLSControlPoints()
-    source.SetMode("file")
-    source.SetFileName("rest.mrk.json")
-    source.SetDeformedFileName("q.mrk.json")
-    found = update(source)
+    source = configured(MLSControlPoints(), Mode="file", FileName="rest.mrk.json")
+    found = update(configured(source, DeformedFileName="q.mrk.json"))
     p, q, _ = arrays.control_points(found, "Displacement")
     np.testing.assert_array_equal(p, REST)
     np.testing.assert_allclose(q, DEFORMED, rtol=1e-15)
@@ -196,12 +192,10 @@ def test_a_source_pairs_by_label_and_keeps_the_labels(dragged, messages, tmp_pat
         assert arrays.texts(source.GetOutputDataObject(port).GetFieldData(), "Space") == ["LPS"]
 
     # through a file and back
-    writer, reader = vtkXMLPolyDataWriter(), vtkXMLPolyDataReader()
-    for algorithm in (writer, reader):
-        algorithm.SetFileName(str(tmp_path / "x.vtp"))
-    writer.SetInputData(found)
-    writer.Write()
-    assert arrays.texts(update(reader).GetPointData(), "Label") == list("abcdefgh")
+    path = str(tmp_path / "x.vtp")
+    configured(vtkXMLPolyDataWriter(), InputData=found, FileName=path).Write()
+    read = update(configured(vtkXMLPolyDataReader(), FileName=path))
+    assert arrays.texts(read.GetPointData(), "Label") == list("abcdefgh")
     assert io.read_landmarks(tmp_path / "x.vtp").labels == list("abcdefgh")
 
     # an undefined point takes its pair along
@@ -275,11 +269,9 @@ def test_a_source_has_the_frame(tmp_path, messages):
 def test_polydata_carry_their_frame(tmp_path, field, frame, sign):
     polydata = update(control_points())
     arrays.add_texts(polydata.GetFieldData(), field, [frame])
-    writer = vtkXMLPolyDataWriter()
-    writer.SetInputData(polydata)
-    writer.SetFileName(str(tmp_path / "x.vtp"))
-    writer.Write()
-    found = io.read_control_points(tmp_path / "x.vtp", space="RAS")  # counts if there is no Space
+    path = str(tmp_path / "x.vtp")
+    configured(vtkXMLPolyDataWriter(), InputData=polydata, FileName=path).Write()
+    found = io.read_control_points(path, space="RAS")  # counts if there is no Space
     p, q, _ = arrays.control_points(found, "Displacement")
     np.testing.assert_array_equal(p, REST * [sign, sign, 1])
     np.testing.assert_allclose(q, DEFORMED * [sign, sign, 1], rtol=1e-15)

@@ -5,7 +5,6 @@ import re
 import numpy as np
 import pytest
 from mesh_fixtures import FLAT_PINCHED, plate
-from pipelines import update
 from vtk_fixtures import DEFORMED, REST, TYPES, add_array
 from vtkmodules.vtkCommonCore import VTK_UNSIGNED_CHAR, vtkPoints
 from vtkmodules.vtkCommonDataModel import (
@@ -20,14 +19,12 @@ from vtkmodules.vtkIOPLY import vtkPLYReader
 from vtk_mls import Deformation, io
 from vtk_mls.commands import cli
 from vtk_mls.vtk import arrays
+from vtk_mls.vtk.objects import output_of
 
 
 def scan():
-    source = vtkSphereSource()
-    source.SetCenter(4, 4, 3)
-    source.SetRadius(2)
     mesh = vtkPolyData()
-    mesh.ShallowCopy(update(source))
+    mesh.ShallowCopy(output_of(vtkSphereSource(), Center=(4, 4, 3), Radius=2))
     return mesh
 
 
@@ -38,9 +35,7 @@ def colors(rng, count, components):
 def read_by_vtk(mesh, tmp_path):
     """The mesh of a file that we write, as VTK reads it."""
     io.write_dataset(mesh, tmp_path / "a.ply")
-    reader = vtkPLYReader()
-    reader.SetFileName(str(tmp_path / "a.ply"))
-    return update(reader)
+    return output_of(vtkPLYReader(), FileName=str(tmp_path / "a.ply"))
 
 
 def values(attributes, name):

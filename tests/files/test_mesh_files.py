@@ -36,6 +36,7 @@ from vtk_mls import Deformation, io
 from vtk_mls.commands.cli import main
 from vtk_mls.files.block_files import blocks, leaves
 from vtk_mls.vtk import arrays
+from vtk_mls.vtk.objects import configured, output_of
 
 DATA = Path(__file__).parents[1] / "data"
 REST = np.array([(0.0, 0, 0), (4, 0, 0), (0, 4, 0), (0, 0, 4), (4, 4, 4)])
@@ -80,10 +81,7 @@ def image():
 
 
 def sphere():
-    source = vtkSphereSource()
-    source.SetCenter(2, 2, 2)
-    source.Update()
-    return source.GetOutput()
+    return output_of(vtkSphereSource(), Center=(2, 2, 2))
 
 
 def many_blocks():
@@ -110,10 +108,7 @@ def collection(*datasets):
 
 def write(writer, data, name, **settings):
     writer.SetInputDataObject(0, data)
-    writer.SetFileName(name)
-    for setting, value in settings.items():
-        getattr(writer, f"Set{setting}")(value)
-    assert writer.Write()
+    assert configured(writer, FileName=name, **settings).Write()
 
 
 def write_tetrahedra(suffix):

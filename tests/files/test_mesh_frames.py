@@ -13,6 +13,7 @@ from vtk_mls import io
 from vtk_mls.commands.cli import main
 from vtk_mls.files import control_point_files, metadata
 from vtk_mls.vtk import arrays
+from vtk_mls.vtk.objects import output_of
 
 TURN = [-1, -1, 1]
 OBJ = "# 3D Slicer output. SPACE={space}\nv 1 2 3\nv 4 5 6\nv 1 0 7\nf 1 2 3\n"
@@ -24,12 +25,8 @@ def points(mesh):
 
 
 def cone():
-    source, normals = vtkConeSource(), vtkPolyDataNormals()
-    source.SetCenter(4, 3, 2)
-    source.SetDirection(1, 2, 3)
-    normals.SetInputConnection(source.GetOutputPort())
-    normals.Update()
-    return normals.GetOutput()
+    source = output_of(vtkConeSource(), Center=(4, 3, 2), Direction=(1, 2, 3))
+    return output_of(vtkPolyDataNormals(), InputData=source)
 
 
 def a_mesh(suffix):

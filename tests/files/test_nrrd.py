@@ -26,7 +26,7 @@ from file_fixtures import (
     scalars,
     write_by_itk,
 )
-from vtkmodules.vtkCommonDataModel import vtkImageData
+from vtk_fixtures import make_image
 
 from vtk_mls import io
 from vtk_mls.files import metadata
@@ -363,7 +363,5 @@ def test_which_axis_of_nrrd_is_of_components(tmp_path, lines, axis, rng):
 
 @pytest.mark.parametrize(("inverse", "kind"), [(False, "resampling"), (True, "modeling")])
 def test_forward_fields_are_for_modeling(tmp_path, inverse, kind):
-    image = vtkImageData()
-    image.SetDimensions(4, 4, 4)
-    io.write_field(field_on(image, inverse), tmp_path / "x.nrrd")
+    io.write_field(field_on(make_image((4, 4, 4)), inverse), tmp_path / "x.nrrd")
     assert nrrd.read_header(str(tmp_path / "x.nrrd"))["displacement field type"] == kind

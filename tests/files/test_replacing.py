@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from command_fixtures import python
 from file_fixtures import MESHES, image_with
-from vtk_fixtures import TYPES, add_array, make_image
+from vtk_fixtures import TYPES, add_array, add_scalars, make_image
 from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet
 from vtkmodules.vtkFiltersSources import vtkRegularPolygonSource, vtkSphereSource
 
@@ -16,6 +16,7 @@ from vtk_mls import io
 from vtk_mls.files import control_point_files
 from vtk_mls.files.paths import remove_remains, replacing
 from vtk_mls.files.vtk_io import write_png
+from vtk_mls.vtk.objects import configured, output_of
 
 resource = pytest.importorskip("resource", reason="the size of files cannot be limited here")
 
@@ -23,19 +24,12 @@ SIZE = 40
 
 
 def _image():
-    image = make_image((SIZE, SIZE, SIZE))
     noise = np.random.default_rng(1).normal(size=SIZE**3)
-    add_array(image.GetPointData(), "values", noise, TYPES["double"])
-    image.GetPointData().SetActiveScalars("values")
-    return image
+    return add_scalars(make_image((SIZE, SIZE, SIZE)), "values", noise, TYPES["double"])
 
 
 def _sphere():
-    sphere = vtkSphereSource()
-    sphere.SetThetaResolution(60)
-    sphere.SetPhiResolution(60)
-    sphere.Update()
-    return sphere.GetOutput()
+    return output_of(vtkSphereSource(), ThetaResolution=60, PhiResolution=60)
 
 
 def _blocks():
@@ -109,8 +103,7 @@ def test_a_full_disk_is_noticed_by_hdf(tmp_path, missing):
 def test_pictures_too(tmp_path, disk, missing):
     picture, path = make_image((80, 60, 1)), tmp_path / "x.png"
     pixels = np.random.default_rng(1).integers(0, 256, (4800, 3))
-    add_array(picture.GetPointData(), "values", pixels, TYPES["unsigned char"])
-    picture.GetPointData().SetActiveScalars("values")
+    add_scalars(picture, "values", pixels, TYPES["unsigned char"])
     write_png(picture, path)
     full = path.stat().st_size
     path.write_bytes(b"the old one")
@@ -140,15 +133,10 @@ def test_a_whole_ply_file_counts_as_whole(tmp_path):
 
 
 def test_a_face_that_ply_cannot_hold_is_refused(tmp_path):
-    polygon = vtkRegularPolygonSource()
-    polygon.SetNumberOfSides(300)
-    polygon.GeneratePolylineOff()
-    polygon.Update()
+    polygon = configured(vtkRegularPolygonSource(), GeneratePolyline=False)
     with pytest.raises(ValueError, match=r"`.*x\.ply` cannot hold a face of 300 points"):
-        io.write_dataset(polygon.GetOutput(), tmp_path / "x.ply")
-    polygon.SetNumberOfSides(255)
-    polygon.Update()
-    io.write_dataset(polygon.GetOutput(), tmp_path / "x.ply")
+        io.write_dataset(output_of(polygon, NumberOfSides=300), tmp_path / "x.ply")
+    io.write_dataset(output_of(polygon, NumberOfSides=255), tmp_path / "x.ply")
     assert io.read_dataset(tmp_path / "x.ply").GetNumberOfCells() == 1
 
 

@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 from pipelines import values_of
-from vtk_fixtures import TURNED, TYPES, add_array, make_image
+from vtk_fixtures import TURNED, TYPES, add_array, add_scalars, make_image
 
 from vtk_mls import Sampling
 from vtk_mls.filters import MLSDeform
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
+from vtk_mls.vtk.objects import configured
 
 PLACES = {
     "plain": {},
@@ -20,9 +21,7 @@ PLACES = {
 
 @pytest.fixture
 def deform(device):
-    deform = MLSDeform()
-    deform.SetDevice(device)
-    return deform
+    return configured(MLSDeform(), Device=device)
 
 
 def smooth_image(**place):
@@ -30,8 +29,7 @@ def smooth_image(**place):
     image = make_image(**place)
     grid = ImageGeometry.of_image(image).grid
     x, y, z = grid.points().T
-    add_array(image.GetPointData(), "values", np.sin(x) + y * z)
-    image.GetPointData().SetActiveScalars("values")
+    add_scalars(image, "values", np.sin(x) + y * z)
     x, y, z = grid.cells.points().T
     add_array(image.GetCellData(), "cells", np.stack([x * y, z], axis=1), TYPES["float"])
     return image

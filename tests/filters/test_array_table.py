@@ -17,6 +17,7 @@ from vtk_mls import Plane
 from vtk_mls.filters import MLSControlPoints, MLSDeform, MLSDisplacementField
 from vtk_mls.filters.void_arrays import CAN_HIDE_CELLS
 from vtk_mls.vtk import arrays
+from vtk_mls.vtk.objects import configured
 
 _PATH = Path(__file__).parents[2] / "docs/array_table.py"
 _SPECIFICATION = importlib.util.spec_from_file_location("array_table", _PATH)
@@ -64,9 +65,7 @@ def written(algorithm, dataset, cut, **properties):
     algorithm.SetDevice("reference")
     if cut:
         algorithm.AddCut(CUT)
-    for name, value in properties.items():
-        getattr(algorithm, f"Set{name}")(value)
-    return names(update(algorithm)) - names(dataset)
+    return names(update(configured(algorithm, **properties))) - names(dataset)
 
 
 def switched(names=DEFORM_SWITCHES):

@@ -10,6 +10,7 @@ from vtkmodules.vtkFiltersCore import vtkPointDataToCellData
 from vtkmodules.vtkImagingCore import vtkRTAnalyticSource
 
 from vtk_mls.vtk import arrays
+from vtk_mls.vtk.objects import output_of
 
 FAR = control_points([(0, 0, 0)], [(1000, 0, 0)])
 
@@ -38,11 +39,8 @@ def test_each_array_has_the_median_of_its_corners(image):
     deform.AddLabelArray("labels")
     deform.SetBackground(7)
     names = "ct", "float", "rgb", "labels", arrays.GHOSTS
-    deform.Update()
-    assert [values_of(deform.GetOutput(), name).flat[0] for name in names] == [7, 7, 7, 7, 0]
-    deform.SetAutomaticBackground(1)
-    deform.Update()
-    output = deform.GetOutput()
+    assert [values_of(update(deform), name).flat[0] for name in names] == [7, 7, 7, 7, 0]
+    output = output_of(deform, AutomaticBackground=1)
     for name in names[:3]:
         expected = lower_median(values_of(image, name))
         assert (values_of(output, name) == expected).all(), name
@@ -52,9 +50,7 @@ def test_each_array_has_the_median_of_its_corners(image):
     moved = arrays.to_numpy(output.GetCellData().GetArray("of cells"))
     assert (moved == lower_median(cells)).all()
     assert deform.used_backgrounds >= {("ct", lower_median(values_of(image, "ct")))}
-    deform.SetAutomaticBackground(0)
-    deform.Update()
-    assert (values_of(deform.GetOutput(), "ct") == 7).all()
+    assert (values_of(output_of(deform, AutomaticBackground=0), "ct") == 7).all()
 
 
 def test_pieces_have_the_background_of_the_whole():

@@ -25,7 +25,6 @@ from vtkmodules.vtkCommonDataModel import (
     vtkTable,
     vtkUnstructuredGrid,
 )
-from vtkmodules.vtkCommonMath import vtkMatrix3x3
 from vtkmodules.vtkFiltersSources import vtkRandomHyperTreeGridSource, vtkSphereSource
 from vtkmodules.vtkImagingCore import vtkExtractVOI
 
@@ -148,11 +147,8 @@ def part_of(whole, extent):
 
 def scene(rng, has_cells):
     """An oblique image with several arrays."""
-    whole = make_image((13, 12, 11))
-    whole.SetSpacing(0.75, 0.8, 0.9)
-    turn = vtkMatrix3x3()
-    turn.DeepCopy([0.8, -0.6, 0, 0.6, 0.8, 0, 0, 0, 1])
-    whole.SetDirectionMatrix(turn)
+    turn = [0.8, -0.6, 0, 0.6, 0.8, 0, 0, 0, 1]
+    whole = make_image((13, 12, 11), direction=turn, spacing=(0.75, 0.8, 0.9))
     add_array(whole.GetPointData(), "values", rng.normal(size=13 * 12 * 11))
     add_array(whole.GetPointData(), "labels", rng.integers(0, 9, 13 * 12 * 11), 6)
     whole.GetPointData().SetActiveScalars("values")

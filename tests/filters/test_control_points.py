@@ -1,7 +1,7 @@
 """MLSControlPoints makes the polydata that the other filters read."""
 
 import numpy as np
-from pipelines import update
+from pipelines import control_points, update
 
 from vtk_mls.filters import MLSControlPoints
 from vtk_mls.vtk import arrays
@@ -9,9 +9,7 @@ from vtk_mls.vtk import arrays
 
 def test_explicit_points(rng):
     rest, deformed = rng.normal(size=(2, 5, 3)) * 1e-9 + 5e5
-    source = MLSControlPoints()
-    source.SetRestPoints(rest)
-    source.SetDeformedPoints(deformed)
+    source = control_points(rest, deformed)
     output = update(source)
     p, q, weights = arrays.control_points(output, "Displacement")
     np.testing.assert_array_equal(p, rest)

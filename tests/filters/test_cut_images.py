@@ -15,15 +15,13 @@ from vtkmodules.vtkFiltersSources import vtkDiskSource, vtkPlaneSource, vtkSpher
 from vtk_mls import CUT_FRAMES, Deformation, HalfPlane, Plane, Sampling, Surface
 from vtk_mls.filters import MLSDeform
 from vtk_mls.vtk import arrays
+from vtk_mls.vtk.objects import configured
 
 
 def rectangle(x=3.9, z=2.6):
     """A large polygon in a plane of constant x, from z upwards."""
-    source = vtkPlaneSource()
-    source.SetOrigin(x, -90, z)
-    source.SetPoint1(x, 90, z)
-    source.SetPoint2(x, -90, 90)
-    return source
+    source = configured(vtkPlaneSource(), Origin=(x, -90, z))
+    return configured(source, Point1=[x, 90, z], Point2=[x, -90, 90])
 
 
 @BOTH

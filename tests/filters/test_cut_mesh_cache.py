@@ -5,16 +5,18 @@ from functools import partial
 import mesh_fixtures
 import numpy as np
 import pytest
+from handle_surfaces import carried, transform
 from mesh_fixtures import CUTS, MESHES, OPENED, as_grid, cells, count, places_of
 from pipelines import assert_same, control_points, update
 from vtk_fixtures import add_array
 from vtkmodules.vtkCommonDataModel import VTK_TETRA, vtkCellArray, vtkDataSetAttributes
-from vtkmodules.vtkCommonTransforms import vtkTransform
-from vtkmodules.vtkFiltersGeneral import vtkTransformFilter
 from vtkmodules.vtkFiltersSources import vtkPlaneSource
 
 from vtk_mls.filters import warping
 from vtk_mls.vtk import arrays, splitting
+from vtk_mls.vtk.objects import configured
+
+SHIFT = transform(0, move=(1, 2, 3))
 
 deforming = partial(mesh_fixtures.deforming, device="reference")  # numbers are not the point
 
@@ -29,9 +31,8 @@ def calls(monkeypatch):
 
 @pytest.mark.parametrize("way", ["AddCut", "properties", "port 2"])
 def test_dragging_does_not_split_again(way, calls):
-    mesh, handles, scalpel = cells(VTK_TETRA), control_points(), vtkPlaneSource()
-    scalpel.SetOrigin(4.03, 1, 1)
-    scalpel.SetPoint1(4.03, 6, 1)
+    mesh, handles = cells(VTK_TETRA), control_points()
+    scalpel = configured(vtkPlaneSource(), Origin=(4.03, 1, 1), Point1=[4.03, 6, 1])
     scalpel.SetPoint2(4.03, 1, 5)
     filter_ = deforming(mesh, handles)
     if way == "AddCut":
@@ -53,16 +54,6 @@ def test_dragging_does_not_split_again(way, calls):
     filter_.AddCut(CUTS["half-plane"])
     update(filter_)
     assert len(calls) == 3
-
-
-def transformed(mesh):
-    """The mesh moved by VTK's filter."""
-    move, transform = vtkTransformFilter(), vtkTransform()
-    transform.Translate(1, 2, 3)
-    move.SetTransform(transform)
-    move.SetInputData(mesh)
-    move.Update()
-    return move.GetOutput()
 
 
 def marked(name="polyhedra"):
@@ -94,7 +85,7 @@ def assert_alike(output, expected):
 def test_what_changes_no_array_does_not_split_again(name, calls):
     mesh, filter_ = marked(name)
     update(filter_)
-    transformed(mesh)
+    carried(mesh, SHIFT)
     mesh.GetPointData().Modified()
     mesh.GetCellData().Modified()
     add_array(mesh.GetFieldData(), "time", [3.5])
@@ -123,7 +114,7 @@ CHANGES = {
     "no scalars": lambda m: m.GetCellData().SetActiveAttribute(-1, vtkDataSetAttributes.SCALARS),
     "normals": lambda m: m.GetPointData().SetActiveNormals("normals"),
     "places": lambda m: _reverse(m.GetPoints().GetData(), slice(2)),
-    "points": lambda m: m.SetPoints(transformed(m).GetPoints()),
+    "points": lambda m: m.SetPoints(carried(m, SHIFT).GetPoints()),
     "the mesh": lambda m: m.Modified(),
 }
 CHANGES_OF = {

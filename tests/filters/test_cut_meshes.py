@@ -57,6 +57,7 @@ from vtkmodules.vtkFiltersCore import vtkAppendFilter, vtkCellCenters, vtkConnec
 
 from vtk_mls import Deformation, Plane, Surface
 from vtk_mls.vtk import arrays, splitting
+from vtk_mls.vtk.objects import configured, output_of
 
 
 def curved_hexahedra(blocks):
@@ -90,10 +91,7 @@ def test_cells_are_split_along_the_cut(name, cut):
     assert (sizes(output) > 0).all()
     np.testing.assert_allclose(array_of(output, "linear"), linear(x), atol=1e-5)
     # no cell is on both sides: its middle sees all of its corners, seen from their side
-    centers = vtkCellCenters()
-    centers.SetInputData(output)
-    centers.Update()
-    middle = places_of(centers.GetOutput()).astype(np.float64)
+    middle = places_of(output_of(vtkCellCenters(), InputData=output)).astype(np.float64)
     corners = arrays.to_numpy(output.GetCells().GetConnectivityArray())
     cell = np.repeat(
         np.arange(len(middle)), np.diff(arrays.to_numpy(output.GetCells().GetOffsetsArray()))
@@ -110,8 +108,7 @@ def test_cells_are_split_along_the_cut(name, cut):
 
 def pieces_of(mesh):
     """The number of parts that do not hang together."""
-    connected = vtkConnectivityFilter()
-    connected.SetInputData(mesh)
+    connected = configured(vtkConnectivityFilter(), InputData=mesh)
     connected.SetExtractionModeToAllRegions()
     connected.Update()
     return connected.GetNumberOfExtractedRegions()
@@ -314,8 +311,7 @@ def test_points_of_ones_own_that_coincide_stay_apart():
     append = vtkAppendFilter()
     append.AddInputData(cells(VTK_TETRA))
     append.AddInputData(cells(VTK_TETRA))
-    append.Update()
-    both, _ = split(append.GetOutput(), [CUTS["half-plane"]])
+    both, _ = split(output_of(append), [CUTS["half-plane"]])
     one, _ = split(cells(VTK_TETRA), [CUTS["half-plane"]])
     assert both.GetNumberOfPoints() == 2 * one.GetNumberOfPoints()
     assert both.GetNumberOfCells() == 2 * one.GetNumberOfCells()

@@ -8,10 +8,11 @@ from vtk_fixtures import DEFORMED, REST, TURNED, TYPES, add_array, make_image
 from vtkmodules.vtkCommonDataModel import vtkDataSetAttributes
 
 from vtk_mls import INTERPOLATIONS, Deformation, Grid
-from vtk_mls.filters import MLSControlPoints, MLSDeform
+from vtk_mls.filters import MLSDeform
 from vtk_mls.model.options import ALPHA
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
+from vtk_mls.vtk.objects import configured
 
 OPTIONS = [
     {"kind": "affine"},
@@ -26,9 +27,7 @@ OPTIONS = [
 @pytest.fixture
 def reference():
     """A filter for tests of arrays, in which numbers are not the point."""
-    deform = MLSDeform()
-    deform.SetDevice("reference")
-    return deform
+    return configured(MLSDeform(), Device="reference")
 
 
 # Numbers
@@ -41,10 +40,7 @@ def test_a_background_outside_the_range_of_a_type_is_reported(reference, message
     labels = np.ones(image.GetNumberOfPoints(), np.uint8)
     arrays.add(image.GetPointData(), "labels", labels)
     reference.SetBackground(background)
-    far = MLSControlPoints()
-    far.SetRestPoints([(0, 0, 0)])
-    far.SetDeformedPoints([(1000, 0, 0)])
-    output = update(connect(reference, image, far))
+    output = update(connect(reference, image, control_points([(0, 0, 0)], [(1000, 0, 0)])))
     messages.assert_one(f"`background` .* got {background}: array `labels` .uint8. gets 0 instead")
     assert (values_of(output, "labels") == 0).all()
     np.testing.assert_array_equal(values_of(output, "values"), background)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from pipelines import Executions, connect, control_points, update, values_of
 from smooth_images import assert_holds, expected, smooth_image
-from vtk_fixtures import DEFORMED, REST, add_array, make_image
+from vtk_fixtures import DEFORMED, REST, add_array, add_scalars, make_image
 from vtkmodules.vtkCommonDataModel import (
     vtkDataObject,
     vtkDataSetAttributes,
@@ -124,9 +124,7 @@ def test_blocks_do_not_keep_scalars_of_other_blocks(deform, messages):
     blocks = vtkMultiBlockDataSet()
     for number, name in enumerate("abc"):
         image = make_image((5 - number, 4, 3))
-        add_array(image.GetPointData(), name, np.arange(image.GetNumberOfPoints()))
-        image.GetPointData().SetActiveScalars(name)
-        blocks.SetBlock(number, image)
+        blocks.SetBlock(number, add_scalars(image, name, np.arange(image.GetNumberOfPoints())))
     output = update(connect(deform, blocks, control_points()))
     messages.assert_one("what crosses a border between them is lost")
     for number, name in enumerate("abc"):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from pipelines import assert_fails, connect, control_points, update, values_of
 from smooth_images import PLACES, smooth_image
-from vtk_fixtures import DEFORMED, REST, add_array, make_image
+from vtk_fixtures import DEFORMED, REST, add_scalars, make_image
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkFiltersHybrid import vtkGridTransform
@@ -14,15 +14,14 @@ from vtkmodules.vtkImagingCore import vtkImageReslice
 from vtk_mls import Deformation, HalfPlane
 from vtk_mls.filters import MLSDeform, MLSDisplacementField, displacement_field
 from vtk_mls.vtk.arrays import ImageGeometry
+from vtk_mls.vtk.objects import configured, output_of
 
 NAME = "BackwardDisplacement"
 
 
 @pytest.fixture
 def field(device):
-    field = MLSDisplacementField()
-    field.SetDevice(device)
-    return field
+    return configured(MLSDisplacementField(), Device=device)
 
 
 @pytest.mark.parametrize("place", PLACES)
@@ -44,9 +43,7 @@ def test_an_image_gives_its_grid(field, device, place):
 
 
 def test_another_dataset_gives_its_bounds(field, device):
-    sphere = vtkSphereSource()
-    sphere.SetRadius(3)
-    sphere.SetCenter(4, 4, 3)
+    sphere = configured(vtkSphereSource(), Radius=3, Center=(4, 4, 3))
     field.SetSampleDimensions(5, 6, 1)
     connect(field, sphere, control_points())
     field.UpdateInformation()
@@ -76,17 +73,14 @@ def test_vtk_grid_transform_deforms_alike(field, device, start):
     origin = -np.multiply(start, (0.9, 1.0, 1.1))
     image, handles = make_image((12, 11, 10), start, origin=origin), control_points()
     x, y, z = ImageGeometry.of_image(image).grid.points().T
-    add_array(image.GetPointData(), "values", np.sin(x) + np.cos(y * 0.8) + z)
-    image.GetPointData().SetActiveScalars("values")
+    add_scalars(image, "values", np.sin(x) + np.cos(y * 0.8) + z)
     deform = MLSDeform()
     deform.SetDevice(device)
     for algorithm in (deform, field):
         connect(algorithm, image, handles)
-    transform, reslice = vtkGridTransform(), vtkImageReslice()
-    transform.SetDisplacementGridConnection(field.GetOutputPort())
+    transform = configured(vtkGridTransform(), DisplacementGridConnection=field.GetOutputPort())
     transform.SetInterpolationModeToLinear()
-    reslice.SetInputData(image)
-    reslice.SetResliceTransform(transform)
+    reslice = configured(vtkImageReslice(), InputData=image, ResliceTransform=transform)
     reslice.SetInterpolationModeToLinear()
     reslice.SetBackgroundLevel(-5)
     deform.SetBackground(-5)
@@ -104,15 +98,11 @@ def test_vtk_grid_transform_deforms_alike(field, device, start):
 
 def test_after_a_failure_a_smaller_grid_is_requested(messages):
     """VTK keeps the extent that was asked for last."""
-    source, bare = vtkSphereSource(), vtkPolyData()
-    source.Update()
-    points = vtkPoints()
+    bare, points = vtkPolyData(), vtkPoints()
     points.InsertNextPoint(0, 0, 0)
     bare.SetPoints(points)
-    field = MLSDisplacementField()
+    field = connect(MLSDisplacementField(), output_of(vtkSphereSource()), bare)
     field.SetDevice("reference")
-    field.SetInputData(0, source.GetOutput())
-    field.SetInputData(1, bare)
     for _ in range(3):
         assert_fails(field, messages, "no numeric point array `Displacement`")
         field.SetSampleDimensions(5, 1, 3)

@@ -19,6 +19,7 @@ from vtkmodules.vtkFiltersSources import vtkSphereSource
 from vtkmodules.vtkImagingCore import vtkRTAnalyticSource
 
 from vtk_mls.filters import MLSControlPoints, MLSDeform, MLSDisplacementField
+from vtk_mls.vtk.objects import configured
 
 POINTS = vtkDataObject.FIELD_ASSOCIATION_POINTS
 
@@ -69,12 +70,7 @@ INF = np.where(np.arange(8) == 3, np.inf, 1.0)
 
 def sets(of="deforming", **properties):
     """A function that sets properties of the filter or of the source of a scene."""
-
-    def spoil(scene):
-        for name, value in properties.items():
-            getattr(getattr(scene, of), f"Set{name}")(value)
-
-    return spoil
+    return lambda scene: configured(getattr(scene, of), **properties)
 
 
 # What is broken, and what the sentence says. Tests of the core have all wrong options.

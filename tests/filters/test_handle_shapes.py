@@ -21,6 +21,7 @@ from vtkmodules.vtkFiltersCore import vtkAppendFilter, vtkDelaunay3D
 
 from vtk_mls import Ball, CurveHandle, RegionHandle
 from vtk_mls.filters import MLSDeform
+from vtk_mls.vtk.objects import configured
 
 CORNERS = np.array([(x, y, z) for x in (-6, 6) for y in (-6, 6) for z in (-6, 6)], float)
 MOTION = transform()
@@ -32,11 +33,9 @@ def carried_by(by, mesh):
 
 
 def deforming(handles, mesh=None, device="reference", shapes="cells"):
-    deform = MLSDeform()
+    deform = configured(MLSDeform(), HandleShapes=shapes, Device=device)
     deform.SetInputData(0, ball((0, 0, 0), 3) if mesh is None else mesh)
     deform.SetInputData(1, handles)
-    deform.SetHandleShapes(shapes)
-    deform.SetDevice(device)
     return deform
 
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from mesh_fixtures import CUTS, HIGH, LOW, array_of, cells, count, places_of, rectilinear, sphere
 from pipelines import assert_fails, update, values_of
-from vtk_fixtures import DEFORMED, FAST, REST, add_array, make_image
+from vtk_fixtures import DEFORMED, FAST, REST, add_array, add_scalars, make_image
 from vtkmodules.vtkCommonDataModel import VTK_TETRA
 
 from vtk_mls import Affine, Chain, Deformation, Field, Grid, Sampling, io
@@ -37,13 +37,10 @@ def deforming(dataset, initial, cut=None, kind=MLSDeform, device=FAST):
 
 
 def scan():
-    image = make_image((18, 16, 14), origin=(0, 0, 0))
-    image.SetSpacing(0.45, 0.5, 0.5)
+    image = make_image((18, 16, 14), origin=(0, 0, 0), spacing=(0.45, 0.5, 0.5))
     grid = ImageGeometry.of_image(image).grid
     x = grid.points()
-    add_array(image.GetPointData(), "values", np.sin(x[:, 0]) + 0.1 * x[:, 1] * x[:, 2])
-    image.GetPointData().SetActiveScalars("values")
-    return image, grid
+    return add_scalars(image, "values", np.sin(x[:, 0]) + 0.1 * x[:, 1] * x[:, 2]), grid
 
 
 def test_images_are_resampled_once_by_both(initial, device):

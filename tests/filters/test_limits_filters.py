@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from pipelines import assert_fails, connect, control_points, update, values_of
-from vtk_fixtures import DEFORMED, REST, add_array
+from vtk_fixtures import DEFORMED, REST, add_array, add_scalars, make_image
 from vtkmodules.vtkCommonCore import VTK_FLOAT, VTK_UNSIGNED_SHORT
 from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPolyData
 from vtkmodules.vtkImagingCore import vtkRTAnalyticSource
@@ -11,6 +11,7 @@ from vtkmodules.vtkImagingCore import vtkRTAnalyticSource
 from vtk_mls import BallMask, BoxMask, Deformation, FixedFace, Plane, SlidingFace
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
 from vtk_mls.vtk.arrays import ImageGeometry
+from vtk_mls.vtk.objects import configured
 
 
 def scene(kind=MLSDeform):
@@ -31,11 +32,8 @@ def held(messages):
 
 
 def mask_image(values, vtk_type):
-    image = vtkImageData()
-    image.SetDimensions(9, 9, 9)
-    add_array(image.GetPointData(), "mask", np.ravel(values), vtk_type)
-    image.GetPointData().SetActiveScalars("mask")
-    return image
+    image = make_image((9, 9, 9), origin=(0, 0, 0), spacing=(1, 1, 1))
+    return add_scalars(image, "mask", np.ravel(values), vtk_type)
 
 
 @pytest.mark.usefixtures("held")
@@ -167,6 +165,4 @@ BAD = {
 def test_bad_limits(case, messages):
     properties, sentence = BAD[case]
     deform, _ = scene()
-    for name, value in properties.items():
-        getattr(deform, f"Set{name}")(value)
-    assert_fails(deform, messages, sentence)
+    assert_fails(configured(deform, **properties), messages, sentence)

@@ -37,6 +37,7 @@ from vtk_mls import Plane
 from vtk_mls.base.linear_algebra import unit
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
 from vtk_mls.vtk import arrays, orientation
+from vtk_mls.vtk.objects import configured, output_of
 
 FREE = {VTK_VOXEL: VTK_HEXAHEDRON}  # what is a box along the axes by its type becomes
 
@@ -83,8 +84,7 @@ def test_everything_else_is_kept(any_mesh):
 
 
 def test_mesh_and_image_stay_registered(rng):
-    image = make_image((72, 72, 60), origin=(-1, -1, -1))
-    image.SetSpacing(0.15, 0.15, 0.15)
+    image = make_image((72, 72, 60), origin=(-1, -1, -1), spacing=(0.15, 0.15, 0.15))
     x = np.array([image.GetPoint(i) for i in range(image.GetNumberOfPoints())])
     add_array(image.GetPointData(), "f", smooth(x))
     mesh = cells(VTK_TETRA, 24)
@@ -94,12 +94,9 @@ def test_mesh_and_image_stay_registered(rng):
     set_places(probes, rng.uniform(LOW, HIGH, (10_000, 3)))
     values, valid = [], np.ones(10_000, bool)
     for output in outputs:
-        probe = vtkProbeFilter()
-        probe.SetInputData(probes)
-        probe.SetSourceData(output)
-        probe.Update()
-        values.append(array_of(probe.GetOutput(), "f"))
-        valid &= array_of(probe.GetOutput(), "vtkValidPointMask") > 0
+        probed = output_of(vtkProbeFilter(), InputData=probes, SourceData=output)
+        values.append(array_of(probed, "f"))
+        valid &= array_of(probed, "vtkValidPointMask") > 0
     assert valid.sum() > 5000
     # a quarter of the second derivative (0.5) times the square of the edge length (0.35), twice
     assert np.abs(values[0] - values[1])[valid].max() < 0.04
@@ -149,10 +146,7 @@ def test_vectors_are_pushed_and_gradients_turned_by_the_jacobian(device, rng):
     np.testing.assert_allclose(array_of(output, "slope"), turned, atol=1e-3)
     np.testing.assert_array_equal(array_of(output, "other"), flow)
     np.testing.assert_allclose(array_of(output, "normals"), unit(turned), atol=1e-3)
-    centers = vtkCellCenters()
-    centers.SetInputData(output)
-    centers.Update()
-    jacobian = d.jacobian(places_of(centers.GetOutput()))
+    jacobian = d.jacobian(places_of(output_of(vtkCellCenters(), InputData=output)))
     expected = np.linalg.solve(jacobian, in_cells[..., None])[..., 0]
     np.testing.assert_allclose(array_of(output, "flow", "Cell"), expected, atol=2e-3)
     turned = unit(np.einsum("nij,ni->nj", jacobian, in_cells))
@@ -302,9 +296,7 @@ def test_arrays_that_are_too_short_get_a_sentence(make, data, cut, messages):
 @pytest.mark.parametrize("make", [structured, rectilinear])
 def test_a_smaller_grid_of_another_type_may_follow_an_image(make):
     """VTK keeps the extent that was asked for last."""
-    filter_ = MLSDeform()
-    filter_.SetRestPoints(REST)
-    filter_.SetDeformedPoints(DEFORMED)
+    filter_ = configured(MLSDeform(), RestPoints=REST, DeformedPoints=DEFORMED)
     filter_.SetInputDataObject(0, make_image((9, 20, 30)))
     update(filter_)
     filter_.SetInputDataObject(0, make())

@@ -8,6 +8,7 @@ from vtk_fixtures import DEFORMED, FAST, REST, add_array, make_image
 from vtk_mls import CUT_FRAMES
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
 from vtk_mls.filters.control_point_source import lattice
+from vtk_mls.vtk.objects import configured
 
 FILTERS = pytest.mark.parametrize("filter_type", [MLSDeform, MLSDisplacementField])
 
@@ -21,19 +22,13 @@ def image(rng):
 
 def alone(filter_type, image, **lists):
     """A filter with handles of its own."""
-    deforming = filter_type()
-    deforming.SetDevice("reference")
-    deforming.SetInputData(image)
-    for name, values in lists.items():
-        getattr(deforming, f"Set{name}")(values)
-    return deforming
+    return configured(filter_type(), Device="reference", InputData=image, **lists)
 
 
 def with_handles(filter_type, image, *lists, **settings):
     """A filter with handles on port 1."""
     deforming = connect(filter_type(), image, control_points(*lists, **settings))
-    deforming.SetDevice("reference")
-    return deforming
+    return configured(deforming, Device="reference")
 
 
 def result(deforming):
@@ -143,13 +138,8 @@ def test_a_handle_that_is_dragged_off_the_cut_takes_that_side_along(cut, frame):
     rest = lattice((3, 3, 3), bounds)
     number = len(rest) // 2 + 9  # in the middle of the upper side
     assert (rest[number] == [*middle[:2], bounds[5]]).all()
-    deforming = MLSDeform()
-    deforming.SetDevice(FAST)
-    deforming.SetInputData(image)
-    deforming.SetCutFrame(frame)
-    deforming.SetCutType(cut)
-    deforming.SetCutOrigin(middle)
-    deforming.SetRestPoints(rest)
+    deforming = configured(MLSDeform(), Device=FAST, InputData=image, RestPoints=rest)
+    configured(deforming, CutFrame=frame, CutType=cut, CutOrigin=middle)
     voids = []
     for way in (-4, 4):
         deformed = rest.copy()

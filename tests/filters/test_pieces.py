@@ -16,6 +16,7 @@ from vtk_mls.filters import MLSDeform, MLSDisplacementField, parallel
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 from vtk_mls.vtk.control_point_polydata import fill_polydata
+from vtk_mls.vtk.objects import configured, output_of
 
 DIMENSIONS, START = (9, 8, 7), (3, -2, 5)
 OPENED = HalfPlane((3, 4, 3), (0, 1, 0), (1, 0, 0))
@@ -281,11 +282,8 @@ def test_processes_talk_only_after_a_change(processes):
 
 
 def test_cuts_of_several_processes(processes):
-    plane = vtkPlaneSource()
-    plane.SetOrigin(3, 4, -20)
-    plane.SetPoint1(20, 4, -20)
-    plane.SetPoint2(3, 4, 20)
-    cut = update(plane)
+    plane = configured(vtkPlaneSource(), Origin=(3, 4, -20), Point1=[20, 4, -20])
+    cut = output_of(plane, Point2=[3, 4, 20])
     expected = values(deformed(handles(), cut))
     assert not np.array_equal(expected, values(deformed(handles())))
     processes([[handles(), vtkPolyData()]], [[handles(), cut]])

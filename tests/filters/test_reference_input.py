@@ -20,9 +20,8 @@ FAR = [300.0, -200, 100]
 
 def reference(shift=(0, 0, 0)):
     """An oblique image whose first index is not 0."""
-    image = make_image((7, 6, 5), (2, 0, -1), TURNED, np.add((1, 2, 0.5), shift))
-    image.SetSpacing(0.6, 0.7, 0.8)
-    return image
+    origin = np.add((1, 2, 0.5), shift)
+    return make_image((7, 6, 5), (2, 0, -1), TURNED, origin, (0.6, 0.7, 0.8))
 
 
 def deforming(dataset, grid=None, deformed=DEFORMED, port=True):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from mesh_fixtures import CUTS, MESHES, array_of, deforming, places_of, split
 from pipelines import connect, control_points, update, values_of
-from vtk_fixtures import FAST, REST, add_array, make_image
+from vtk_fixtures import FAST, REST, add_array, add_scalars, make_image
 
 from vtk_mls import Deformation, Plane
 from vtk_mls.base.linear_algebra import unit
@@ -210,8 +210,7 @@ def test_faces_of_a_turned_image_look_into_the_opening(device):
     axis, angle, by = np.array([1, 2, 0.5]), 0.5, np.array([1.0, 0, -3])
     apart = REST + np.where(REST[:, 2:] > 3, 1, -1) * [0, 0, 2]
     image = make_image((17, 17, 17), origin=(-3, -4, -8))
-    add_array(image.GetPointData(), "one", np.ones(image.GetNumberOfPoints()))
-    image.GetPointData().SetActiveScalars("one")
+    add_scalars(image, "one", np.ones(image.GetNumberOfPoints()))
     handles = control_points(REST, turned(apart, angle, axis) + by)
     filter_ = deforming(image, handles, device, Plane((4, 4, 3), (0, 0, 1)), CutFrame="rest")
     filter_.SetGradientArray("one")

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from mesh_fixtures import places_of, set_places
 from pipelines import ball, update
-from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPointSet
+from vtk_fixtures import make_image
+from vtkmodules.vtkCommonDataModel import vtkPointSet
 
 from vtk_mls import (
     Ball,
@@ -26,6 +27,7 @@ from vtk_mls.filters import MLSDeform, MLSDisplacementField
 from vtk_mls.model.handles.shapes import Shape
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.cells import connectivity_of
+from vtk_mls.vtk.objects import configured
 
 C, S = np.cos(0.1), np.sin(0.1)  # a small turn about (2, 2, 2): nothing folds
 MOTION = np.array([(C, -S, 0, 2 - 2 * (C - S)), (S, C, 0, 2 - 2 * (S + C)), (0, 0, 1, 0.05)])
@@ -70,10 +72,7 @@ DEFORMED = REST + [(0, 0, 0), (0.1, 0, 0), (0, 0.1, 0.1)]
 
 
 def image():
-    data = vtkImageData()
-    data.SetDimensions(GRID.dimensions)
-    data.SetOrigin(GRID.origin)
-    data.SetSpacing(GRID.spacing)
+    data = make_image(GRID.dimensions, origin=GRID.origin, spacing=GRID.spacing)
     arrays.add(data.GetPointData(), "x", np.ascontiguousarray(X[:, 0]))
     return data
 
@@ -114,10 +113,8 @@ def test_filters_do_as_the_reference(shape, limit, messages):
     handles, limits = HANDLES[shape](), LIMITS[limit]
     value = Deformation(REST, DEFORMED, handles=handles, device="reference", **limits)
     for make_filter, make_input, check in FILTERS.values():
-        filter_ = make_filter()
+        filter_ = configured(make_filter(), RestPoints=REST, DeformedPoints=DEFORMED)
         filter_.SetInputDataObject(0, make_input())
-        filter_.SetRestPoints(REST)
-        filter_.SetDeformedPoints(DEFORMED)
         filter_.SetDevice("reference")
         for handle in handles:
             filter_.AddHandle(handle)

@@ -66,9 +66,7 @@ def _squeezed():
 @pytest.mark.parametrize("algorithm", [MLSDeform, MLSDisplacementField])
 def test_folds_that_samples_miss_are_found_at_the_voxels(algorithm, monkeypatch):
     monkeypatch.setattr(fold_free, "in_enough_steps", lambda _, d, *more: d.in_steps(1))
-    image = make_image((30,) * 3)
-    image.SetOrigin(-15, -15, -15)
-    image.SetSpacing(1, 1, 1)
+    image = make_image((30,) * 3, origin=(-15, -15, -15), spacing=(1, 1, 1))
     output = _deformed(image, _squeezed(), 0, algorithm, Alpha=3.0)
     assert count(output, "StepsUsed") > 1
     assert count(output, "SmallestDeterminant") > 0
@@ -93,9 +91,7 @@ def test_a_linear_field_that_folds_is_marked():
     rest = np.r_[0.5 + 0.02 * rng.normal(size=(3, 3)), np.eye(3), [(0, 0, 0), (1, 1, 1)]]
     deformed = rest.copy()
     deformed[:3] = 0.5 + (rest[:3] - 0.5) @ [(0, -1, 0), (1, 0, 0), (0, 0, 1)]
-    image = make_image((12,) * 3)
-    image.SetOrigin(0, 0, 0)
-    image.SetSpacing(1 / 11, 1 / 11, 1 / 11)
+    image = make_image((12,) * 3, origin=(0, 0, 0), spacing=(1 / 11,) * 3)
     output = _deformed(image, (rest, deformed), 0, MLSDisplacementField)
     folded = array_of(output, "Folded")
     d = Deformation(rest, deformed, steps=int(count(output, "StepsUsed")), device=FAST)

@@ -8,16 +8,13 @@ import numpy as np
 import pytest
 from pipelines import KEYS, Source, assert_same, values_of
 from vtk_fixtures import make_image
-from vtkmodules.vtkCommonDataModel import (
-    vtkDataObject,
-    vtkMultiBlockDataSet,
-    vtkPolyData,
-)
+from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkMultiBlockDataSet, vtkPolyData
 from vtkmodules.vtkFiltersSources import vtkPlaneSource, vtkSphereSource
 
 from vtk_mls.filters import MLSControlPoints, MLSDeform, MLSDisplacementField
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.control_point_polydata import fill_polydata
+from vtk_mls.vtk.objects import configured, output_of
 
 TOLERANCE = 1e-5  # of coordinates of about 10, in float32
 FILTERS = MLSDeform, MLSDisplacementField
@@ -35,19 +32,12 @@ def growth(output, time):
 
 
 def plane(output, time):
-    made = vtkPlaneSource()
-    made.SetOrigin(time / 10, -9, -9)
-    made.SetPoint1(time / 10, 9, -9)
-    made.SetPoint2(time / 10, -9, 9)
-    made.Update()
-    output.ShallowCopy(made.GetOutput())
+    made = configured(vtkPlaneSource(), Origin=(time / 10, -9, -9), Point1=[time / 10, 9, -9])
+    output.ShallowCopy(output_of(made, Point2=[time / 10, -9, 9]))
 
 
 def sphere(output, time):
-    made = vtkSphereSource()
-    made.SetCenter(0, 10 * time, 0)
-    made.Update()
-    output.ShallowCopy(made.GetOutput())
+    output.ShallowCopy(output_of(vtkSphereSource(), Center=(0, 10 * time, 0)))
 
 
 def still_sphere():
@@ -279,9 +269,7 @@ def test_an_input_takes_its_step_that_the_time_misses_by_rounding(asked, own, of
         if of_table:
             rows = [f"{k * handle_step!r},0,0,0,{k * handle_step},0,0" for k in range(5)]
             (tmp_path / "h.csv").write_text("\n".join(["time,px,py,pz,qx,qy,qz", *rows]))
-            handles = MLSControlPoints()
-            handles.SetMode("file")
-            handles.SetFileName(str(tmp_path / "h.csv"))
+            handles = configured(MLSControlPoints(), Mode="file", FileName=str(tmp_path / "h.csv"))
         filter_ = connected(MLSDeform, Source(sphere, [k * data_step for k in range(5)]), handles)
         for k in (0, 3, 1, 4, 2):
             filter_.UpdateTimeStep(k * data_step)
@@ -297,9 +285,7 @@ def write_moving(path):
 
 def test_a_table_with_times_moves_the_data(tmp_path):
     write_moving(tmp_path / "moving.csv")
-    handles = MLSControlPoints()
-    handles.SetMode("file")
-    handles.SetFileName(str(tmp_path / "moving.csv"))
+    handles = configured(MLSControlPoints(), Mode="file", FileName=str(tmp_path / "moving.csv"))
     filter_ = connected(MLSDeform, still_sphere(), handles)
     assert announced(filter_) == ((0, 1, 2), (0, 2))
     still = arrays.to_numpy(still_sphere().GetPoints().GetData())

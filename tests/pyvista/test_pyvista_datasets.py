@@ -8,9 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pipelines import connect, control_points, update
 
 from vtk_mls import Affine, Ball, BallMask, FixedFace, HalfPlane, RegionHandle
-from vtk_mls.filters import MLSControlPoints, MLSDeform, MLSDisplacementField, property_tables
+from vtk_mls.filters import MLSDeform, MLSDisplacementField, property_tables
+from vtk_mls.vtk.objects import configured
 
 pyvista = pytest.importorskip("pyvista", "0.48", reason="PyVista is not installed")
 mls = importlib.import_module("vtk_mls.pyvista")  # registers `mesh.mls`
@@ -23,16 +25,9 @@ CUT = HalfPlane((0, 0, 0), (1, 0, 0), (0, 0, 1))
 
 def output_of(algorithm, dataset, **properties):
     """The output of a filter with control points of our own source."""
-    handles = MLSControlPoints()
-    handles.SetRestPoints(REST)
-    handles.SetDeformedPoints(DEFORMED)
-    algorithm.SetInputData(0, dataset)
-    algorithm.SetInputConnection(1, handles.GetOutputPort())
+    connect(algorithm, dataset, control_points(REST, DEFORMED))
     algorithm.AddCut(CUT)
-    for name, value in properties.items():
-        getattr(algorithm, f"Set{name}")(value)
-    algorithm.Update()
-    return pyvista.wrap(algorithm.GetOutput())
+    return pyvista.wrap(update(configured(algorithm, **properties)))
 
 
 DATASETS = {

@@ -20,6 +20,7 @@ from vtkmodules.vtkRenderingVolume import vtkGPUVolumeRayCastMapper
 from vtk_mls import Grid
 from vtk_mls.rendering import DeformedVolume
 from vtk_mls.vtk.arrays import ImageGeometry
+from vtk_mls.vtk.objects import configured
 
 SIZE = 48  # voxels along an edge
 MIDDLE = (SIZE - 1) / 2
@@ -60,9 +61,7 @@ def image_of(values, grid=None, ghosts=None):
 def volume_of(image, blend="Composite", mapper=None, components=1, **property):
     """A vtkVolume; keywords are values of its vtkVolumeProperty."""
     mapper = mapper or vtkGPUVolumeRayCastMapper()
-    mapper.SetInputData(image)
-    mapper.SetAutoAdjustSampleDistances(False)
-    mapper.SetSampleDistance(0.5)
+    configured(mapper, InputData=image, AutoAdjustSampleDistances=False, SampleDistance=0.5)
     getattr(mapper, f"SetBlendModeTo{blend}")()
     colors, opacity = vtkColorTransferFunction(), vtkPiecewiseFunction()
     for point in _COLORS:
@@ -79,10 +78,7 @@ def volume_of(image, blend="Composite", mapper=None, components=1, **property):
     material.GetIsoSurfaceValues().SetValue(0, 60)
     for name, value in property.items():
         getattr(material, f"Set{name}")(*value if isinstance(value, tuple) else (value,))
-    volume = vtkVolume()
-    volume.SetMapper(mapper)
-    volume.SetProperty(material)
-    return volume
+    return configured(vtkVolume(), Mapper=mapper, Property=material)
 
 
 class Scene:
@@ -90,18 +86,14 @@ class Scene:
 
     def __init__(self, *props, focal=(MIDDLE,) * 3, distance=3.5 * SIZE, pixels=PIXELS):
         self.window, self.renderer = vtkRenderWindow(), vtkRenderer()
-        self.window.SetOffScreenRendering(True)
-        self.window.SetSize(pixels, pixels)
-        self.window.SetMultiSamples(0)
+        configured(self.window, OffScreenRendering=True, MultiSamples=0).SetSize(pixels, pixels)
         self.window.AddRenderer(self.renderer)
         self.renderer.SetBackground(0.1, 0.12, 0.16)
         for prop in props:
             self.renderer.AddViewProp(prop)
-        camera = self.renderer.GetActiveCamera()
-        camera.SetFocalPoint(focal)
-        camera.SetPosition(np.array(focal) + distance * np.array((0.54, -0.66, 0.5)))
-        camera.SetViewUp(0, 0, 1)
-        camera.SetViewAngle(26)
+        position = np.array(focal) + distance * np.array((0.54, -0.66, 0.5))
+        camera = configured(self.renderer.GetActiveCamera(), FocalPoint=focal, Position=position)
+        configured(camera, ViewUp=(0, 0, 1), ViewAngle=26)
 
     def picture(self):
         """(height, width, 3) float, 0 to 255."""

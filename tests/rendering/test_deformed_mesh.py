@@ -27,6 +27,7 @@ from vtkmodules.vtkRenderingCore import (
 from vtk_mls import KINDS, Deformation, DeviceError
 from vtk_mls.rendering import DeformedMesh, coarse_forward, deformed_mesh
 from vtk_mls.vtk import arrays, splitting
+from vtk_mls.vtk.objects import configured, output_of
 
 pytestmark = pytest.mark.usefixtures("opengl")
 
@@ -86,10 +87,7 @@ def colored(name, by):
 
 
 def with_cell_normals(mesh):
-    make = vtkPolyDataNormals()
-    make.SetInputData(mesh)
-    make.ComputeCellNormalsOn()
-    return update(make)
+    return output_of(vtkPolyDataNormals(), InputData=mesh, ComputeCellNormals=True)
 
 
 @paired(
@@ -214,10 +212,8 @@ def test_a_change_shows_in_the_next_picture(change, cut):
 
 
 def test_an_algorithm_in_front_of_the_mapper_runs_again():
-    source, mapper = vtkSphereSource(), vtkPolyDataMapper()
-    source.SetCenter(4, 4, 3)
-    source.SetRadius(2)
-    mapper.SetInputConnection(source.GetOutputPort())
+    source = configured(vtkSphereSource(), Center=(4, 4, 3), Radius=2)
+    mapper = configured(vtkPolyDataMapper(), InputConnection=source.GetOutputPort())
     scene, deformed = drawn_mesh(mapper)
     deformed.update(deformation())
     scene.picture()

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from drawing import MIDDLE, SIZE, Scene, assert_alike, drawn_volume, image_of, phantom, volume_of
 from pairwise import one_of, paired, rare
+from pipelines import ball
 from vtk_fixtures import FAST, TURNED
 from vtkmodules.vtkCommonDataModel import vtkPiecewiseFunction, vtkPlane
-from vtkmodules.vtkFiltersSources import vtkSphereSource
 from vtkmodules.vtkImagingCore import vtkImageShiftScale
 from vtkmodules.vtkRenderingCore import vtkActor, vtkColorTransferFunction, vtkPolyDataMapper
 from vtkmodules.vtkRenderingVolume import (
@@ -22,6 +22,7 @@ from vtkmodules.vtkRenderingVolumeOpenGL2 import vtkSmartVolumeMapper
 from vtk_mls import KINDS, Deformation, Grid, HalfPlane, Plane, Sampling, Surface
 from vtk_mls.rendering import DeformedVolume
 from vtk_mls.vtk.arrays import ImageGeometry
+from vtk_mls.vtk.objects import configured
 
 pytestmark = pytest.mark.usefixtures("opengl")
 
@@ -98,10 +99,7 @@ def _cropped(scene):
 
 
 def _plane():
-    plane = vtkPlane()
-    plane.SetOrigin(CENTER)
-    plane.SetNormal(0.5, 1, 0.2)
-    return plane
+    return configured(vtkPlane(), Origin=CENTER, Normal=(0.5, 1, 0.2))
 
 
 def _clipped(scene):
@@ -114,11 +112,8 @@ def _sliced(scene):
 
 def _with_ball(opacity):
     def prepare(scene):
-        ball, mapper, actor = vtkSphereSource(), vtkPolyDataMapper(), vtkActor()
-        ball.SetCenter(MIDDLE, 0, MIDDLE)
-        ball.SetRadius(15)
-        mapper.SetInputConnection(ball.GetOutputPort())
-        actor.SetMapper(mapper)
+        mapper = configured(vtkPolyDataMapper(), InputData=ball((MIDDLE, 0, MIDDLE), 15, 8))
+        actor = configured(vtkActor(), Mapper=mapper)
         actor.GetProperty().SetOpacity(opacity)
         scene.renderer.AddActor(actor)
         if opacity < 1:

@@ -23,6 +23,7 @@ from vtk_mls.rendering import (
 )
 from vtk_mls.rendering.rest_lines import RestLines
 from vtk_mls.vtk import arrays
+from vtk_mls.vtk.objects import configured
 
 CORNERS = np.array([(x, y, z) for x in (8, 40) for y in (8, 40) for z in (8, 40)], float)
 CENTER = np.full(3, MIDDLE)
@@ -42,9 +43,7 @@ def scaled(*factors):
 
 
 def deformed(mesh, deformation, exact=True):
-    actor = vtkActor()
-    actor.SetMapper(vtkPolyDataMapper())
-    actor.GetMapper().SetInputData(mesh)
+    actor = configured(vtkActor(), Mapper=configured(vtkPolyDataMapper(), InputData=mesh))
     drawn = DeformedMesh(actor)
     drawn.update(deformation, exact, has_distortion=True)
     return drawn, actor.GetMapper().GetInput()
@@ -147,11 +146,8 @@ def test_volumes_are_painted(opengl, factors, determinant):
 def front(scene):
     """Look along y, in parallel."""
     camera = scene.renderer.GetActiveCamera()
-    camera.ParallelProjectionOn()
-    camera.SetParallelScale(40)
-    camera.SetFocalPoint(CENTER)
-    camera.SetPosition(CENTER - (0, 100, 0))
-    camera.SetViewUp(0, 0, 1)
+    configured(camera, ParallelProjection=True, ParallelScale=40, ViewUp=(0, 0, 1))
+    configured(camera, FocalPoint=CENTER, Position=CENTER - (0, 100, 0))
     return scene
 
 
@@ -184,11 +180,9 @@ def test_lines_are_painted_on_volumes(opengl):
 
 def test_lines_are_painted_on_meshes(opengl):
     """None of the grid's plane in which the mesh lies."""
-    source, actor = vtkPlaneSource(), vtkActor()
-    y = LINES.origin[1]
-    source.SetOrigin(0, y, 0)
-    source.SetPoint1(SIZE - 1, y, 0)
-    source.SetPoint2(0, y, SIZE - 1)
+    y, actor = LINES.origin[1], vtkActor()
+    source = configured(vtkPlaneSource(), Origin=(0, y, 0), Point1=[SIZE - 1, y, 0])
+    configured(source, Point2=[0, y, SIZE - 1])
     actor.SetMapper(vtkPolyDataMapper())
     actor.GetMapper().SetInputConnection(source.GetOutputPort())
     actor.GetProperty().LightingOff()

@@ -9,6 +9,7 @@ from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 from vtk_mls import Deformation, Grid
 from vtk_mls.rendering import DeformedVolume
 from vtk_mls.rendering.visible_surface import VisibleSurface
+from vtk_mls.vtk.objects import configured
 
 pytestmark = pytest.mark.usefixtures("opengl")
 CENTER = np.full(3, MIDDLE)
@@ -17,10 +18,8 @@ BALL_PIXELS = [(PIXELS // 2 + dx, PIXELS // 2 + dy) for dx in (-12, 0, 9) for dy
 
 
 def ball_actor(radius):
-    mapper, actor = vtkPolyDataMapper(), vtkActor()
-    mapper.SetInputData(ball(CENTER, radius, 120))
-    actor.SetMapper(mapper)
-    return actor
+    mapper = configured(vtkPolyDataMapper(), InputData=ball(CENTER, radius, 120))
+    return configured(vtkActor(), Mapper=mapper)
 
 
 def solid(radius, grid=None):

@@ -17,6 +17,7 @@ from vtkmodules.vtkRenderingVolume import vtkFixedPointVolumeRayCastMapper
 
 from vtk_mls import HalfPlane
 from vtk_mls.filters import MLSDeform
+from vtk_mls.vtk.objects import configured, output_of
 
 SIZE, MIDDLE, ZOOM = 41, 20.0, 4  # voxels along an edge, their center, pixels per voxel
 OPAQUE = 255
@@ -36,28 +37,18 @@ def _opened(background):
     """The ball, with a cut from above to below the middle, pulled apart to both sides."""
     rest = np.array([(x, y, z) for x in (12, 28) for y in (12, 28) for z in (8, 32)], float)
     apart = np.where(rest[:, 2] > MIDDLE, 9 * np.sign(rest[:, 0] - MIDDLE), 0)
-    deform = MLSDeform()
-    deform.SetDevice(FAST)
-    deform.SetInputData(_ball())
-    deform.SetRestPoints(rest)
-    deform.SetDeformedPoints(rest + apart[:, None] * (1, 0, 0))
+    deform = configured(MLSDeform(), Device=FAST, InputData=_ball(), Background=background)
     deform.AddCut(HalfPlane((MIDDLE, MIDDLE, 14), (1, 0, 0), (0, 0, 1)))
-    deform.SetBackground(background)
-    deform.Update()
-    return deform.GetOutputDataObject(0)
+    return output_of(deform, RestPoints=rest, DeformedPoints=rest + apart[:, None] * (1, 0, 0))
 
 
 def _surface(image, first=None):
-    surface = vtkGeometryFilter()
-    surface.SetInputData(image)
+    surface = configured(vtkGeometryFilter(), InputData=image)
     if first is not None:
         first.SetInputData(image)
         surface.SetInputConnection(first.GetOutputPort())
-    mapper = vtkPolyDataMapper()
-    mapper.SetInputConnection(surface.GetOutputPort())
-    mapper.ScalarVisibilityOff()
-    actor = vtkActor()
-    actor.SetMapper(mapper)
+    mapper = configured(vtkPolyDataMapper(), InputConnection=surface.GetOutputPort())
+    actor = configured(vtkActor(), Mapper=configured(mapper, ScalarVisibility=False))
     actor.GetProperty().LightingOff()
     return actor
 
@@ -69,12 +60,8 @@ def _contour():
 
 
 def _slice():
-    plane = vtkPlane()
-    plane.SetOrigin(MIDDLE, MIDDLE + 0.3, MIDDLE)
-    plane.SetNormal(0, 1, 0)
-    cutter = vtkCutter()
-    cutter.SetCutFunction(plane)
-    return cutter
+    plane = configured(vtkPlane(), Origin=(MIDDLE, MIDDLE + 0.3, MIDDLE), Normal=(0, 1, 0))
+    return configured(vtkCutter(), CutFunction=plane)
 
 
 def _lit(prop):
@@ -82,10 +69,8 @@ def _lit(prop):
     scene = Scene(prop, pixels=SIZE * ZOOM)
     scene.renderer.SetBackground(0, 0, 0)
     camera = scene.renderer.GetActiveCamera()
-    camera.ParallelProjectionOn()
-    camera.SetParallelScale(SIZE / 2)
-    camera.SetFocalPoint(MIDDLE, MIDDLE, MIDDLE)
-    camera.SetPosition(MIDDLE, MIDDLE - 100, MIDDLE)
+    configured(camera, ParallelProjection=True, ParallelScale=SIZE / 2)
+    configured(camera, FocalPoint=(MIDDLE,) * 3, Position=(MIDDLE, MIDDLE - 100, MIDDLE))
     pixels = scene.picture().reshape(SIZE, ZOOM, SIZE, ZOOM, 3)
     return pixels.max(axis=(1, 3, 4)) > 30
 

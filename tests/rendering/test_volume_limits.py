@@ -22,14 +22,13 @@ from vtk_mls.rendering import (
     shader,
     volume_checks,
 )
+from vtk_mls.vtk.objects import configured
 
 pytestmark = pytest.mark.usefixtures("opengl")
 
 
 def smart_mapper():
-    mapper = vtkSmartVolumeMapper()
-    mapper.InteractiveAdjustSampleDistancesOff()
-    return mapper
+    return configured(vtkSmartVolumeMapper(), InteractiveAdjustSampleDistances=False)
 
 
 def assert_refused(drawn, scene, before, messages, reason):

@@ -13,14 +13,14 @@ import pytest
 from command_fixtures import run
 from page_mouse import drag
 from page_server import server
-from vtkmodules.vtkCommonDataModel import vtkImageData
+from vtk_fixtures import scalar_image
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 
-from vtk_mls import io
+from vtk_mls import Grid, io
 from vtk_mls.editor import commands
 from vtk_mls.files import control_point_files
-from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
+from vtk_mls.vtk.objects import output_of
 
 # the server draws: the browser needs no WebGL
 BROWSER_ARGUMENTS = ("--disable-3d-apis",)
@@ -45,11 +45,8 @@ PHONE = {
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("web")
-    source = vtkSphereSource()
-    source.SetThetaResolution(30)
-    source.SetPhiResolution(30)
-    source.Update()
-    io.write_dataset(source.GetOutput(), folder / "ball.vtp")
+    ball = output_of(vtkSphereSource(), ThetaResolution=30, PhiResolution=30)
+    io.write_dataset(ball, folder / "ball.vtp")
     _write(folder / "handles.csv", [(0, 0, 0), (0, -0.5, 0), (0.5, 0, 0), (-0.5, 0, 0)])
     _write(folder / "others.csv", [(0, 0, 0), (0.1, 0, 0)])
     (folder / "broken.vtp").write_text("<VTKFile type='PolyData'><PolyData></VTKFile>")
@@ -59,15 +56,10 @@ def folder(tmp_path_factory):
 
 def _ball_image():
     """The ball as an image."""
-    image, size = vtkImageData(), 24
-    image.SetDimensions(size, size, size)
-    image.SetOrigin(-0.6, -0.6, -0.6)
-    image.SetSpacing(*[1.2 / (size - 1)] * 3)
-    radius = np.linalg.norm(ImageGeometry.of_image(image).grid.points(), axis=1)
+    grid = Grid((24,) * 3, (-0.6,) * 3, (1.2 / 23,) * 3)
+    radius = np.linalg.norm(grid.points(), axis=1)
     values = np.clip(200 * (0.5 - radius) / 0.05, 0, 200).astype(np.uint8)
-    arrays.add(image.GetPointData(), "density", values)
-    image.GetPointData().SetActiveScalars("density")
-    return image
+    return scalar_image(values, ImageGeometry.of_grid(grid))
 
 
 def _write(path, positions):

@@ -26,6 +26,7 @@ from vtk_mls import io
 from vtk_mls.editor.distortion import Distortion
 from vtk_mls.editor.slices import Slices
 from vtk_mls.vtk import arrays
+from vtk_mls.vtk.objects import output_of
 
 pytestmark = pytest.mark.matrix
 BROWSER_ARGUMENTS = ("--disable-3d-apis",)
@@ -229,7 +230,7 @@ def test_a_bone_is_posed(start, tmp_path, frog):
     before, after = (np.count_nonzero(x == _BONE) for x in (labels, posed))
     assert 0.8 < after / before < 1.2
     assert (posed != labels).mean() > 0.01
-    region = _vtk_file(vtkXMLPolyDataReader(), tmp_path / "saved" / "handles.vtp")
+    region = output_of(vtkXMLPolyDataReader(), FileName=str(tmp_path / "saved/handles.vtp"))
     corners = np.unique(arrays.to_numpy(region.GetPolys().GetConnectivityArray()))
     rest = arrays.to_numpy(region.GetPoints().GetData())[corners]
     for expected, found in (
@@ -266,7 +267,7 @@ def test_a_cord_is_straightened(start, tmp_path, frog):
     user.rest()
     user.done("straight")
     user.save()
-    curve = _vtk_file(vtkXMLPolyDataReader(), tmp_path / "saved" / "handles.vtp")
+    curve = output_of(vtkXMLPolyDataReader(), FileName=str(tmp_path / "saved/handles.vtp"))
     assert curve.GetNumberOfLines() == 1
     rest = arrays.to_numpy(curve.GetPoints().GetData())
     step = arrays.to_numpy(curve.GetPointData().GetArray("Displacement"))
@@ -300,7 +301,8 @@ def test_a_mesh_is_morphed(start, tmp_path):
     user.rest()
     user.done("morphed")
     user.save()
-    morphed = _vtk_file(vtkXMLUnstructuredGridReader(), tmp_path / "saved" / "part-deformed.vtu")
+    path = str(tmp_path / "saved" / "part-deformed.vtu")
+    morphed = output_of(vtkXMLUnstructuredGridReader(), FileName=path)
     moved = arrays.to_numpy(morphed.GetPoints().GetData())
     rows = [box.find_closest_point(point) for point in boundary.points]
     np.testing.assert_allclose(moved[rows], boundary.points + wave, atol=0.02)
@@ -309,10 +311,8 @@ def test_a_mesh_is_morphed(start, tmp_path):
 
 
 def _volumes(mesh):
-    sizes = vtkCellSizeFilter()
-    sizes.SetInputData(mesh)
-    sizes.Update()
-    return arrays.to_numpy(sizes.GetOutput().GetCellData().GetArray("Volume"))
+    sizes = output_of(vtkCellSizeFilter(), InputData=mesh)
+    return arrays.to_numpy(sizes.GetCellData().GetArray("Volume"))
 
 
 def test_a_large_image_is_deformed_in_all_resolutions(start, tmp_path):
@@ -357,9 +357,3 @@ def _seen_pixel(scene, bone):
 
 def _from_above(pixels, size):
     return np.column_stack([pixels[:, 0], size[1] - 1 - pixels[:, 1]])
-
-
-def _vtk_file(reader, path):
-    reader.SetFileName(str(path))
-    reader.Update()
-    return reader.GetOutput()

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from page_server import server
 from test_page import PHONE, Page
-from vtkmodules.vtkCommonDataModel import vtkImageData
+from vtk_fixtures import scalar_image
 
 from vtk_mls import io
 from vtk_mls.files import control_point_files
-from vtk_mls.vtk import arrays
+from vtk_mls.vtk.arrays import ImageGeometry
 
 BROWSER_ARGUMENTS = ("--disable-3d-apis",)
 _SIZES = {"1600x1000": (1600, 1000), "1000x700": (1000, 700), "390x780": None}
@@ -41,14 +41,12 @@ def folder(tmp_path_factory):
     """Two images, with ten bright spots each; those of the target are shifted."""
     folder = tmp_path_factory.mktemp("touch")
     for name, shift in (("moving.vti", 0), ("target.vti", _SHIFT)):
-        image, values = vtkImageData(), np.full((9, 52, 48), 40.0, np.float32)
-        image.SetDimensions(48, 52, 9)
+        values = np.full((9, 52, 48), 40.0, np.float32)
         k, j, i = np.indices(values.shape)
         for x, y in _SPOTS + shift:
             values += 200 * np.exp(-((i - x) ** 2 + (j - y) ** 2 + (k - 4) ** 2) / 2)
-        arrays.add(image.GetPointData(), "gray", values.ravel())
-        image.GetPointData().SetActiveScalars("gray")
-        io.write_dataset(image, folder / name)
+        geometry = ImageGeometry((0, 47, 0, 51, 0, 8))
+        io.write_dataset(scalar_image(values.ravel(), geometry, "gray"), folder / name)
     return folder
 
 

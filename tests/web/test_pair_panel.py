@@ -7,12 +7,12 @@ import json
 import numpy as np
 import pytest
 from test_session import Panel, ball_mesh, do
-from vtkmodules.vtkCommonDataModel import vtkImageData
+from vtk_fixtures import scalar_image
 
-from vtk_mls import io
+from vtk_mls import Grid, io
 from vtk_mls.editor import State
 from vtk_mls.editor.matching.target import Target
-from vtk_mls.vtk import arrays
+from vtk_mls.vtk.arrays import ImageGeometry
 from vtk_mls.web.session import Session
 from vtk_mls.web.transfers import Transfers
 
@@ -30,11 +30,8 @@ def _texture(rng):
 
 
 def _image(values):
-    image = vtkImageData()
-    image.SetDimensions(*values.shape[::-1])
-    arrays.add(image.GetPointData(), "gray", values.astype(np.float32).ravel())
-    image.GetPointData().SetActiveScalars("gray")
-    return image
+    geometry = ImageGeometry.of_grid(Grid(values.shape[::-1]))
+    return scalar_image(values.astype(np.float32).ravel(), geometry, "gray")
 
 
 @pytest.fixture

@@ -6,13 +6,14 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from command_fixtures import run_script
+from command_fixtures import python
 from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 
 from vtk_mls.editor import State, time_steps
 from vtk_mls.editor.matching.target import Comparison
 from vtk_mls.vtk import arrays
+from vtk_mls.vtk.objects import output_of
 from vtk_mls.web import edits, panel_values
 from vtk_mls.web.picture import Picture
 from vtk_mls.web.session import Session
@@ -32,9 +33,7 @@ class Panel:
 
 
 def ball_mesh():
-    source = vtkSphereSource()
-    source.Update()
-    return source.GetOutput()
+    return output_of(vtkSphereSource())
 
 
 def opened(*data, paths=("ball.vtp",)):
@@ -247,5 +246,5 @@ def test_another_time_step_is_shown_and_saved(tmp_path, rng):
     np.testing.assert_array_equal(source.get_fdata(dtype=np.float32), values[..., 2])
     deformed = tmp_path / "saved" / "series-deformed.nii.gz"
     before = deformed.read_bytes()
-    assert run_script(tmp_path / "saved" / "deform.py")[0] == 0
+    assert python(tmp_path / "saved" / "deform.py")[0] == 0
     assert deformed.read_bytes() == before

@@ -12,7 +12,7 @@ from urllib.request import urlopen
 
 import numpy as np
 import pytest
-from command_fixtures import run_script
+from command_fixtures import python
 from page_server import server
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 
@@ -20,6 +20,7 @@ from vtk_mls import Ball, CurveHandle, RegionHandle, io
 from vtk_mls.editor import State
 from vtk_mls.editor.handle_polydata import handle_polydata
 from vtk_mls.files import session_files
+from vtk_mls.vtk.objects import output_of
 from vtk_mls.web.session import Session
 
 pytest.importorskip("trame", reason="the extra web is not installed")
@@ -29,9 +30,7 @@ _TIMEOUT = 60  # seconds
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    source = vtkSphereSource()
-    source.Update()
-    io.write_dataset(source.GetOutput(), tmp_path / "ball.vtp")
+    io.write_dataset(output_of(vtkSphereSource()), tmp_path / "ball.vtp")
     return tmp_path
 
 
@@ -187,7 +186,7 @@ def test_a_script_for_uploaded_data_has_them_beside_it(client, folder):
     content = (saved / "ball-deformed.vtp").read_bytes()
     renamed = folder / "elsewhere"
     saved.rename(renamed)
-    assert run_script(renamed / "deform.py")[0] == 0
+    assert python(renamed / "deform.py")[0] == 0
     assert (renamed / "ball-deformed.vtp").read_bytes() == content
 
 
