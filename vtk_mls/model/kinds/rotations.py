@@ -12,7 +12,7 @@ TWIST_TOLERANCE = 1e-5
 
 
 class RotationRank(NamedTuple):
-    """The part of a rotation that control points determine."""
+    """The part of a rotation that control points determine, for all weights in C of Eq. 11."""
 
     rank: int  # 0: nothing, 1: all except the twist about a line, 2: everything
     # unit vector normal to the line of rank 1: the axis of a rotation by exactly 180 degrees
@@ -28,7 +28,19 @@ class Rigid(Kind):
     scales = False  # whether the fitted map has a uniform factor
 
     def determined(self, points):
-        return RotationRank(*_rotation_rank(*points.handles.positions))
+        lengths, directions, positions = [], [], points.handles.positions
+        for x in positions:
+            _, singular, axes = np.linalg.svd(x - x.mean(axis=0), full_matrices=False)
+            lengths.append(singular if len(singular) > 1 else np.zeros(2))
+            directions.append(axes[0])
+        spread = [s[0] > 1e-12 * np.abs(x).max() for s, x in zip(lengths, positions)]
+        if not all(spread):
+            return RotationRank(0, np.array([1.0, 0.0, 0.0]))
+        (p1, p2), (q1, q2) = (s[:2] for s in lengths)
+        rank = 2 if (p2 / p1) * (q2 / q1) > TWIST_TOLERANCE else 1
+        line = directions[0] if p2 / p1 < q2 / q1 else directions[1]
+        normal = np.cross(line, np.eye(3)[np.abs(line).argmin()])
+        return RotationRank(rank, normal / np.linalg.norm(normal))
 
     def fit(self, weighted):
         fit = _RotationFit(weighted, self.scales)
@@ -134,23 +146,6 @@ class _RotationFit:
         rotated = np.einsum("mab,mib->mia", self.rotation, np.cross(a + b, db))
         divisor = np.maximum(1 + np.sum(a * b, axis=2, keepdims=True), 1e-10)
         return (np.cross(a + b, da) - rotated) / divisor
-
-
-def _rotation_rank(rest, deformed):
-    """Rank and flip axis of `RotationRank`, which hold for all weights in C of Eq. 11."""
-    lengths, directions = [], []
-    for points in (rest, deformed):
-        _, singular, axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
-        lengths.append(singular if len(singular) > 1 else np.zeros(2))
-        directions.append(axes[0])
-    spread = [s[0] > 1e-12 * np.abs(points).max() for s, points in zip(lengths, (rest, deformed))]
-    if not all(spread):
-        return 0, np.array([1.0, 0.0, 0.0])
-    (p1, p2), (q1, q2) = (s[:2] for s in lengths)
-    rank = 2 if (p2 / p1) * (q2 / q1) > TWIST_TOLERANCE else 1
-    line = directions[0] if p2 / p1 < q2 / q1 else directions[1]
-    normal = np.cross(line, np.eye(3)[np.abs(line).argmin()])
-    return rank, normal / np.linalg.norm(normal)
 
 
 def _largest_rotation(c):
