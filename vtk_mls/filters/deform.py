@@ -46,8 +46,6 @@ _COARSE = (
     "steps do not help; refine the mesh, or lower `Blend` to the array that "
     "`GenerateLargestBlend` adds"
 )
-
-
 _FOLDED = (
     "{} of {} cells are inverted in 256 steps, the most: handles should not go through the same "
     "place at the same time; or lower `Blend` to the array that `GenerateLargestBlend` adds"

@@ -132,7 +132,7 @@ class Resampling:
         if others or (is_points and self._scalars is not None):
             tasks.append(fill)
         run_all(tasks, progress)
-        arrays.set_image_values(result, results, source)
+        arrays.set_values(result, results, source)
 
     def _detailed(self, indexed_arrays, dtypes, sampling, is_points):
         """A `Sampling` with the interpolation, background and version of each array.
