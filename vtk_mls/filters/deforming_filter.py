@@ -157,7 +157,6 @@ class DeformingFilter(OwnControlPoints, Algorithm):
         self.RemoveAllInputConnections(4)
 
     def _has_cuts(self):
-        """Whether there are cuts."""
         has_own = self.GetCutType() != "none" or self.GetCuts()
         return has_own or self.GetNumberOfInputConnections(2) > 0
 

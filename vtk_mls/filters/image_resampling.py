@@ -106,7 +106,6 @@ class Resampling:
         return tasks
 
     def _resample(self, source, result, sampling, progress):
-        """Resample vtkDataSetAttributes."""
         values = arrays.image_values(source, sampling.source)
         results, is_points = [None] * len(values), sampling is self.sampling
         directions = self.options.directions.of(source)
@@ -230,5 +229,4 @@ class Resampling:
             void_arrays.hide(data, void.at_center | void.touched)
 
     def _add_gradient(self, progress):
-        """Add "Gradient" of point scalars."""
         arrays.add(self.output.GetPointData(), "Gradient", self._gradient.reshape(-1, 3))

@@ -87,7 +87,6 @@ class ReferenceInput:
             pipeline.request_extent(info, pipeline.first_cell(geometry))
 
     def _refuse_reference_of(self, mesh):
-        """Raise ValueError for a mesh with a Reference."""
         if self.has_reference():
             raise InputError(
                 f"is the grid of a deformed image, and the input is a {mesh.GetClassName()}, which "

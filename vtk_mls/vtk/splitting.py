@@ -339,7 +339,6 @@ def _range(values, connectivity, offsets):
 
 
 def _values(grid, name):
-    """A point array."""
     return arrays.to_numpy(grid.GetPointData().GetArray(name))
 
 

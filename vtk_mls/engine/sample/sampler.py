@@ -115,7 +115,6 @@ class Sampler:
         return self.memory.resident(self.array, self.rule.version)
 
     def _launch(self, piece, index, result):
-        """Sample a piece at its indices."""
         array, count = self.array, piece.stop - piece.first
         constants = (*kernel_arguments.array_constants(array, self.launcher), self.taps)
         if self._background is None:

@@ -172,12 +172,8 @@ def monomial_values(x: np.ndarray, degree: int) -> np.ndarray:
 def monomial_gradients(x: np.ndarray, degree: int) -> np.ndarray:
     """Derivatives (m, monomials, 3) of `monomial_values`."""
     exponents = MONOMIALS[: MONOMIAL_COUNT[degree]]
-    gradients = []
-    for axis in range(3):
-        lowered = exponents.copy()
-        lowered[:, axis] = np.maximum(lowered[:, axis] - 1, 0)
-        gradients.append(exponents[:, axis] * np.prod(x[:, None, :] ** lowered, axis=2))
-    return np.stack(gradients, axis=2)
+    lowered = (np.maximum(exponents - axis, 0) for axis in np.eye(3, dtype=int))
+    return exponents * np.stack([np.prod(x[:, None, :] ** e, axis=2) for e in lowered], axis=2)
 
 
 def _region_moments(control_points, proxies, at_mean):
