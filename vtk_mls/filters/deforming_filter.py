@@ -115,6 +115,7 @@ class DeformingFilter(OwnControlPoints, Algorithm):
             ("vtkPolyData",),
             ("vtkImageData",),
             ("vtkPointSet", "vtkCompositeDataSet"),
+            ("vtkImageData",),  # of `ReferenceInput`
         )
         for name in types[port]:
             info.Append(required, name)
