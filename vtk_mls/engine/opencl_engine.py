@@ -259,9 +259,8 @@ class Engine:
         def update(i, map_, rows, second_pass):
             found, distance = map_.origins(points[rows])
             if second_pass:
-                rows, found, distance = (
-                    a[distance > void_distance[rows]] for a in (rows, found, distance)
-                )
+                better = distance > void_distance[rows]
+                rows, found, distance = rows[better], found[better], distance[better]
             origins[rows], region_indices[rows] = found, i
             if distance is not None:
                 void_distance[rows] = distance

@@ -45,9 +45,8 @@ def automatic_backgrounds(geometry, part_at):
             (True, image.GetPointData(), part.grid),
             (False, image.GetCellData(), part.grid.cells),
         ):
-            index = np.minimum(
-                np.subtract(corner, part.extent[::2]), np.subtract(grid.dimensions, 1)
-            )
+            last = np.subtract(grid.dimensions, 1)
+            index = np.minimum(np.subtract(corner, part.extent[::2]), last)
             for number, array in enumerate(arrays.image_values(data, grid)):
                 key = _key(is_points, data.GetAbstractArray(number), number)
                 values.setdefault(key, []).append(array[tuple(index[::-1])])
@@ -87,15 +86,12 @@ class Resampling:
 
     def tasks(self):
         """Functions of a Progress, in their order."""
+        cell_sampling = pipeline.cell_sampling(self.sampling)
         tasks = [
             partial(self._resample, source, result, sampling)
             for source, result, sampling in (
                 (self.image.GetPointData(), self.output.GetPointData(), self.sampling),
-                (
-                    self.image.GetCellData(),
-                    self.output.GetCellData(),
-                    pipeline.cell_sampling(self.sampling),
-                ),
+                (self.image.GetCellData(), self.output.GetCellData(), cell_sampling),
             )
             if source.GetNumberOfArrays() > 0
         ]

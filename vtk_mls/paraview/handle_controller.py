@@ -109,15 +109,10 @@ class HandleController:
 
     def end(self):
         """Stop, since the proxy is deleted."""
-        parts = (
-            self._observers,
-            self._deferred_drags,
-            *self._surface_mice,
-            self._markers,
-            self._live,
-        )
-        for part in filter(None, parts):
+        for part in (self._observers, self._deferred_drags, *self._surface_mice, self._markers):
             part.end()
+        if self._live:
+            self._live.end()
 
     def _observe(self, proxy, name, callback):
         if proxy.GetProperty(name):
