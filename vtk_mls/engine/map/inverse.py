@@ -86,9 +86,8 @@ class InverseSearch:
             return cells
         constants = (("LANES", self.launcher.device.lanes),)
         with memory.input_buffer(local) as x, memory.output_buffer(cells) as out:
-            self.launcher.launch(
-                *("lattice_cells", constants, count, np.int64(count), x, self.lattice.record, out)
-            )
+            arguments = np.int64(count), x, self.lattice.record, out
+            self.launcher.launch("lattice_cells", constants, count, *arguments)
         return cells
 
     def _newton_restarted(self, local):
