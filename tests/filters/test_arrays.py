@@ -130,7 +130,7 @@ def test_names_components_and_roles_are_kept(rng):
     new = vtkPointData()
     values = arrays.image_values(data, ImageGeometry.of_image(image).grid)
     assert [v.shape for v in values] == [(2, 2, 3, 3)] * 4
-    arrays.set_image_values(new, values, data)
+    arrays.set_values(new, values, data)
     for i in range(4):
         assert new.GetArrayName(i) == data.GetArrayName(i)
         assert new.GetArray(i).GetComponentName(1) == data.GetArray(i).GetComponentName(1)

@@ -116,13 +116,12 @@ class Engine:
         searches = [
             InverseSearch(self.launcher, deformation, region) for region in deformation.regions
         ]
+        backward = functools.partial(self.backward, deformation)
         for part in progress.over(self.launcher.slabs(len(points), deformation, 64, _MAX_SEARCHED)):
             for search in searches:
                 rows = _rows_in(search.map.region, deformation.planes, points, part)
                 displacement[rows], found[rows] = search.forward(points[rows])
-            rows, direct = direct_inverses(
-                functools.partial(self.backward, deformation), deformation, points[part]
-            )
+            rows, direct = direct_inverses(backward, deformation, points[part])
             displacement[part.start + rows], found[part.start + rows] = direct, True
         return displacement, found
 
@@ -140,11 +139,8 @@ class Engine:
                 for map_, second_pass in launches:
                     outputs = [kernel_arguments.world(map_.control_points), out]
                     outputs += map_.void_outputs(distance)
-                    map_.launch_on_grid(
-                        *("grid_displacement", grid, part, *outputs),
-                        second_pass=second_pass,
-                        coarsely=True,
-                    )
+                    arguments = "grid_displacement", grid, part, *outputs
+                    map_.launch_on_grid(*arguments, second_pass=second_pass, coarsely=True)
         void_distance = void_distance.reshape(grid.shape) if deformation.cuts else None
         return displacement.reshape(*grid.shape, 3), void_distance
 
@@ -157,10 +153,8 @@ class Engine:
         for part in progress.over(slabs):
             with self.memory.output_buffer(result[part]) as out:
                 for map_, second_pass in launches:
-                    outputs = [out, *map_.void_outputs(competing)]
-                    map_.launch_on_grid(
-                        "grid_jacobian", grid, part, *outputs, second_pass=second_pass
-                    )
+                    arguments = "grid_jacobian", grid, part, out, *map_.void_outputs(competing)
+                    map_.launch_on_grid(*arguments, second_pass=second_pass)
         return result.reshape(*grid.shape, 3, 3)
 
     @_exclusive
@@ -216,10 +210,8 @@ class Engine:
                 for map_, second_pass in launches:
                     world = kernel_arguments.world(map_.control_points)
                     outputs = [world, None, *map_.void_outputs(distance)]
-                    map_.launch_listed(
-                        *("grid_displacement", grid, indices[part], *outputs),
-                        second_pass=second_pass,
-                    )
+                    arguments = "grid_displacement", grid, indices[part], *outputs
+                    map_.launch_listed(*arguments, second_pass=second_pass)
         return result
 
     @_exclusive
@@ -259,9 +251,8 @@ class Engine:
         def update(i, map_, rows, second_pass):
             found, distance = map_.origins(points[rows])
             if second_pass:
-                rows, found, distance = (
-                    a[distance > void_distance[rows]] for a in (rows, found, distance)
-                )
+                better = distance > void_distance[rows]
+                rows, found, distance = rows[better], found[better], distance[better]
             origins[rows], region_indices[rows] = found, i
             if distance is not None:
                 void_distance[rows] = distance

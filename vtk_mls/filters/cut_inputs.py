@@ -43,7 +43,7 @@ def surfaces(polydata):
     points = polydata.GetPoints()
     if points is not None and not np.isfinite(arrays.to_numpy(points.GetData())).all():
         raise ValueError("`Cuts` has a point that is not finite")
-    triangles = output_of(triangulated(polydata))
+    triangles = triangulated(polydata)
     clean = output_of(vtkCleanPolyData(), InputData=triangles, ConvertPolysToLines=False)
     if clean.GetNumberOfPolys() == 0:
         raise ValueError(

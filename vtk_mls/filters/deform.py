@@ -46,8 +46,6 @@ _COARSE = (
     "steps do not help; refine the mesh, or lower `Blend` to the array that "
     "`GenerateLargestBlend` adds"
 )
-
-
 _FOLDED = (
     "{} of {} cells are inverted in 256 steps, the most: handles should not go through the same "
     "place at the same time; or lower `Blend` to the array that `GenerateLargestBlend` adds"
@@ -205,9 +203,8 @@ class MLSDeform(ReferenceInput, DeformingFilter):
 
         try:
             state = self.GetInputExecutive(0, 0).GetPipelineMTime(), first, source.extent
-            self.corner_backgrounds = self._corners.of(
-                state, lambda: automatic_backgrounds(source, part_at)
-            )
+            make = partial(automatic_backgrounds, source, part_at)
+            self.corner_backgrounds = self._corners.of(state, make)
         finally:  # `info` is that of the producer
             pipeline.restore_time(info, time)
             pipeline.request_all(info)
@@ -239,12 +236,9 @@ class MLSDeform(ReferenceInput, DeformingFilter):
             self.GetGenerateLargestBlend(),
         )
         arguments = options, deformations, mesh, output, splits
-
-        def make_warp():
-            if initial is None:
-                return warping.Warp(*arguments)
-            return initial_transforms.WarpAfter(initial, self._between, *arguments)
-
+        make_warp = partial(warping.Warp, *arguments)
+        if initial is not None:
+            make_warp = partial(initial_transforms.WarpAfter, initial, self._between, *arguments)
         warp = make_warp()
         tasks = warp.tasks()
         if deformations.whole.steps == 0:
@@ -393,11 +387,8 @@ class MLSDeform(ReferenceInput, DeformingFilter):
             return source
         if choice == "fitted":
             deformation = make_deformation()
-
-            def make():
-                return ImageGeometry.of_grid(deformation.fitted_grid(source.grid))
-
-            return self._fitted.of((deformation, source), make)
+            make = partial(deformation.fitted_grid, source.grid)
+            return ImageGeometry.of_grid(self._fitted.of((deformation, source), make))
         axes = self.GetOutputDimensions(), self.GetOutputOrigin(), self.GetOutputSpacing()
         try:
             grid = Grid(*axes, np.reshape(source.direction, (3, 3)))
@@ -413,12 +404,8 @@ class MLSDeform(ReferenceInput, DeformingFilter):
         if self.is_among_blocks():  # another block may have the arrays
             return
         data = dataset.GetPointData(), dataset.GetCellData()
-        for argument, names in (
-            ("LabelArrays", self.GetLabelArrays()),
-            ("GradientVectorArrays", self.GetGradientVectorArrays()),
-            ("PushForwardArrays", self.GetPushForwardArrays()),
-        ):
-            for name in names:
+        for argument in ("LabelArrays", "GradientVectorArrays", "PushForwardArrays"):
+            for name in getattr(self, f"Get{argument}")():
                 if not any(attributes.HasArray(name) for attributes in data):
                     available = [a.GetName() for d in data for a in arrays.all_arrays(d)]
                     raise ValueError(

@@ -115,6 +115,7 @@ class DeformingFilter(OwnControlPoints, Algorithm):
             ("vtkPolyData",),
             ("vtkImageData",),
             ("vtkPointSet", "vtkCompositeDataSet"),
+            ("vtkImageData",),  # of `ReferenceInput`
         )
         for name in types[port]:
             info.Append(required, name)
@@ -157,7 +158,6 @@ class DeformingFilter(OwnControlPoints, Algorithm):
         self.RemoveAllInputConnections(4)
 
     def _has_cuts(self):
-        """Whether there are cuts."""
         has_own = self.GetCutType() != "none" or self.GetCuts()
         return has_own or self.GetNumberOfInputConnections(2) > 0
 

@@ -114,14 +114,12 @@ class MLSDisplacementField(DeformingFilter):
         return 1
 
     def _fill_backward(self, output, deformation, grid, progress):
-        """Add the arrays of the displacement field."""
         field = deformation.displacement_field(grid, progress=progress)
         _add_field(output, "BackwardDisplacement", field.displacement.reshape(-1, 3))
         if deformation.cuts:
             void_arrays.add_void(output.GetPointData(), field.void_distance)
 
     def _fill_forward(self, output, deformation, grid, progress):
-        """Add the arrays of the displacement field of the inverse."""
         options = self._jacobian_options()
         with_jacobian = any(options)
         displacement, found = np.empty((grid.size, 3), np.float32), np.empty(grid.size, bool)

@@ -45,9 +45,8 @@ def automatic_backgrounds(geometry, part_at):
             (True, image.GetPointData(), part.grid),
             (False, image.GetCellData(), part.grid.cells),
         ):
-            index = np.minimum(
-                np.subtract(corner, part.extent[::2]), np.subtract(grid.dimensions, 1)
-            )
+            last = np.subtract(grid.dimensions, 1)
+            index = np.minimum(np.subtract(corner, part.extent[::2]), last)
             for number, array in enumerate(arrays.image_values(data, grid)):
                 key = _key(is_points, data.GetAbstractArray(number), number)
                 values.setdefault(key, []).append(array[tuple(index[::-1])])
@@ -87,15 +86,12 @@ class Resampling:
 
     def tasks(self):
         """Functions of a Progress, in their order."""
+        cell_sampling = pipeline.cell_sampling(self.sampling)
         tasks = [
             partial(self._resample, source, result, sampling)
             for source, result, sampling in (
                 (self.image.GetPointData(), self.output.GetPointData(), self.sampling),
-                (
-                    self.image.GetCellData(),
-                    self.output.GetCellData(),
-                    pipeline.cell_sampling(self.sampling),
-                ),
+                (self.image.GetCellData(), self.output.GetCellData(), cell_sampling),
             )
             if source.GetNumberOfArrays() > 0
         ]
@@ -106,7 +102,6 @@ class Resampling:
         return tasks
 
     def _resample(self, source, result, sampling, progress):
-        """Resample vtkDataSetAttributes."""
         values = arrays.image_values(source, sampling.source)
         results, is_points = [None] * len(values), sampling is self.sampling
         directions = self.options.directions.of(source)
@@ -132,7 +127,7 @@ class Resampling:
         if others or (is_points and self._scalars is not None):
             tasks.append(fill)
         run_all(tasks, progress)
-        arrays.set_image_values(result, results, source)
+        arrays.set_values(result, results, source)
 
     def _detailed(self, indexed_arrays, dtypes, sampling, is_points):
         """A `Sampling` with the interpolation, background and version of each array.
@@ -230,5 +225,4 @@ class Resampling:
             void_arrays.hide(data, void.at_center | void.touched)
 
     def _add_gradient(self, progress):
-        """Add "Gradient" of point scalars."""
         arrays.add(self.output.GetPointData(), "Gradient", self._gradient.reshape(-1, 3))

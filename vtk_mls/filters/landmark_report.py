@@ -79,9 +79,8 @@ class MLSLandmarkReport(Algorithm):
 
     def _landmark_report(self, points, moved, progress):
         try:
-            p, q, weights = arrays.control_points(
-                points, *control_point_arrays(self, points), *moved
-            )
+            chosen = control_point_arrays(self, points)
+            p, q, weights = arrays.control_points(points, *chosen, *moved)
             labels = arrays.texts(points.GetPointData(), LABEL)
             names = [label or str(i + 1) for i, label in enumerate(labels)] or None
             device = self.GetDevice() or None

@@ -131,7 +131,7 @@ def _joined(places):
 
 
 def _values(data, extents, is_cells):
-    """The values (n,) or (n, components) of each joined array; None if blocks do not fit."""
+    """The values of each joined array, as `image_values` has them; None if blocks do not fit."""
     starts = extents[:, :, 0]
     sizes = extents[:, :, 1] - starts + (not is_cells)
     sizes = np.maximum(sizes, 1)
@@ -152,9 +152,7 @@ def _values(data, extents, is_cells):
                 return None
             result[region] = part
         filled[region] = True
-    if not filled.all():
-        return None
-    return [result.reshape(-1, *result.shape[3:]) for result in results]
+    return results if filled.all() else None
 
 
 def _addresses(image):

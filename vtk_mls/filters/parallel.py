@@ -10,6 +10,7 @@ from vtkmodules.vtkFiltersCore import vtkAppendPolyData
 from vtkmodules.vtkParallelCore import vtkCommunicator, vtkMultiProcessController
 
 from vtk_mls.filters import pipeline
+from vtk_mls.vtk.objects import output_of
 
 
 def is_parallel():
@@ -75,7 +76,6 @@ def _gather(controller, own):
 
 
 def _char_array(data):
-    """The vtkCharArray of bytes."""
     array = vtkCharArray()
     array.SetNumberOfValues(len(data))
     np.frombuffer(array, np.uint8)[:] = np.frombuffer(data, np.uint8)
@@ -100,11 +100,7 @@ def _merge(parts):
     join = vtkAppendPolyData()
     for part in different:
         join.AddInputData(_unpack(part))
-    joined = vtkPolyData()
-    if different:
-        join.Update()
-        joined.ShallowCopy(join.GetOutput())
-    return joined
+    return output_of(join) if different else vtkPolyData()
 
 
 def _unpack(part):

@@ -392,7 +392,6 @@ def _bound_to(cls, name, method, row):
 
 
 def _full_help(row):
-    """Help for programmers."""
     paragraphs = (row.help, row.more, row.expected)
     fill = textwrap.TextWrapper(_WIDTH, break_on_hyphens=False).fill
     return "\n\n".join(fill(" ".join(text.split())) for text in paragraphs if text)

@@ -25,7 +25,6 @@ from vtk_mls.model.handles.handle_cells import HANDLE_SHAPES
 _OF_IMAGES = {"is_advanced": True, "only_for": "images"}
 _OF_MESHES = {"is_advanced": True, "only_for": "meshes"}
 
-
 MAP = of_section("map")
 CUT_OPTIONS = of_section("cut")
 
@@ -36,7 +35,6 @@ CUT_TYPE = Choice(
     " ".join(["A cut in addition to those of the input Cuts.", *(s.help for s in CUT_SHAPES)]),
     choices=("none", *cuts.BY_NUMBERS),
 )
-
 
 CUT_FIELDS: dict[str, Property] = {}  # by the names of fields
 for _field in (field for shape in CUT_SHAPES for field in shape.fields):

@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkImageData
-from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm
 
 from vtk_mls import Grid
 from vtk_mls.base.errors import InputError
@@ -17,18 +16,11 @@ PORT = 5
 
 
 class ReferenceInput:
-    """An algorithm with the property Reference, and an optional input image on the last port."""
+    """A `DeformingFilter` with the property Reference, and an optional image on the last port."""
 
     def __init__(self, **keywords):
         super().__init__(**keywords)
         self._arrived = CachedValue()
-
-    def FillInputPortInformation(self, port, info):
-        if port != PORT:
-            return super().FillInputPortInformation(port, info)
-        info.Set(vtkAlgorithm.INPUT_REQUIRED_DATA_TYPE(), "vtkImageData")
-        info.Set(vtkAlgorithm.INPUT_IS_OPTIONAL(), 1)
-        return 1
 
     def DisconnectReference(self):
         """Remove the input from port 5: OutputGrid counts again."""
@@ -87,7 +79,6 @@ class ReferenceInput:
             pipeline.request_extent(info, pipeline.first_cell(geometry))
 
     def _refuse_reference_of(self, mesh):
-        """Raise ValueError for a mesh with a Reference."""
         if self.has_reference():
             raise InputError(
                 f"is the grid of a deformed image, and the input is a {mesh.GetClassName()}, which "

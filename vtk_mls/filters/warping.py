@@ -204,8 +204,7 @@ class Warp:
         if self.options.has_jacobian:
             arrays.add(points, "Jacobian", jacobian.swapaxes(1, 2).reshape(-1, 9))
         if self.options.has_determinant:
-            with np.errstate(invalid="ignore", divide="ignore"):  # points may be NaN
-                arrays.add(points, "JacobianDeterminant", np.linalg.det(jacobian))
+            arrays.add(points, "JacobianDeterminant", np.linalg.det(jacobian))
             self.inverted, unchecked = self._inverted(self._points(), jacobian)
             count = np.count_nonzero(self.inverted)
             arrays.add(self.output.GetFieldData(), "InvertedCells", count)

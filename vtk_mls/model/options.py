@@ -18,8 +18,6 @@ from vtk_mls.base.errors import InputError
 from vtk_mls.base.validation import short_repr
 from vtk_mls.model import kinds
 
-# Kinds that are a spline with some settings, as of `with_kind`.
-_NAMED_SPLINES = "auto", "tps"
 CUT_FRAMES = ("rest", "deformed")
 MAX_STEPS = 256
 
@@ -99,7 +97,7 @@ OPTIONS = (
         it has neither cuts nor rigid regions. auto is the spline whose settings predict control
         points left out best; up to four points, and with cuts or rigid regions, it is rigid. tps is
         the thin-plate spline of ITK and 3D Slicer.""",
-        choices=(*kinds.ALL_KINDS, *_NAMED_SPLINES),
+        choices=(*kinds.ALL_KINDS, "auto", "tps"),  # splines with some settings: `with_kind`
     ),
     Option(
         "degree",

@@ -74,8 +74,6 @@ class DeferredDrags:
             self._is_dragging = False
 
     def _observe_list(self, prop):
-        """Observe edits of a list before and after ParaView does."""
-
         def before_paraview(prop, event):
             if self._is_dragging:
                 vtkObject.GetCommand(prop, tag).SetAbortFlag(True)  # properties override it

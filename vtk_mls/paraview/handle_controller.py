@@ -80,7 +80,10 @@ class HandleController:
         if not self.observe_drags(widget):
             return
         vtk_widget = widget.GetClientSideObject().GetWidget()
-        _raise(vtk_widget)
+        vtk_widget.SetPriority(_BEFORE_PLANES)
+        if vtk_widget.GetEnabled():  # it keeps the priority with which it was enabled
+            vtk_widget.Off()
+            vtk_widget.On()
         self._observers.follow_widget(vtk_widget, remove_line)
         if not is_remote(widget):  # otherwise the server draws
             markers = self._markers.add_widget(widget)
@@ -106,15 +109,10 @@ class HandleController:
 
     def end(self):
         """Stop, since the proxy is deleted."""
-        parts = (
-            self._observers,
-            self._deferred_drags,
-            *self._surface_mice,
-            self._markers,
-            self._live,
-        )
-        for part in filter(None, parts):
+        for part in (self._observers, self._deferred_drags, *self._surface_mice, self._markers):
             part.end()
+        if self._live:
+            self._live.end()
 
     def _observe(self, proxy, name, callback):
         if proxy.GetProperty(name):
@@ -285,15 +283,6 @@ def _add_deformed_points(source):
         deformed.Copy(rest)
 
 
-def _raise(widget):
-    """Let a vtkAbstractWidget of handles see events of the mouse before those of planes do."""
-    widget.SetPriority(_BEFORE_PLANES)
-    if widget.GetEnabled():  # it keeps the priority with which it was enabled
-        widget.Off()
-        widget.On()
-
-
 def _render(proxy):
-    """Render all views now."""
     for view in views_of(proxy):
         view.StillRender()

@@ -93,6 +93,6 @@ def along_world_axes(image):
     result = vtkImageData()
     ImageGeometry.of_grid(reordered).apply_to(result)
     values = [reorder(array) for array in arrays.image_values(image.GetPointData(), grid)]
-    arrays.set_image_values(result.GetPointData(), values, image.GetPointData())
+    arrays.set_values(result.GetPointData(), values, image.GetPointData())
     result.GetFieldData().ShallowCopy(image.GetFieldData())
     return result

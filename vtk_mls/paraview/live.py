@@ -108,7 +108,6 @@ class Live:
         self._observers.add(client.GetRenderWindow(), "EndEvent", frame_ends)
 
     def _draw(self, proxy, view_id):
-        """Update the props of a view."""
         if self._is_stale:
             self._is_stale = False
             with suppress(ValueError, TypeError, RuntimeError):  # Apply reports it

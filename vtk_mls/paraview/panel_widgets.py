@@ -35,8 +35,13 @@ class PanelWidgets:
             self._observers.follow_widget(plane, self._plane_enabled)
 
     def _plane_enabled(self, plane, event):
-        if self._selected_id() is not None:
-            _thin_edges(plane.GetRepresentation())
+        """Draw the edges of a plane as lines: tubes would hide the gap of a cut."""
+        if self._selected_id() is None:
+            return
+        for actor in actors_of(plane.GetRepresentation()):
+            algorithm = actor.GetMapper().GetInputAlgorithm()
+            if algorithm.IsA("vtkTubeFilter"):
+                actor.GetMapper().SetInputConnection(algorithm.GetInputConnection(0, 0))
 
     def _visibility_changed(self, visibility, event):
         if self._is_restoring:
@@ -64,11 +69,3 @@ def actors_of(representation):
     actors = vtkPropCollection()
     representation.GetActors(actors)
     return [actors.GetItemAsObject(index) for index in range(actors.GetNumberOfItems())]
-
-
-def _thin_edges(plane):
-    """Draw the edges of a plane as lines: tubes would hide the gap of a cut."""
-    for actor in actors_of(plane):
-        algorithm = actor.GetMapper().GetInputAlgorithm()
-        if algorithm.IsA("vtkTubeFilter"):
-            actor.GetMapper().SetInputConnection(algorithm.GetInputConnection(0, 0))

@@ -51,7 +51,6 @@ def is_running():
 
 
 def _stack():
-    """The undo stack of ParaView's GUI."""
     global _observed_stack
     stack = vtkSMProxyManager.GetProxyManager().GetUndoStackBuilder().GetUndoStack()
     if stack is not _observed_stack:

@@ -82,6 +82,7 @@ def least_determinant(deformation, points, progress=SILENT):
 
 def forward(deformation, points, progress=SILENT):
     displacement, found = np.full(points.shape, np.nan), np.zeros(len(points), bool)
+    backward_map = functools.partial(backward, deformation)
     for part in progress.over(_parts(len(points), deformation)):
         for region in deformation.regions:
             distance = np.abs(region.control_points.local(points[part])).max(axis=1)
@@ -92,9 +93,7 @@ def forward(deformation, points, progress=SILENT):
                 v, residual = _inverse(deformation, region, x)
                 close = _FOUND * _size_of(region.control_points, x)
                 displacement[rows], found[rows] = v - x, residual <= close
-        rows, direct = direct_inverses(
-            functools.partial(backward, deformation), deformation, points[part]
-        )
+        rows, direct = direct_inverses(backward_map, deformation, points[part])
         displacement[part.start + rows], found[part.start + rows] = direct, True
     return displacement, found
 

@@ -149,11 +149,10 @@ class WeightedPoints:
     def _with_points(self, p, q, added, slope, slope_by_x):
         """p and q with the `added` points of segments, whose dampings have these slopes."""
         count = added.w.shape[1] // max(1, slope.shape[1])
-        slopes = (np.repeat(x, count, axis=1) for x in (slope, slope_by_x))
+        slope, slope_by_x = (np.repeat(x, count, axis=1) for x in (slope, slope_by_x))
         self.w = np.concatenate([self.w, added.w], axis=1)
-        self._slope, self._slope_by_x = (
-            np.concatenate(pair, axis=1) for pair in zip((self._slope, self._slope_by_x), slopes)
-        )
+        self._slope = np.concatenate([self._slope, slope], axis=1)
+        self._slope_by_x = np.concatenate([self._slope_by_x, slope_by_x], axis=1)
         return np.concatenate([p, added.p], axis=1), np.concatenate([q, added.q], axis=1)
 
     @cached_property

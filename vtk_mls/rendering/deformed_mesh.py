@@ -120,8 +120,7 @@ class MeshDeformer(Algorithm):
     """
 
     def __init__(self):
-        super().__init__(nInputPorts=1, inputType="vtkDataSet", nOutputPorts=1)
-        self.OutputType = "vtkPolyData"
+        super().__init__()
         self._deformation, self._is_exact, self._has_distortion = None, True, False
         self._rest_surface, self._coarse_map = CachedValue(), CachedValue()
         self._output = CachedValue()

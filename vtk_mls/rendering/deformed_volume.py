@@ -153,11 +153,10 @@ class DeformedVolume:
         if box is not self._box:
             self._stretch(box)
         self._texture.set(values.reshape(-1, *values.shape[2:]))
-        shader.set_values(
-            self._volume.GetShaderProperty(), _placement(box, grid.dimensions, len(values))
-        )
+        material = self._volume.GetShaderProperty()
+        shader.set_values(material, _placement(box, grid.dimensions, len(values)))
         if not self._observers:
-            shader.install(self._volume.GetShaderProperty())
+            shader.install(material)
             self._observers = [
                 self._renderer.AddObserver(vtkCommand.StartEvent, self._begin),
                 self._renderer.AddObserver(vtkCommand.EndEvent, self._end),

@@ -59,10 +59,8 @@ def _of_each_side(own, deformation, grid):
     sides = bits @ [group.below for group in groups] & near_groups
     searched, starts = [], []
     for layer in range(len(values)):
-        is_other = (layer & near_groups == layer) & (
-            (sides != layer) | (behind & (near_groups != 0))
-        )
-        searched.append(np.flatnonzero(is_other))
+        is_other = (sides != layer) | (behind & (near_groups != 0))
+        searched.append(np.flatnonzero((layer & near_groups == layer) & is_other))
         starts.append(_starts(groups, layer, x, searched[-1], 1e-3 * near))
     layer_ids = np.repeat(np.arange(len(values)), [len(nodes) for nodes in searched])
     nodes, starts = np.concatenate(searched), np.concatenate(starts)

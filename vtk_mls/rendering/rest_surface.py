@@ -35,9 +35,8 @@ class RestSurface:
             rows = _extract_surface(mesh, self.surface)
             closest, side = (array[rows] if len(array) else array for array in (closest, side))
         arrays.name_normals(self.surface)
-        points = self.surface.GetPoints()
         self.positions = np.empty((0, 3))
-        if points is not None and points.GetNumberOfPoints() > 0:
+        if self.surface.GetNumberOfPoints() > 0:
             convert_integer_points(self.surface)
             self.positions = arrays.to_numpy(self.surface.GetPoints().GetData())
         self._on_cut = np.flatnonzero(side.any(axis=1))

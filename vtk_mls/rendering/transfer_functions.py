@@ -112,14 +112,12 @@ def slice_colors(preset, values, limits=None):
 
     `limits` are the values that are black and white, those of `gray_range` by default.
     """
+    if not preset.is_nearest:
+        return shades(values[:, None] * np.ones(3), limits or gray_range(preset))
     nodes = np.array([value for value, *_ in preset.colors])
-    with np.errstate(invalid="ignore"):
-        if preset.is_nearest:
-            hues = np.array([color for _, *color in preset.colors])
-            colors = hues[np.clip(np.searchsorted(nodes, values), 0, len(nodes) - 1)]
-            colors = colors * (opacity(preset, values) > 0)[:, None]
-        else:
-            return shades(values[:, None] * np.ones(3), limits or gray_range(preset))
+    hues = np.array([color for _, *color in preset.colors])
+    colors = hues[np.clip(np.searchsorted(nodes, values), 0, len(nodes) - 1)]
+    colors = colors * (opacity(preset, values) > 0)[:, None]
     return np.rint(255 * colors).astype(np.uint8)
 
 

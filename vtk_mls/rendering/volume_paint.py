@@ -90,11 +90,8 @@ vec4 mlsPainted(vec4 color)
 
 def install(shader):
     """Add the shader code to a vtkShaderProperty, after that of `shader`."""
-    text = _FUNCTIONS.format(
-        volume_color=volume_colors.shader_function("mlsVolumeColor"),
-        line_color=LINE_COLOR,
-        tag=_TAG,
-    )
+    color = volume_colors.shader_function("mlsVolumeColor")
+    text = _FUNCTIONS.format(volume_color=color, line_color=LINE_COLOR, tag=_TAG)
     shader.AddFragmentShaderReplacement(_TAG, True, text, False)
 
 

@@ -265,15 +265,6 @@ def check_lengths(dataset, are_exact=False):
                 )
 
 
-def set_image_values(attributes, values, source):
-    """Fill an image's point or cell data with `values`, as `image_values` gives them.
-
-    An index that is negative leaves a string empty. `source`, also point or cell data, gives types,
-    names, component names, lookup tables and the active attributes.
-    """
-    set_values(attributes, [new.reshape(-1, *new.shape[3:]) for new in values], source)
-
-
 def set_rows(attributes, source, rows):
     """Fill point or cell data with the tuples `rows` (n,) of those of `source`."""
     values = [to_numpy(old)[rows] if is_numeric(old) else rows for old in all_arrays(source)]
@@ -281,11 +272,15 @@ def set_rows(attributes, source, rows):
 
 
 def set_values(attributes, values, source):
-    """Fill point or cell data with one of `values`, (n,) or (n, components), per array of `source`.
+    """Fill point or cell data with one of `values` per array of `source`, also point or cell data.
 
-    Otherwise as `set_image_values`.
+    They are (n,), (n, components), or as `image_values` gives them; an index that is negative
+    leaves a string empty. `source` gives types, names, component names, lookup tables and the
+    active attributes.
     """
     for new, old in zip(values, all_arrays(source)):
+        if new.ndim > 2:
+            new = new.reshape(-1, *new.shape[3:])
         if is_numeric(old):
             array = from_numpy(new, old.GetDataType())
             array.SetLookupTable(old.GetLookupTable())

@@ -7,6 +7,7 @@ from vtkmodules.vtkFiltersVerdict import vtkCellQuality
 
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.cells import is_empty, set_positions, without_empty
+from vtk_mls.vtk.objects import configured, output_of
 
 _MAX_QUALITY = 2  # that of inverted wedges is down to -1.2
 
@@ -25,13 +26,9 @@ def scaled_jacobians(mesh, positions):
     filled = without_empty(moved)
     if filled.GetNumberOfCells() == 0:
         return result
-    quality = vtkCellQuality()
-    quality.SetInputData(filled)
+    quality = configured(vtkCellQuality(), UndefinedQuality=np.nan, UnsupportedGeometry=np.nan)
     quality.SetQualityMeasureToScaledJacobian()
-    quality.SetUndefinedQuality(np.nan)
-    quality.SetUnsupportedGeometry(np.nan)
-    quality.Update()
-    data = quality.GetOutput().GetCellData()
+    data = output_of(quality, InputData=filled).GetCellData()
     values = arrays.to_numpy(data.GetArray("CellQuality")).copy()
     values[np.abs(values) > _MAX_QUALITY] = np.nan  # 1e30 if all corners are at one place
     if not np.isfinite(positions).all():
@@ -43,7 +40,5 @@ def scaled_jacobians(mesh, positions):
 def _are_finite(mesh, positions):
     """Which cells have finite points only: (m,) bool. Others have any quality by VTK."""
     arrays.add(mesh.GetPointData(), "sum", positions.sum(axis=1, dtype=np.float64))
-    means = vtkPointDataToCellData()
-    means.SetInputData(mesh)
-    means.Update()
-    return np.isfinite(arrays.to_numpy(means.GetOutput().GetCellData().GetArray("sum")))
+    means = output_of(vtkPointDataToCellData(), InputData=mesh)
+    return np.isfinite(arrays.to_numpy(means.GetCellData().GetArray("sum")))

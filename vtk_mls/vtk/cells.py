@@ -21,6 +21,7 @@ from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm
 from vtkmodules.vtkFiltersCore import vtkAppendFilter, vtkTriangleFilter
 
 from vtk_mls.vtk import arrays
+from vtk_mls.vtk.objects import configured, output_of
 
 try:
     from vtkmodules.vtkFiltersCore import vtkExtractCells
@@ -84,13 +85,12 @@ def triangle_polydata(points, triangles):
 
 
 def triangulated(polydata):
-    """A vtkTriangleFilter of the polygons and strips of a vtkPolyData."""
-    bare, triangles = vtkPolyData(), vtkTriangleFilter()
+    """The triangles of the polygons and strips of a vtkPolyData, as vtkPolyData."""
+    bare = vtkPolyData()
     bare.SetPoints(polydata.GetPoints())
     bare.SetPolys(polydata.GetPolys())
     bare.SetStrips(polydata.GetStrips())
-    triangles.SetInputData(without_empty(bare))
-    return triangles
+    return output_of(vtkTriangleFilter(), InputData=without_empty(bare))
 
 
 def convert_integer_points(mesh):
@@ -102,21 +102,18 @@ def convert_integer_points(mesh):
 def extract_cells(grid, mask):
     """The cells of a vtkUnstructuredGrid where `mask` (n,) is true, with their points."""
     extract, ids = vtkExtractCells(), np.flatnonzero(mask)
-    extract.SetInputData(grid)
     extract.SetCellIds(ids, len(ids))
-    extract.Update()
-    extract.GetOutput().GetCellData().RemoveArray("vtkOriginalCellIds")
-    return extract.GetOutput()
+    cells = output_of(extract, InputData=grid)
+    cells.GetCellData().RemoveArray("vtkOriginalCellIds")
+    return cells
 
 
 def append_meshes(meshes):
     """Meshes as one vtkUnstructuredGrid with float64 points and the arrays that all have."""
-    append = vtkAppendFilter()
-    append.SetOutputPointsPrecision(vtkAlgorithm.DOUBLE_PRECISION)
+    append = configured(vtkAppendFilter(), OutputPointsPrecision=vtkAlgorithm.DOUBLE_PRECISION)
     for mesh in meshes:
         append.AddInputData(mesh)
-    append.Update()
-    return append.GetOutput()
+    return output_of(append)
 
 
 def row_array(grid, name):

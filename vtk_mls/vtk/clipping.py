@@ -28,6 +28,7 @@ from vtk_mls.vtk.cells import (
     row_array,
     set_positions,
 )
+from vtk_mls.vtk.objects import configured, output_of
 from vtk_mls.vtk.orientation import TETRAHEDRA
 
 HEIGHT = "_Height"  # point array: signed distance from the cut
@@ -75,13 +76,9 @@ def clip_cells(grid):
 
 def _clip(grid):
     """The cells of `grid` above and below height 0."""
-    clip = vtkTableBasedClipDataSet()
-    clip.SetInputData(grid)
+    clip = configured(vtkTableBasedClipDataSet(), Value=0, GenerateClippedOutput=True)
     clip.SetInputArrayToProcess(0, 0, 0, vtkDataObject.FIELD_ASSOCIATION_POINTS, HEIGHT)
-    clip.SetValue(0)
-    clip.GenerateClippedOutputOn()
-    clip.Update()
-    return [clip.GetOutput(), clip.GetClippedOutput()]
+    return [output_of(clip, InputData=grid), clip.GetClippedOutput()]
 
 
 def _clip_separately(grid):
@@ -140,10 +137,7 @@ def _tetrahedra(grid, inside_out):
 
 
 def _divide_solid(inside_out, grid):
-    triangulate = vtkDataSetTriangleFilter()
-    triangulate.SetInputData(grid)
-    triangulate.Update()
-    grid = triangulate.GetOutput()
+    grid = output_of(vtkDataSetTriangleFilter(), InputData=grid)
     tetrahedra = connectivity_of(grid.GetCells())[0].reshape(-1, 4).copy()
     is_wrong = (_signed_volumes(grid) < 0) != inside_out[row_array(grid, _CELL)]
     tetrahedra[is_wrong, :2] = tetrahedra[is_wrong, 1::-1]
@@ -184,9 +178,6 @@ def _has_size(grid):
     """Whether cells have a length, area or volume: (n,) bool."""
     if grid.GetNumberOfCells() == 0:
         return np.zeros(0, bool)
-    size = vtkCellSizeFilter()
-    size.SetInputData(grid)
-    size.Update()
-    data = size.GetOutput().GetCellData()
+    data = output_of(vtkCellSizeFilter(), InputData=grid).GetCellData()
     sizes = [arrays.to_numpy(data.GetArray(n)) for n in ("Length", "Area", "Volume")]
     return np.any(sizes, axis=0)

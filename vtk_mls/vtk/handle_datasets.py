@@ -7,6 +7,7 @@ from vtkmodules.vtkFiltersGeometry import vtkGeometryFilter
 from vtk_mls.model.handles.handle_cells import HandleCells
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.cells import cell_array, connectivity_of, polydata_cells, triangulated
+from vtk_mls.vtk.objects import configured, output_of
 
 _ROWS = "vtkOriginalPointIds"
 
@@ -25,9 +26,7 @@ def cells_of(point_set):
         surface, rows = _surface(point_set)
     vertices, _ = connectivity_of(surface.GetVerts())
     lines, offsets = connectivity_of(surface.GetLines())
-    triangulate = triangulated(surface)
-    triangulate.Update()
-    triangles, _ = connectivity_of(triangulate.GetOutput().GetPolys())
+    triangles, _ = connectivity_of(triangulated(surface).GetPolys())
     is_free = np.ones(count, bool)
     is_free[_used_points(point_set)] = False
     return HandleCells(
@@ -51,13 +50,8 @@ def set_cells(polydata, cells):
 
 def _surface(point_set):
     """Vertices, lines and outer faces of a vtkPointSet, and the rows (m,) of their points."""
-    faces = vtkGeometryFilter()
-    faces.SetInputData(point_set)
-    faces.SetPassThroughPointIds(True)
-    faces.SetOriginalPointIdsName(_ROWS)
-    faces.SetNonlinearSubdivisionLevel(0)
-    faces.Update()
-    surface = faces.GetOutput()
+    faces = configured(vtkGeometryFilter(), InputData=point_set, NonlinearSubdivisionLevel=0)
+    surface = output_of(faces, PassThroughPointIds=True, OriginalPointIdsName=_ROWS)
     rows = surface.GetPointData().GetArray(_ROWS)
     return surface, np.zeros(0, int) if rows is None else arrays.to_numpy(rows)
 

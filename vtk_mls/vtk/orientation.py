@@ -369,9 +369,8 @@ class _Faces:
         rows, first, counts = self._distinct_edges
         others = first[counts != 3]
         span = self._corner.max(initial=0) + 1
-        is_other = np.isin(
-            self._owner * span + self._corner, rows[0][others] * span + rows[1][others]
-        )
+        keys = rows[0][others] * span + rows[1][others]
+        is_other = np.isin(self._owner * span + self._corner, keys)
         corners = np.column_stack([self._before, self._corner, self._after])
         return self._owner[is_other], corners[is_other]
 
@@ -384,13 +383,8 @@ class _Faces:
     @functools.cached_property
     def _distinct_edges(self):
         """Cell, corner and end of each edge (3, m), sorted; first edge and count at each corner."""
-        rows = np.stack(
-            [
-                np.tile(self._owner, 2),
-                np.tile(self._corner, 2),
-                np.concatenate([self._before, self._after]),
-            ]
-        )
+        ends = np.concatenate([self._before, self._after])
+        rows = np.stack([np.tile(self._owner, 2), np.tile(self._corner, 2), ends])
         rows = rows[:, np.lexsort(rows[::-1])]
         is_new = np.append(True, (np.diff(rows) != 0).any(axis=0))[: rows.shape[1]]
         rows = rows[:, is_new]

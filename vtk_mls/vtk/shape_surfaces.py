@@ -13,6 +13,7 @@ from vtk_mls.model.handles.shapes import Solid
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 from vtk_mls.vtk.cells import connectivity_of, positions_of
+from vtk_mls.vtk.objects import configured, output_of
 
 _RESOLUTION = 32  # around a ball
 
@@ -34,17 +35,11 @@ def triangles_of(algorithm):
 
     Coincident points are merged.
     """
-    clean, triangulate = vtkCleanPolyData(), vtkTriangleFilter()
+    clean = configured(vtkCleanPolyData(), ConvertLinesToPoints=False, ConvertPolysToLines=False)
+    configured(clean, ToleranceIsAbsolute=True, AbsoluteTolerance=0)
     clean.SetInputConnection(algorithm.GetOutputPort())
-    clean.ToleranceIsAbsoluteOn()
-    clean.SetAbsoluteTolerance(0)
-    clean.ConvertLinesToPointsOff()
-    clean.ConvertPolysToLinesOff()
-    triangulate.SetInputConnection(clean.GetOutputPort())
-    triangulate.PassVertsOff()
-    triangulate.PassLinesOff()
-    triangulate.Update()
-    surface = triangulate.GetOutput()
+    triangulate = configured(vtkTriangleFilter(), PassVerts=False, PassLines=False)
+    surface = output_of(triangulate, InputConnection=clean.GetOutputPort())
     if surface.GetNumberOfPolys() == 0:
         return np.zeros((0, 3)), np.zeros((0, 3), np.int64)
     connectivity, _ = connectivity_of(surface.GetPolys())
@@ -53,9 +48,7 @@ def triangles_of(algorithm):
 
 def _of_capsule(shape):
     """A sphere whose halves are moved to the ends of the segment."""
-    source = vtkSphereSource()
-    source.SetRadius(1.0)
-    source.SetThetaResolution(_RESOLUTION)
+    source = configured(vtkSphereSource(), Radius=1.0, ThetaResolution=_RESOLUTION)
     source.SetPhiResolution(_RESOLUTION)  # even: no points between the halves
     source.SetOutputPointsPrecision(vtkSphereSource.DOUBLE_PRECISION)
     points, triangles = triangles_of(source)
@@ -69,15 +62,14 @@ def _of_capsule(shape):
 
 def _of_image(distances):
     """The contour of a DistanceImage at 0."""
-    grid, image, contour = distances.grid, vtkImageData(), vtkFlyingEdges3D()
+    grid, image = distances.grid, vtkImageData()
     # in indices, and taken to the world afterwards, which also keeps the frame
     ImageGeometry.of_grid(Grid(grid.dimensions)).apply_to(image)
     arrays.add(image.GetPointData(), "distance", distances.values.ravel())
     image.GetPointData().SetActiveScalars("distance")
+    contour = configured(vtkFlyingEdges3D(), ComputeNormals=False, ComputeGradients=False)
     contour.SetInputData(image)
     contour.SetValue(0, 0.0)
-    contour.ComputeNormalsOff()
-    contour.ComputeGradientsOff()
     points, triangles = triangles_of(contour)
     # the distance grows outwards, and normals are to point there
     is_mirrored = np.linalg.det(grid.index_to_world) < 0

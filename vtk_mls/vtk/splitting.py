@@ -52,6 +52,7 @@ from vtk_mls.vtk.cells import (
     without_empty,
 )
 from vtk_mls.vtk.clipping import HEIGHT, clip_cells
+from vtk_mls.vtk.objects import configured, output_of
 
 _MAX_PAIRWISE_POINTS = 27  # lines, strips, polygons and curved cells of high order have more
 _ON_CUT = 1e-6  # distance from a cut of points on it, as a share of the mesh's extent
@@ -256,11 +257,7 @@ def _join(parts, keys):
     _set_array(grid, _POSITION, positions_of(grid))
     coordinates = np.column_stack([keys & 0x1FFFF, keys >> 17 & 0x1FFFF, keys >> 34])
     set_positions(grid, coordinates, VTK_DOUBLE)
-    clean = vtkStaticCleanUnstructuredGrid()
-    clean.SetInputData(grid)
-    clean.SetTolerance(0)
-    clean.Update()
-    grid = clean.GetOutput()
+    grid = output_of(vtkStaticCleanUnstructuredGrid(), InputData=grid, Tolerance=0)
     set_positions(grid, _values(grid, _POSITION), VTK_DOUBLE)
     return grid
 
@@ -295,11 +292,9 @@ def height_function(cut):
     plane = cut.plane
     if plane is not None:
         return plane.height
-    oriented, distance = vtkPolyDataNormals(), vtkImplicitPolyDataDistance()
-    oriented.SetInputData(triangle_polydata(cut.points, cut.triangles))
-    oriented.SplittingOff()
-    oriented.Update()
-    distance.SetInput(oriented.GetOutput())
+    surface = triangle_polydata(cut.points, cut.triangles)
+    oriented = output_of(vtkPolyDataNormals(), InputData=surface, Splitting=False)
+    distance = configured(vtkImplicitPolyDataDistance(), Input=oriented)
 
     def height(positions):
         result = arrays.from_numpy(np.empty(len(positions)), VTK_DOUBLE)
@@ -344,7 +339,6 @@ def _range(values, connectivity, offsets):
 
 
 def _values(grid, name):
-    """A point array."""
     return arrays.to_numpy(grid.GetPointData().GetArray(name))
 
 

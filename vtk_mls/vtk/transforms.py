@@ -13,6 +13,7 @@ from vtk_mls.base.validation import short_repr
 from vtk_mls.queries.transform import Transform
 from vtk_mls.transforms.chain import members_of
 from vtk_mls.vtk import arrays
+from vtk_mls.vtk.objects import configured
 
 _INVERSE_TOLERANCE = 1e-6  # of VTK's search for the inverse, as a fraction of the size of the grid
 
@@ -97,14 +98,11 @@ def _warp(field):
     frame = np.eye(4)  # of axes with the sign of the spacing
     frame[:3, :3], frame[:3, 3] = grid.direction * np.sign(grid.spacing), grid.origin
     to_axes = np.linalg.inv(frame)
-    image = vtkImageData()
-    image.SetDimensions(grid.dimensions)
-    image.SetSpacing(np.abs(grid.spacing))
+    image = configured(vtkImageData(), Dimensions=grid.dimensions, Spacing=np.abs(grid.spacing))
     displacement = np.einsum("ij,...j->...i", to_axes[:3, :3], field.displacement)
     array = arrays.from_numpy(displacement.reshape(-1, 3).astype(np.float32), VTK_FLOAT)
     image.GetPointData().SetScalars(array)
-    warp = vtkGridTransform()
-    warp.SetDisplacementGridData(image)
+    warp = configured(vtkGridTransform(), DisplacementGridData=image)
     warp.SetInterpolationModeToLinear()
     size = np.ptp(grid.corners(), axis=0).max() or np.abs(grid.spacing).max()
     warp.SetInverseTolerance(_INVERSE_TOLERANCE * size)

@@ -100,8 +100,7 @@ def result_path(device, subject=BASIC):
 
 def description(device):
     """Identifies `device` in any process that has the same drivers."""
-    about = [device.key, device.name, device.platform, device.kind]
-    return [*about, device.version, device.driver]
+    return [device.key, device.name, device.platform, device.kind, device.version, device.driver]
 
 
 @lazy.cached

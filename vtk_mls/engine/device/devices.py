@@ -270,7 +270,6 @@ def _built(device, name, text):
 
 
 def _compiler_errors(error):
-    """The errors in the log of a compiler."""
     lines = [line.strip() for line in str(error).splitlines()]
     return "; ".join([line for line in lines if "error:" in line.lower()] or lines[:1])
 

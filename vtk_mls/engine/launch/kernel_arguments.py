@@ -71,16 +71,14 @@ def mean_weight(points):
 
 def world(control_points):
     """The world_t of `ControlPoints`."""
-    return filled(
-        "world_t", scale=control_points.scale, mean_displacement=control_points.mean_displacement
-    )
+    mean = control_points.mean_displacement
+    return filled("world_t", scale=control_points.scale, mean_displacement=mean)
 
 
 def grid_points(grid, part, control_points):
     """The points `part` of `grid`, with the transform to the local frame: a grid_t."""
-    frame = transform(
-        grid.index_to_world / control_points.scale, control_points.local(grid.whole.origin)
-    )
+    origin = control_points.local(grid.whole.origin)
+    frame = transform(grid.index_to_world / control_points.scale, origin)
     nx, ny, _ = grid.dimensions
     return filled(
         "grid_t", first=part.start, stop=part.stop, nx=nx, ny=ny, start=grid.first, frame=frame

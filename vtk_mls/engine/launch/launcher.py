@@ -23,8 +23,6 @@ class Launcher:
         self.device, self.memory = device, Memory(device)
         self.tables, self.lattices = weakref.WeakKeyDictionary(), weakref.WeakKeyDictionary()
 
-    # Slices of the work
-
     def slabs(self, count, deformation, bytes_per_item, max_count=None):
         """Slices of `count` items, each within the limits of memory and of work."""
         cost = max(
@@ -42,8 +40,6 @@ class Launcher:
         )
         step = max(1024, int(limit) // 1024 * 1024)
         return [slice(start, min(count, start + step)) for start in range(0, count, step)]
-
-    # Kernels
 
     def launch(self, name, constants, count, *arguments):
         """Launch a kernel for `count` points."""

@@ -147,9 +147,8 @@ class _Buffer:
         if self.copy_out and not self.memory.in_place:
             cl.enqueue_copy(queue, self.array, self.argument)
         elif self.copy_out:
-            mapped, _ = cl.enqueue_map_buffer(
-                queue, self.argument, cl.map_flags.READ, 0, self.array.shape, self.array.dtype
-            )
+            values = 0, self.array.shape, self.array.dtype
+            mapped, _ = cl.enqueue_map_buffer(queue, self.argument, cl.map_flags.READ, *values)
             mapped.base.release(queue)
         queue.finish()
         self.argument.release()

@@ -88,13 +88,10 @@ class CoarseMap:
         middles = nodes.node_grid(whole, STEP, box, STEP / 2)
         middles = nodes.evaluated(map_, middles, whole.spacing)
         points = kernel_arguments.grid_points(grid, slice(0, grid.size), map_.control_points)
-        check = filled(
-            "check_t",
-            to_index=kernel_arguments.transform(
-                grid.world_to_index * map_.control_points.scale, np.zeros(3)
-            ),
-            limit2=(map_.deformation.map_tolerance / _SAFETY) ** 2,
-        )
+        to_index = grid.world_to_index * map_.control_points.scale
+        to_index = kernel_arguments.transform(to_index, np.zeros(3))
+        limit = map_.deformation.map_tolerance / _SAFETY
+        check = filled("check_t", to_index=to_index, limit2=limit**2)
         flags = np.zeros(box.shape, np.uint8)
         with map_.memory.output_buffer(flags) as out:
             nodes.launch_cells(

@@ -87,10 +87,8 @@ def limit_table(limits, control_points, images):
         if values is not None:
             row["first"] = images.add(values)
             row["size"] = grid.dimensions
-            row["to_index"] = transform(
-                control_points.scale * grid.world_to_index,
-                grid.index_of(control_points.center[None])[0],
-            )
+            center = grid.index_of(control_points.center[None])[0]
+            row["to_index"] = transform(control_points.scale * grid.world_to_index, center)
         for name, value in record.items():
             row[name] = value
     return table

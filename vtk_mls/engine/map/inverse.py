@@ -86,9 +86,8 @@ class InverseSearch:
             return cells
         constants = (("LANES", self.launcher.device.lanes),)
         with memory.input_buffer(local) as x, memory.output_buffer(cells) as out:
-            self.launcher.launch(
-                *("lattice_cells", constants, count, np.int64(count), x, self.lattice.record, out)
-            )
+            arguments = np.int64(count), x, self.lattice.record, out
+            self.launcher.launch("lattice_cells", constants, count, *arguments)
         return cells
 
     def _newton_restarted(self, local):
@@ -150,16 +149,12 @@ class InverseSearch:
         """Displacements (3, m) of the map with p and q swapped, at x `local` (3, m)."""
         control_points, other = self.map.control_points, self.swapped_map.control_points
         ratio = control_points.scale / other.scale
-        offset = (
-            control_points.center + control_points.mean_displacement - other.center
-        ) / other.scale
-        points = kernel_arguments.planes(local.T * ratio + offset)
+        offset = control_points.center + control_points.mean_displacement - other.center
+        points = kernel_arguments.planes(local.T * ratio + offset / other.scale)
         displacement = np.empty_like(local)
         self.swapped_map.launch_at("point_displacement", [points], outputs=[displacement])
-        mean_displacement = (
-            other.mean_displacement + control_points.mean_displacement
-        ) / control_points.scale
-        return (displacement / ratio + mean_displacement[:, None]).astype(np.float32)
+        means = other.mean_displacement + control_points.mean_displacement
+        return (displacement / ratio + means[:, None] / control_points.scale).astype(np.float32)
 
     def _get_samples(self, level):
         """Kernel arguments: number and table of samples with det(J) > 0; None without samples.

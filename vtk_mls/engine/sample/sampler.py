@@ -115,7 +115,6 @@ class Sampler:
         return self.memory.resident(self.array, self.rule.version)
 
     def _launch(self, piece, index, result):
-        """Sample a piece at its indices."""
         array, count = self.array, piece.stop - piece.first
         constants = (*kernel_arguments.array_constants(array, self.launcher), self.taps)
         if self._background is None:
@@ -124,10 +123,9 @@ class Sampler:
             values[:] = background
             self._background = self.memory.constant(values)
         with self.memory.output_buffer(result) as out:
-            self.launcher.launch(
-                *("resample", constants, count, np.int64(count), index, self.record(piece)),
-                *(self._background, piece.values, out),
-            )
+            ends = self._background, piece.values, out
+            arguments = np.int64(count), index, self.record(piece), *ends
+            self.launcher.launch("resample", constants, count, *arguments)
 
 
 def samplers(launcher, arrays, sampling, covariant):
@@ -190,12 +188,8 @@ class SourceMap:
     def _launch(self, kernel, part, index, distance, *arguments, constants=()):
         for map_, to_source, second_pass in self._launches:
             outputs = [index, *map_.void_outputs(distance), *arguments]
-            map_.launch_on_grid(
-                *(kernel, self.target, part, to_source, *outputs),
-                second_pass=second_pass,
-                coarsely=True,
-                constants=constants,
-            )
+            options = {"second_pass": second_pass, "coarsely": True, "constants": constants}
+            map_.launch_on_grid(kernel, self.target, part, to_source, *outputs, **options)
 
 
 def _slices_needed(z, grid):

@@ -55,7 +55,16 @@ class Surface(Obstacle):
     def __init__(self, points: ArrayLike, triangles: ArrayLike) -> None:
         x = validation.points("points", points)
         rows = validation.triangles(triangles, len(x))
-        _check_areas(*x[rows].transpose(1, 0, 2))
+        a, b, c = x[rows].transpose(1, 0, 2)
+        area = np.linalg.norm(cross(b - a, c - a), axis=1)
+        sides = ((a, b), (b, c), (c, a))
+        longest = np.max([((start - end) ** 2).sum(axis=1) for start, end in sides], axis=0)
+        is_degenerate = area <= 1e-10 * longest
+        if is_degenerate.any():
+            raise ValueError(
+                "`triangles` must have an area, got none for triangle "
+                f"{int(np.flatnonzero(is_degenerate)[0])}; clean the surface"
+            )
         edges = np.sort(rows[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
         edges, count = np.unique(edges, axis=0, return_counts=True)
         freeze(self, points=x, triangles=rows, boundary=x[edges[count % 2 == 1]])
@@ -143,18 +152,6 @@ class Surface(Obstacle):
     @property
     def bounds(self) -> NDArray[np.float64]:
         return np.array([self.points.min(axis=0), self.points.max(axis=0)])
-
-
-def _check_areas(a, b, c):
-    """Raise ValueError unless all triangles a b c (m, 3 each) have an area."""
-    area = np.linalg.norm(cross(b - a, c - a), axis=1)
-    longest = np.max([((x - y) ** 2).sum(axis=1) for x, y in ((a, b), (b, c), (c, a))], axis=0)
-    is_degenerate = area <= 1e-10 * longest
-    if is_degenerate.any():
-        raise ValueError(
-            "`triangles` must have an area, "
-            f"got none for triangle {int(np.flatnonzero(is_degenerate)[0])}; clean the surface"
-        )
 
 
 def _parts(triangles, count):

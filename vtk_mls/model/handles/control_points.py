@@ -89,9 +89,8 @@ class ControlPoints:
 def _merged(handles):
     """The weighted means of points with equal q, or of all if their displacement is common."""
     segments = handles.segments
-    displacement = np.concatenate(
-        [handles.rest - handles.deformed, (segments.rest - segments.deformed).reshape(-1, 3)]
-    )
+    of_segments = (segments.rest - segments.deformed).reshape(-1, 3)
+    displacement = np.concatenate([handles.rest - handles.deformed, of_segments])
     if handles.path.shape[1] == 0 and (displacement == displacement[0]).all():
         return _translation(handles, displacement[0])
     # proxies of a region stay together, and come first

@@ -132,17 +132,16 @@ def of_mask(mask, grid) -> DistanceImage:
     cells are joined; a joined voxel is inside if any of its voxels is, so that thin parts remain.
     """
     spacing = np.abs(grid.spacing)
-    signs = np.sign(grid.spacing)
-    frame = grid.direction * signs
+    frame = grid.direction * np.sign(grid.spacing)
     size = spacing * (np.array(grid.dimensions) - 1)
     low = np.linalg.solve(frame, grid.origin)
-    half = spacing.min() / 2
+    step = spacing.min()
+    half = step / 2
     margin = _MARGIN * (size.max() + 2 * half)
     target = cubic_grid(low - half, low + size + half, margin, frame, _MAX_VOXELS)
     joined = np.maximum(abs(target.spacing[0]) // spacing, 1).astype(int)
     if (joined > 1).any():
         return of_mask(*_joined(mask, grid, joined))
-    step = spacing.min()
     if target.spacing[0] < step:  # smaller cells would say no more, and take time in kernels
         cells = np.ceil((margin + half) / step).astype(int)
         dimensions = 2 * cells + np.ceil(size / step).astype(int) + 1
@@ -174,12 +173,11 @@ def _euclidean(mask, spacing):
     from vtkmodules.vtkCommonDataModel import vtkImageData
     from vtkmodules.vtkImagingGeneral import vtkImageEuclideanDistance
 
-    image = vtkImageData()
+    image, distance = vtkImageData(), vtkImageEuclideanDistance()
     image.SetDimensions(mask.shape[::-1])
     image.SetSpacing(spacing / spacing.min())  # its results are wrong for spacings below 1
     # the filter measures the distance from voxels of value 0
     image.GetPointData().SetScalars(numpy_to_vtk((~mask).ravel().astype(np.uint8), deep=True))
-    distance = vtkImageEuclideanDistance()
     distance.SetInputData(image)
     distance.ConsiderAnisotropyOn()
     distance.SetAlgorithmToSaito()

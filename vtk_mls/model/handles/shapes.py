@@ -156,7 +156,19 @@ class Solid(Sampled):
     fields = ShapeField("points", "rows"), ShapeField("triangles", "rows")
 
     def __init__(self, points: ArrayLike, triangles: ArrayLike) -> None:
-        corners, rows = _checked_surface(points, triangles)
+        corners = validation.points("points", points)
+        rows = validation.triangles(triangles, len(corners))
+        # files such as STL repeat the corners of each triangle
+        _, same = np.unique(corners, axis=0, return_inverse=True)
+        edges = np.sort(same.ravel()[rows][:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+        edges = edges[edges[:, 0] != edges[:, 1]]
+        _, count = np.unique(edges, axis=0, return_counts=True)
+        open_edges = int((count % 2).sum())
+        if open_edges:
+            raise ValueError(
+                f"`triangles` must be a closed surface, got {open_edges} edges with an open side; "
+                "close its holes"
+            )
         freeze(self, points=corners, triangles=rows)
 
     def __repr__(self) -> str:
@@ -229,21 +241,3 @@ class Labels(Sampled):
         low, high = self._index_bounds
         part = self.mask[tuple(slice(a, b + 1) for a, b in zip(low[::-1], high[::-1]))]
         return distance_image.of_mask(part, self._box)
-
-
-def _checked_surface(corners, triangles):
-    """Points (n, 3) and triangles (m, 3) of a closed surface."""
-    corners = validation.points("points", corners)
-    rows = validation.triangles(triangles, len(corners))
-    # files such as STL repeat the corners of each triangle
-    _, same = np.unique(corners, axis=0, return_inverse=True)
-    edges = np.sort(same.ravel()[rows][:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    edges = edges[edges[:, 0] != edges[:, 1]]
-    _, count = np.unique(edges, axis=0, return_counts=True)
-    open_edges = int((count % 2).sum())
-    if open_edges:
-        raise ValueError(
-            f"`triangles` must be a closed surface, got {open_edges} edges with an open side; "
-            "close its holes"
-        )
-    return corners, rows

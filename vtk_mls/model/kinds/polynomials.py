@@ -43,7 +43,29 @@ class Polynomial(Kind):
         return Basis.on(points.local(points.handles.positions[1]), self.degree)
 
     def fit(self, weighted):
-        return _polynomial_fit(weighted)
+        """Eq. 23 to 26: weighted orthogonal polynomials psi_j, starting from psi_0 = 1.
+
+        The displacement p - q is fitted, so that undetermined functions are those of the identity
+        map.
+        """
+        orthogonal, w = _orthogonal(weighted), weighted.w
+        p = weighted.p + weighted.p_star[:, None]
+        q = weighted.q + weighted.q_star[:, None]
+        displacement = weighted.p_k - weighted.q_k
+        gradient = np.zeros((len(w), 3, 3))
+        # each coefficient from the remainder: near a curve weights differ by up to 1e30
+        remaining = p - q
+        for psi, psi_v, dpsi_v, norm in orthogonal:  # Eq. 26
+            c = np.einsum("mi,mia,mi->ma", w, remaining, psi) / norm[:, None]
+            remaining = remaining - psi[:, :, None] * c[:, None]
+            displacement = displacement + c * psi_v[:, None]
+            gradient = gradient + c[:, :, None] * dpsi_v[:, None]
+
+        def influence():
+            kernel = sum(psi * (psi_v / norm)[:, None] for psi, psi_v, _, norm in orthogonal)
+            return kernel[:, :, None] * remaining
+
+        return Fit(displacement, np.eye(3) + gradient, influence)
 
     def functions(self, control_points):
         return len(control_points.determined)
@@ -150,12 +172,8 @@ def monomial_values(x: np.ndarray, degree: int) -> np.ndarray:
 def monomial_gradients(x: np.ndarray, degree: int) -> np.ndarray:
     """Derivatives (m, monomials, 3) of `monomial_values`."""
     exponents = MONOMIALS[: MONOMIAL_COUNT[degree]]
-    gradients = []
-    for axis in range(3):
-        lowered = exponents.copy()
-        lowered[:, axis] = np.maximum(lowered[:, axis] - 1, 0)
-        gradients.append(exponents[:, axis] * np.prod(x[:, None, :] ** lowered, axis=2))
-    return np.stack(gradients, axis=2)
+    lowered = (np.maximum(exponents - axis, 0) for axis in np.eye(3, dtype=int))
+    return exponents * np.stack([np.prod(x[:, None, :] ** e, axis=2) for e in lowered], axis=2)
 
 
 def _region_moments(control_points, proxies, at_mean):
@@ -215,29 +233,3 @@ def _orthogonal(weighted):
         f_v, df_v = np.where(is_zero, 0, f_v), np.where(is_zero[:, None], 0, df_v)
         orthogonal.append((f, f_v, df_v, np.where(is_zero, 1, norm)))
     return orthogonal
-
-
-def _polynomial_fit(weighted):
-    """Eq. 23 to 26: weighted orthogonal polynomials psi_j, starting from psi_0 = 1.
-
-    The displacement p - q is fitted, so that undetermined functions are those of the identity map.
-    """
-    orthogonal, w = _orthogonal(weighted), weighted.w
-    p = weighted.p + weighted.p_star[:, None]
-    q = weighted.q + weighted.q_star[:, None]
-    u = p - q
-    displacement = weighted.p_k - weighted.q_k
-    gradient = np.zeros((len(w), 3, 3))
-    # each coefficient from the remainder of u: near a curve weights differ by up to 1e30
-    remaining = u
-    for psi, psi_v, dpsi_v, norm in orthogonal:  # Eq. 26
-        c = np.einsum("mi,mia,mi->ma", w, remaining, psi) / norm[:, None]
-        remaining = remaining - psi[:, :, None] * c[:, None]
-        displacement = displacement + c * psi_v[:, None]
-        gradient = gradient + c[:, :, None] * dpsi_v[:, None]
-
-    def influence():
-        kernel = sum(psi * (psi_v / norm)[:, None] for psi, psi_v, _, norm in orthogonal)
-        return kernel[:, :, None] * remaining
-
-    return Fit(displacement, np.eye(3) + gradient, influence)

@@ -12,7 +12,7 @@ TWIST_TOLERANCE = 1e-5
 
 
 class RotationRank(NamedTuple):
-    """The part of a rotation that control points determine."""
+    """The part of a rotation that control points determine, for all weights in C of Eq. 11."""
 
     rank: int  # 0: nothing, 1: all except the twist about a line, 2: everything
     # unit vector normal to the line of rank 1: the axis of a rotation by exactly 180 degrees
@@ -28,7 +28,19 @@ class Rigid(Kind):
     scales = False  # whether the fitted map has a uniform factor
 
     def determined(self, points):
-        return RotationRank(*_rotation_rank(*points.handles.positions))
+        lengths, directions, positions = [], [], points.handles.positions
+        for x in positions:
+            _, singular, axes = np.linalg.svd(x - x.mean(axis=0), full_matrices=False)
+            lengths.append(singular if len(singular) > 1 else np.zeros(2))
+            directions.append(axes[0])
+        spread = [s[0] > 1e-12 * np.abs(x).max() for s, x in zip(lengths, positions)]
+        if not all(spread):
+            return RotationRank(0, np.array([1.0, 0.0, 0.0]))
+        (p1, p2), (q1, q2) = (s[:2] for s in lengths)
+        rank = 2 if (p2 / p1) * (q2 / q1) > TWIST_TOLERANCE else 1
+        line = directions[0] if p2 / p1 < q2 / q1 else directions[1]
+        normal = np.cross(line, np.eye(3)[np.abs(line).argmin()])
+        return RotationRank(rank, normal / np.linalg.norm(normal))
 
     def fit(self, weighted):
         fit = _RotationFit(weighted, self.scales)
@@ -104,10 +116,8 @@ class _RotationFit:
         if self.rank == 2:
             # R^T C = S stays symmetric: (tr(S) I - S) omega = q x R^T p for each control point
             s = np.einsum("mba,mbc->mac", self.rotation, self.c)
-            stiffness = (
-                np.trace(s, axis1=1, axis2=2)[:, None, None] * np.eye(3)
-                - (s + s.swapaxes(1, 2)) / 2
-            )
+            trace = np.trace(s, axis1=1, axis2=2)[:, None, None]
+            stiffness = trace * np.eye(3) - (s + s.swapaxes(1, 2)) / 2
             torque = np.cross(q, np.einsum("mba,mib->mia", self.rotation, p))
             omega = np.einsum("mab,mib->mia", np.linalg.pinv(finite(stiffness)), torque)
             omega = np.einsum("mab,mib->mia", self.rotation, omega)
@@ -127,30 +137,11 @@ class _RotationFit:
         strength = np.maximum(self.r_max, np.finfo(float).tiny)[:, None, None]
         da = p * np.sum(q * b, axis=2, keepdims=True) / strength
         db = q * np.sum(p * a, axis=2, keepdims=True) / strength
-        da, db = (
-            da - a * np.sum(a * da, axis=2, keepdims=True),
-            db - b * np.sum(b * db, axis=2, keepdims=True),
-        )
+        da -= a * np.sum(a * da, axis=2, keepdims=True)
+        db -= b * np.sum(b * db, axis=2, keepdims=True)
         rotated = np.einsum("mab,mib->mia", self.rotation, np.cross(a + b, db))
         divisor = np.maximum(1 + np.sum(a * b, axis=2, keepdims=True), 1e-10)
         return (np.cross(a + b, da) - rotated) / divisor
-
-
-def _rotation_rank(rest, deformed):
-    """Rank and flip axis of `RotationRank`, which hold for all weights in C of Eq. 11."""
-    lengths, directions = [], []
-    for points in (rest, deformed):
-        _, singular, axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
-        lengths.append(singular if len(singular) > 1 else np.zeros(2))
-        directions.append(axes[0])
-    spread = [s[0] > 1e-12 * np.abs(points).max() for s, points in zip(lengths, (rest, deformed))]
-    if not all(spread):
-        return 0, np.array([1.0, 0.0, 0.0])
-    (p1, p2), (q1, q2) = (s[:2] for s in lengths)
-    rank = 2 if (p2 / p1) * (q2 / q1) > TWIST_TOLERANCE else 1
-    line = directions[0] if p2 / p1 < q2 / q1 else directions[1]
-    normal = np.cross(line, np.eye(3)[np.abs(line).argmin()])
-    return rank, normal / np.linalg.norm(normal)
 
 
 def _largest_rotation(c):
@@ -160,14 +151,13 @@ def _largest_rotation(c):
     and the eigenvector is the rotation of Eq. 10 as a quaternion (Horn 1987).
     """
     (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = np.moveaxis(c, 0, -1)
-    horn = np.array(
-        [
-            [xx + yy + zz, zy - yz, xz - zx, yx - xy],
-            [zy - yz, xx - yy - zz, xy + yx, zx + xz],
-            [xz - zx, xy + yx, yy - xx - zz, yz + zy],
-            [yx - xy, zx + xz, yz + zy, zz - xx - yy],
-        ]
-    )
+    rows = [
+        [xx + yy + zz, zy - yz, xz - zx, yx - xy],
+        [zy - yz, xx - yy - zz, xy + yx, zx + xz],
+        [xz - zx, xy + yx, yy - xx - zz, yz + zy],
+        [yx - xy, zx + xz, yz + zy, zz - xx - yy],
+    ]
+    horn = np.array(rows)
     scale = np.abs(horn).max(axis=(0, 1))
     horn = finite(np.moveaxis(horn / np.where(scale > 0, scale, 1), -1, 0))
     return _rotation_matrix(np.linalg.eigh(horn)[1][:, :, -1])
@@ -176,14 +166,9 @@ def _largest_rotation(c):
 def _rotation_matrix(quaternion):
     """Rotation matrices (m, 3, 3) of unit quaternions (m, 4) = (w, x, y, z)."""
     w, x, y, z = quaternion.T
-    return np.moveaxis(
-        np.array(
-            [
-                [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-                [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-                [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-            ]
-        ),
-        -1,
-        0,
-    )
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.moveaxis(np.array(rows), -1, 0)

@@ -49,8 +49,5 @@ def limited_jacobians(limits, v, displacement, d_dv, d_dx):
 
 def are_fixed(limits, points):
     """Which `points` (m, 3) stay at rest whatever the handles do: (m,) bool."""
-    fixed = np.zeros(len(points), bool)
-    for limit in limits:
-        if not limit.slides:
-            fixed |= limit.factor(points)[0] == 0
-    return fixed
+    fixed = [limit.factor(points)[0] == 0 for limit in limits if not limit.slides]
+    return np.any(fixed, axis=0) if fixed else np.zeros(len(points), bool)

@@ -56,19 +56,14 @@ class FixedFace(Limit):
         """Distances from a surface, less half a cell, and its normals: (4, nz, ny, nx); grid."""
         return distance_image.of_face(self.face.points, self.face.triangles, self.falloff)
 
-    def _within(self, v):
-        """Indices of `v` (m, 3) in the image, and which are inside of it."""
-        _, grid = self._images
-        index = grid.index_of(v)
-        return index, ((index >= 0) & (index <= np.array(grid.dimensions) - 1)).all(axis=1)
-
     def factor(self, v: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         if isinstance(self.face, Plane):
             height = self.face.height(v)
             value, slope = fade(np.abs(height) / self.falloff)
             return value, (np.sign(height) * slope / self.falloff)[:, None] * self.face.normal
         images, grid = self._images
-        index, inside = self._within(v)
+        index = grid.index_of(v)
+        inside = ((index >= 0) & (index <= np.array(grid.dimensions) - 1)).all(axis=1)
         distance, slope = linear_with_slopes(images[0], index)
         value, change = fade(distance / self.falloff)
         slope = np.einsum("mi,ij->mj", slope, grid.world_to_index)
@@ -79,7 +74,7 @@ class FixedFace(Limit):
         if isinstance(self.face, Plane):
             return np.broadcast_to(self.face.normal, v.shape), np.zeros((len(v), 3, 3))
         images, grid = self._images
-        index, _ = self._within(v)
+        index = grid.index_of(v)
         parts = [linear_with_slopes(image, index) for image in images[1:]]
         slopes = np.stack([slope for _, slope in parts], axis=1)
         slopes = np.einsum("mci,ij->mcj", slopes, grid.world_to_index)

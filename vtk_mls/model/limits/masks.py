@@ -17,7 +17,6 @@ from vtk_mls.model.shape_fields import ShapeField
 if TYPE_CHECKING:
     from vtk_mls.model.handles.control_points import ControlPoints
 
-
 _EDGE = 1e-3  # MASK_EDGE of opencl/handles/limits.cl
 _ROUNDING = 2e-6  # of positions in the kernels, local units
 
