@@ -6,13 +6,28 @@ import itertools
 
 import numpy as np
 import pytest
-from drawing import MIDDLE, SIZE, Scene, assert_alike, drawn_volume, image_of, phantom, volume_of
+from drawing import (
+    MIDDLE,
+    PIXELS,
+    SIZE,
+    Scene,
+    assert_alike,
+    drawn_volume,
+    image_of,
+    phantom,
+    volume_of,
+)
 from pairwise import one_of, paired, rare
 from pipelines import ball
 from vtk_fixtures import FAST, TURNED
 from vtkmodules.vtkCommonDataModel import vtkPiecewiseFunction, vtkPlane
 from vtkmodules.vtkImagingCore import vtkImageShiftScale
-from vtkmodules.vtkRenderingCore import vtkActor, vtkColorTransferFunction, vtkPolyDataMapper
+from vtkmodules.vtkRenderingCore import (
+    vtkActor,
+    vtkColorTransferFunction,
+    vtkPolyDataMapper,
+    vtkRenderWindow,
+)
 from vtkmodules.vtkRenderingVolume import (
     vtkFixedPointVolumeRayCastMapper,
     vtkGPUVolumeRayCastMapper,
@@ -398,6 +413,17 @@ def test_two_windows():
     first, second = (scene.picture() for scene in scenes)
     np.testing.assert_array_equal(first, second)
     np.testing.assert_array_equal(scenes[0].picture(), first)
+
+
+def test_a_renderer_moves_to_another_window():
+    _, scene, drawn = drawn_volume(image_of(VALUES))
+    drawn.update(deformation())
+    first, old = scene.picture(), scene.window
+    scene.window = configured(vtkRenderWindow(), OffScreenRendering=True, MultiSamples=0)
+    scene.window.SetSize(PIXELS, PIXELS)
+    old.RemoveRenderer(scene.renderer)
+    scene.window.AddRenderer(scene.renderer)
+    np.testing.assert_array_equal(scene.picture(), first)
 
 
 # Errors

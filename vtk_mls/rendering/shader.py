@@ -167,9 +167,10 @@ class MapTexture:
 
     def bind(self, window):
         """Upload new values for a vtkRenderWindow; the texture unit for its shaders."""
-        texture = self._texture
-        if texture.GetContext() is not window:
+        if self._texture.GetContext() is not window:
             self.free()
+        texture = self._texture
+        if texture.GetContext() is None:
             texture.SetContext(window)
             texture.SetMinificationFilter(vtkTextureObject.Linear)
             texture.SetMagnificationFilter(vtkTextureObject.Linear)
