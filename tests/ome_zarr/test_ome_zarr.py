@@ -140,7 +140,7 @@ def test_the_displacement_field(folder, rng, small_blocks):
 
 
 def test_automatic_steps_are_those_of_the_whole_grid(folder, rng, small_blocks, monkeypatch):
-    monkeypatch.setattr(fold_free, "enough_steps", lambda *arguments: 1)
+    monkeypatch.setattr(fold_free, "in_enough_steps", lambda _, d, *more: d.in_steps(1))
     write("in.ome.zarr", [values(rng)])
     rest = GRID.at(rng.uniform(0, 1, (12, 3)) * np.subtract(GRID.dimensions, 1))
     deformed = rest + 0.15 * np.ptp(rest, axis=0) * rng.normal(size=rest.shape)
