@@ -151,7 +151,8 @@ class Deformation(Transform, MapParameters):
         Automatic steps that would be more than 16 go along it. There is none with curves, regions
         or more than 1,000 control points. `steps_used` and `path_used` make the same map again.
         """
-        return self.path if self.steps_used == 1 else vars(self).get("_rigid_path", self.path)
+        _ = self.steps_used
+        return vars(self).get("_rigid_path", self.path)
 
     @property
     def smallest_determinant(self) -> float:

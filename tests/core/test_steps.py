@@ -19,6 +19,7 @@ from vtk_mls import (
     SlidingFace,
 )
 from vtk_mls.model.handles.handle_paths import blended_path
+from vtk_mls.model.handles.rigid_path import rigid_path
 
 EVERYWHERE = ["reference", *DEVICES]
 KINDS = [("affine", 2), ("rigid", 2), ("similarity", 2), ("polynomial", 2)]
@@ -270,6 +271,14 @@ def test_a_whole_turn_by_a_path(device, rng):
     assert np.abs(moved[:, :2] - expected).max() < 0.06
     once = Deformation(rest, turned(1), device=device)
     assert np.linalg.det(once.jacobian(rng.random((4000, 3)))).min() < 0
+
+
+def test_a_rigid_path_of_points_that_coincide(rng):
+    rest = np.concatenate([rng.random((4, 3)), np.full((12, 3), 0.5)])
+    for deformed in (rng.random(rest.shape), rest, np.zeros_like(rest)):
+        for p, q in ((rest, deformed), (deformed, rest)):
+            path = rigid_path(p, q, 8)
+            assert np.abs(path).max() < 10
 
 
 def test_a_share_of_a_path(rng):

@@ -9,7 +9,7 @@ _NEIGHBORS = 10
 _FOLLOWS = 0.2  # misses of neighbors, relative to their distance, above which they count less
 _STRAIGHT = 0.01  # weight of the straight line of a point, relative to its neighbors
 _ROUNDS = 5
-_GROWTH = 1e-3, 1e3
+_MAX_GROWTH = 100.0
 _TINY = 1e-12
 
 
@@ -22,7 +22,7 @@ def rigid_path(rest, deformed, legs):
     """
     count = len(rest)
     squares = np.minimum(*(((x[:, None] - x) ** 2).sum(axis=2) for x in (rest, deformed)))
-    squares = np.maximum(squares, _TINY * squares.max())
+    squares = np.maximum(squares, _TINY * squares.max() or 1)  # points may coincide
     squares[range(count), range(count)] = np.inf
     near = np.argsort(squares, axis=1)[:, :_NEIGHBORS]
     rows = np.arange(count)[:, None]
@@ -60,9 +60,11 @@ def _motions(rest, deformed, near, weights):
         left, _, right = np.linalg.svd(np.einsum("nk,nki,nkj->nij", weights, after, before))
         left[..., 2] *= np.sign(np.linalg.det(left @ right))[:, None]  # no mirror image
         turns = left @ right
-        sums = [(weights * length).sum(axis=1) for length in lengths]
-        growth = np.clip(np.sqrt(sums[1] / np.maximum(sums[0], _TINY * sums[1])), *_GROWTH)
+        sums = np.stack([(weights * length).sum(axis=1) for length in lengths])
+        sums = np.maximum(sums, _TINY * sums.max() or 1)
+        growth = np.sqrt(sums[1] / sums[0])
+        growth[np.abs(np.log(growth)) > np.log(_MAX_GROWTH)] = 1  # of points that coincide
         misses = after - growth[:, None, None] * np.einsum("nij,nkj->nki", turns, before)
-        share = (misses**2).sum(axis=2) / np.maximum(longest, _TINY * longest.max())
+        share = (misses**2).sum(axis=2) / np.maximum(longest, _TINY * longest.max() or 1)
         weights = first / (share + _FOLLOWS**2) ** 2
     return turns, growth, weights
