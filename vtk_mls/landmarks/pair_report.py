@@ -23,6 +23,7 @@ from vtk_mls.model.kinds.splines import ORDERS, Choice, choices, chosen_from
 MIN_PAIRS = 4
 # Settings are compared by this many of the pairs, each predicted from all others.
 MAX_SAMPLE = 256
+_MAX_FIRST = 500  # pairs from which the settings are chosen that find outliers
 _NEIGHBORS = 4  # of a landmark, on the way to which determinants are sampled
 
 
@@ -229,7 +230,8 @@ def _candidates(pairs, rows, tried, shape):
 def _agreed(pairs, shape, progress):
     """The `_choices` without outliers, the outliers (n,), and the predictions (n, 3)."""
     first, second = progress.divided(1, 1)
-    found = _choices(pairs, first, _spread)  # smooth enough for outliers to stand out
+    some = pairs.of_rows(chosen_from(len(pairs), _MAX_FIRST))
+    found = _choices(some, first, _spread)  # smooth enough for outliers to stand out
     if shape.is_drag:
         return _choices(pairs, second), np.zeros(len(pairs), bool), pairs.rest
     is_outlier, predicted = outliers.find(pairs, next(iter(found)))

@@ -31,6 +31,7 @@ _DIRECTIONS = _DIRECTIONS / np.linalg.norm(_DIRECTIONS, axis=1, keepdims=True)
 # The search around the smallest determinants: points, samples around each, rounds at half the
 # distance.
 _BEST, _TRIALS, _ROUNDS = 64, 24, 4
+_SAFE = 0.6  # samples with a larger determinant do not fold in more steps on the same path
 _MAX_CHECKED = 1 << 12  # centers of voxels that fold, to choose the number of steps
 
 
@@ -40,12 +41,16 @@ def in_enough_steps(engine, deformation, where=None, progress=SILENT):
     In `MAX_STEPS` the smallest determinant may be below. `where` is a Grid or points (m, 3) of the
     deformed space, by default a box around the handles.
     """
-    samples = _samples(deformation, where)
+    samples, rest = _samples(deformation, where), {}
     for candidate in _in_more_steps(deformation):
         part, progress = progress.divided(1, 2)
-        smallest = smallest_step_determinant(engine, candidate, samples, part, MIN_DETERMINANT)
+        points, radius = rest.get(len(candidate.path), samples)
+        values = engine.least_determinant(candidate, points, part)
+        smallest = _smallest_around(engine, candidate, points, radius, values, MIN_DETERMINANT)
         if smallest > MIN_DETERMINANT:
             return candidate
+        is_near = values < max(_SAFE, *np.sort(values)[:_BEST])
+        rest[len(candidate.path)] = points[is_near], radius[is_near]
     warn(
         f"The deformation may fold in {candidate.steps_used} steps: a determinant is "
         f"{smallest:.3g}; handles should not go through the same place at the same time"
@@ -123,13 +128,18 @@ def smallest_determinant(engine, deformation):
     return float(_determinants(engine, deformation, points).min())
 
 
-def smallest_step_determinant(engine, deformation, samples=None, progress=SILENT, limit=-np.inf):
-    """The smallest determinant of the Jacobian of a step, or one that is not above `limit`.
+def smallest_step_determinant(engine, deformation):
+    """The smallest determinant of the Jacobian of a step at sampled points and around these."""
+    points, radius = _samples(deformation, None)
+    values = engine.least_determinant(deformation, points, SILENT)
+    return float(_smallest_around(engine, deformation, points, radius, values))
 
-    Points of `_samples` are followed through all steps, and others around the smallest values.
+
+def _smallest_around(engine, deformation, points, radius, values, limit=-np.inf):
+    """The smallest of the determinants `values` of points and those of others around the smallest.
+
+    The points are followed through all steps. The search stops at one that is not above `limit`.
     """
-    points, radius = samples or _samples(deformation, None)
-    values = engine.least_determinant(deformation, points, progress)
     smallest = values.min()
     rng = np.random.default_rng(0)
     for _ in range(_ROUNDS):
@@ -141,7 +151,7 @@ def smallest_step_determinant(engine, deformation, samples=None, progress=SILENT
         points = points + radius[:, None] * rng.normal(size=points.shape)
         values = engine.least_determinant(deformation, points, SILENT)
         smallest = min(smallest, values.min())
-    return float(smallest)
+    return smallest
 
 
 def _determinants(engine, deformation, points):

@@ -34,6 +34,8 @@ def region_table(control_points, in_rest_frame, images):
     """The regions: (n,) region_t. Their distances are added to `images`."""
     regions = control_points.handles.regions
     table = np.zeros(len(regions), STRUCTS["region_t"])
+    if not regions:
+        return table
     scale = control_points.scale
     handles = control_points.handles
     anchors = control_points.local(handles.term_anchors[0 if in_rest_frame else 1])
@@ -67,6 +69,8 @@ def segment_table(control_points):
     """The segments of curves: (s,) segment_t."""
     segments, scale = control_points.handles.segments, control_points.scale
     table = np.zeros(len(segments), STRUCTS["segment_t"])
+    if len(segments) == 0:
+        return table
     deformed = control_points.local(segments.deformed)
     u = (segments.rest - segments.deformed - control_points.mean_displacement) / scale
     for name, ends in (("q", deformed), ("u", u)):

@@ -9,13 +9,14 @@ from vtk_mls.model.kinds.kind import Fit, Kind
 
 # Smallest product of the relative widths of p and q that determines the twist about a line.
 TWIST_TOLERANCE = 1e-5
+_ANY_AXIS = np.array([1.0, 0.0, 0.0])
 
 
 class RotationRank(NamedTuple):
     """The part of a rotation that control points determine, for all weights in C of Eq. 11."""
 
     rank: int  # 0: nothing, 1: all except the twist about a line, 2: everything
-    # unit vector normal to the line of rank 1: the axis of a rotation by exactly 180 degrees
+    # with rank 1 a unit vector normal to the line: the axis of a rotation by exactly 180 degrees
     flip_axis: np.ndarray
 
 
@@ -28,19 +29,19 @@ class Rigid(Kind):
     scales = False  # whether the fitted map has a uniform factor
 
     def determined(self, points):
-        lengths, directions, positions = [], [], points.handles.positions
-        for x in positions:
-            _, singular, axes = np.linalg.svd(x - x.mean(axis=0), full_matrices=False)
-            lengths.append(singular if len(singular) > 1 else np.zeros(2))
-            directions.append(axes[0])
-        spread = [s[0] > 1e-12 * np.abs(x).max() for s, x in zip(lengths, positions)]
-        if not all(spread):
-            return RotationRank(0, np.array([1.0, 0.0, 0.0]))
-        (p1, p2), (q1, q2) = (s[:2] for s in lengths)
-        rank = 2 if (p2 / p1) * (q2 / q1) > TWIST_TOLERANCE else 1
-        line = directions[0] if p2 / p1 < q2 / q1 else directions[1]
+        positions = np.stack(points.handles.positions)
+        offsets = positions - positions.mean(axis=1, keepdims=True)
+        lengths = np.linalg.svd(offsets, compute_uv=False)
+        size = np.abs(positions).max(axis=(1, 2))
+        if lengths.shape[1] < 2 or (lengths[:, 0] <= 1e-12 * size).any():
+            return RotationRank(0, _ANY_AXIS)
+        width_p, width_q = lengths[:, 1] / lengths[:, 0]
+        if width_p * width_q > TWIST_TOLERANCE:
+            return RotationRank(2, _ANY_AXIS)
+        narrow = offsets[0 if width_p < width_q else 1]
+        line = np.linalg.svd(narrow, full_matrices=False)[2][0]
         normal = np.cross(line, np.eye(3)[np.abs(line).argmin()])
-        return RotationRank(rank, normal / np.linalg.norm(normal))
+        return RotationRank(1, normal / np.linalg.norm(normal))
 
     def fit(self, weighted):
         fit = _RotationFit(weighted, self.scales)

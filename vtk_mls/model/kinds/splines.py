@@ -316,11 +316,11 @@ def best_choice(q, u, weights, orders=ORDERS, smoothing=None, softening=None) ->
     return min(found, key=attrgetter("score"))
 
 
-def chosen_from(count):
+def chosen_from(count, most=_MAX_CHOSEN_FROM):
     """Rows (m,) of the control points from which settings are chosen, at most 1,500."""
-    if count <= _MAX_CHOSEN_FROM:
+    if count <= most:
         return np.arange(count)
-    return np.sort(np.random.default_rng(0).permutation(count)[:_MAX_CHOSEN_FROM])
+    return np.sort(np.random.default_rng(0).permutation(count)[:most])
 
 
 def precision(q, weights, order, smoothing, softening) -> np.ndarray:
