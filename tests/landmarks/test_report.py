@@ -12,8 +12,7 @@ from vtk_mls import Deformation
 from vtk_mls.base.linear_algebra import fitted_affine
 from vtk_mls.landmarks import Settings, outliers, report
 from vtk_mls.landmarks.left_out import PointPairs, predictions
-from vtk_mls.landmarks.page import page
-from vtk_mls.landmarks.text import heading
+from vtk_mls.landmarks.text import heading, page
 from vtk_mls.model.kinds import splines
 
 DEVICE = "reference"

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from vtk_mls.landmarks.left_out import PointPairs, nearest
-from vtk_mls.landmarks.settings import Settings
+from vtk_mls.landmarks.left_out import PointPairs, Settings, nearest
 from vtk_mls.model.kinds.splines import without_lone
 
 _NEIGHBORS = 12  # their errors define the usual error at a place

@@ -13,9 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 from vtk_mls.base.errors import InputError
 from vtk_mls.base.progress import SILENT, ProgressLike, whole
 from vtk_mls.base.validation import same_count
-from vtk_mls.landmarks import outliers, settings, volume
-from vtk_mls.landmarks.left_out import PointPairs, nearest, predictions
-from vtk_mls.landmarks.settings import BASELINE, Settings
+from vtk_mls.landmarks import left_out, outliers, volume
+from vtk_mls.landmarks.left_out import BASELINE, PointPairs, Settings, nearest, predictions
 from vtk_mls.landmarks.volume import Shape
 from vtk_mls.model import arguments
 from vtk_mls.model.kinds.splines import ORDERS, Choice, choices, chosen_from
@@ -105,8 +104,8 @@ class Report:
         ]
         return {
             "pairs": pairs,
-            "tried": [_with_median(s, median) for s, median in self.tried.items()],
-            "recommended": _with_median(self.recommended, self.tried[self.recommended]),
+            "tried": [vars(s) | {"median": median} for s, median in self.tried.items()],
+            "recommended": vars(self.recommended) | {"median": self.tried[self.recommended]},
             "is_sensible": self.is_sensible,
             "extents": self.shape.extents.tolist(),
             "is_drag": self.shape.is_drag,
@@ -174,12 +173,14 @@ def report(
     pairs, labels = _checked(rest, deformed, names, weights)
     with whole(progress) as part:
         choosing, finding, folding = part.divided(6, 3, 1)
-        rows = _sample(len(pairs))
+        rows = np.arange(len(pairs))
+        if len(pairs) > MAX_SAMPLE:
+            rows = np.sort(np.random.default_rng(0).choice(len(pairs), MAX_SAMPLE, replace=False))
         shape = Shape.of(pairs)
         found, is_outlier, predicted = _agreed(pairs, shape, choosing)
         extent = shape.extents[0]
         baseline = {
-            kind: float(np.median(_errors(pairs, rows, settings.one_map(kind, extent))))
+            kind: float(np.median(_errors(pairs, rows, left_out.one_map(kind, extent))))
             for kind in BASELINE
         }
         tried = {s: float(np.median(size)) for s, size in found.items()}
@@ -221,7 +222,7 @@ def _candidates(pairs, rows, tried, shape):
     """The settings tried, the best first; then those of one motion for all, which are tried now."""
     if not shape.mirror:
         yield from [*tried]
-    motions = settings.whole_motions(shape.extents[0])
+    motions = left_out.whole_motions(shape.extents[0])
     tried |= {s: float(np.median(_errors(pairs, rows, s))) for s in motions}
     yield from sorted(motions, key=tried.__getitem__)
 
@@ -278,12 +279,6 @@ def _between(pairs, rows):
     return np.concatenate([(start + share * way).reshape(-1, 3) for share in (0.25, 0.5, 0.75)])
 
 
-def _sample(count):
-    if count <= MAX_SAMPLE:
-        return np.arange(count)
-    return np.sort(np.random.default_rng(0).choice(count, MAX_SAMPLE, replace=False))
-
-
 def _checked(rest, deformed, names, weights):
     p = arguments.control_points("rest", rest)
     q = arguments.control_points("deformed", deformed)
@@ -307,7 +302,3 @@ def _checked(rest, deformed, names, weights):
                 argument=name,
             )
     return PointPairs(p, q, arguments.positive_weights(weights, len(p))), labels
-
-
-def _with_median(tried, median):
-    return {**vars(tried), "median": median}
