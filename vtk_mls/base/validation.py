@@ -3,8 +3,6 @@
 Errors are one sentence with the argument, the expected value, and the given value.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import Any
 
