@@ -5,15 +5,7 @@ from functools import cache, partial
 
 from vtk_mls import io
 from vtk_mls.base.time_steps import step_at
-from vtk_mls.commands import (
-    data_options,
-    map_options,
-    ome_zarr,
-    property_options,
-    remarks,
-    running,
-    series,
-)
+from vtk_mls.commands import map_options, ome_zarr, property_options, remarks, running, series
 from vtk_mls.commands.running import distinct_warnings, read, read_image, update
 from vtk_mls.commands.supervision import step
 from vtk_mls.files.block_files import blocks
@@ -142,7 +134,7 @@ def _deform(steps, handle_times, is_series, deform, options):
     with distinct_warnings(), writer as write:
         for index, (time, read_step) in enumerate(steps):
             dataset = read(lambda _, read_step=read_step: read_step(), options.input)
-            data_options.check(options, *data_options.kinds_of(dataset))
+            property_options.check_kinds(options, *property_options.kinds_of(dataset))
             is_image = dataset.IsA("vtkImageData")
             if is_image and not is_series:  # whether a mesh can be written depends on cuts
                 io.check_writable(options.output, dataset)

@@ -8,7 +8,7 @@ from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkFiltersSources import vtkOutlineSource
 
 from vtk_mls import Grid, io
-from vtk_mls.commands import data_options, map_options, ome_zarr, property_options, remarks
+from vtk_mls.commands import map_options, ome_zarr, property_options, remarks
 from vtk_mls.commands.running import kind_used, read, set_up, update
 from vtk_mls.commands.supervision import step
 from vtk_mls.files.paths import check_apart
@@ -81,8 +81,9 @@ def run(options):
     if ome_zarr.is_for(options):
         return ome_zarr.field(options, field)
     dataset = read(io.read_dataset, options.input)
-    kinds = data_options.kinds_of(dataset)
-    data_options.check(options, *kinds, *[data_options.IMAGES] * (data_options.MESHES in kinds))
+    kinds = property_options.kinds_of(dataset)
+    kinds += [property_options.IMAGES] * (property_options.MESHES in kinds)
+    property_options.check_kinds(options, *kinds)
     if options.jacobian:
         io.check_writable(options.output, field.GetOutput())
     else:

@@ -1,7 +1,25 @@
-"""Options of the commands that are properties of a filter."""
+"""Options of the commands that are properties of a filter, some for some kinds of data only."""
 
+from vtk_mls.files.block_files import blocks
 from vtk_mls.filters import properties, property_tables
 from vtk_mls.filters.properties import Planes, TransformFile, Value, Values, Vector
+
+IMAGES, MESHES, OME_ZARR = "images", "meshes", "OME-Zarr"
+_ONE = {IMAGES: "an image", MESHES: "a mesh", OME_ZARR: "an OME-Zarr, written block by block"}
+_ONLY = {  # option and kinds of data, by attribute of the options
+    "interpolation": ("--interpolation", (IMAGES, OME_ZARR)),
+    "background": ("--background", (IMAGES, OME_ZARR)),
+    "label_arrays": ("--label", (IMAGES, OME_ZARR)),
+    "output_grid": ("--grid", (IMAGES,)),
+    "reference": ("--reference", (IMAGES,)),
+    "gradient_array": ("--gradient", (IMAGES,)),
+    "generate_overlap": ("--overlap", (IMAGES,)),
+    "generate_cell_quality": ("--cell-quality", (MESHES,)),
+    "inverse": ("--inverse", (IMAGES, MESHES)),
+    "jacobian": ("--jacobian", (IMAGES, MESHES)),
+    "dimensions": ("--dimensions", (MESHES,)),
+    "spacing_factor": ("--spacing-factor", (IMAGES, MESHES)),
+}
 
 
 def add(parser, item, *, flag="", choices=(), text="", more="", default=None):
@@ -40,6 +58,22 @@ def numbers(flag, text, count):
 def default(name):
     """The default of a property, as text of an option."""
     return _text(_properties()[name].default)
+
+
+def check_kinds(options, *kinds):
+    """Raise ValueError for an option that has no effect on data of these kinds."""
+    for name, (flag, allowed) in _ONLY.items():
+        is_given = getattr(options, name, None) != options.parser.get_default(name)
+        if is_given and kinds and not set(kinds) & set(allowed):
+            raise ValueError(
+                f"`{flag}` is for {' and '.join(allowed)}: `{options.input}` is "
+                f"{_ONE[kinds[0]]}; leave it out"
+            )
+
+
+def kinds_of(dataset):
+    """The kinds of a vtkDataObject and its blocks."""
+    return [IMAGES if block.IsA("vtkImageData") else MESHES for block in blocks(dataset)]
 
 
 def _properties():
