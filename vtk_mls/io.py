@@ -25,7 +25,7 @@ from vtkmodules.vtkCommonDataModel import (
 
 from vtk_mls.base import validation
 from vtk_mls.base.errors import InputError
-from vtk_mls.files import control_point_files, field_files, formats, mesh_files, metadata, validity
+from vtk_mls.files import control_point_files, field_files, formats, mesh_files, metadata, vtk_io
 from vtk_mls.files.block_files import COMPOSITE, block_writer, blocks, leaves
 from vtk_mls.files.field_files import FieldContent
 from vtk_mls.files.landmarks import Landmarks, paired
@@ -440,5 +440,5 @@ def _checked(
         raise InputError(f"holds {absent}", path=path)
     with failures_named(path):
         for part in parts:
-            validity.check(part)
+            vtk_io.check_dataset(part)
     return dataset
