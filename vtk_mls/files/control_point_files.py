@@ -1,7 +1,7 @@
 """Control points and landmarks in text files.
 
 Markups of 3D Slicer (.mrk.json, .fcsv) are described in `markups`, tag points of MINC (.tag) in
-`minc_tags`. The first line that is not blank tells what other files (.csv, .txt, .pts) are: files
+`point_lists`. The first line that is not blank tells what other files (.csv, .txt, .pts) are: files
 of elastix begin with `point`, `index`, or `Point`, a number and a semicolon; files of IDAV Landmark
 begin with `Version 1.0` (`point_lists`). All others are tables (`point_tables`) of control points,
 or of landmarks as in plain text, ITK, ANTs, BigWarp or 3D Slicer.
