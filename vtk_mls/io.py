@@ -27,10 +27,9 @@ from vtk_mls.base import validation
 from vtk_mls.base.errors import InputError
 from vtk_mls.files import control_point_files, field_files, formats, mesh_files, metadata, vtk_io
 from vtk_mls.files.block_files import COMPOSITE, block_writer, blocks, leaves
-from vtk_mls.files.field_files import FieldContent
+from vtk_mls.files.field_files import FieldContent, read_transform, write_transform
 from vtk_mls.files.landmarks import Landmarks, paired
 from vtk_mls.files.paths import check_replaceable, existing_file, replacing
-from vtk_mls.files.transform_files import read_transform, write_transform
 from vtk_mls.files.vtk_io import failures_named
 from vtk_mls.filters.cut_inputs import surfaces
 from vtk_mls.model import arguments
