@@ -119,7 +119,6 @@ def native_array(array):
 
 
 def number(name, value):
-    """A float."""
     array = as_float(name, value, "a number")
     if array.ndim:
         raise TypeError(f"`{name}` must be a number, got {short_repr(value)}")
@@ -141,7 +140,6 @@ def finite(name: str, value: ArrayLike, shape: Any, count: str = "") -> NDArray[
 
 
 def positive(name: str, value: Any) -> float:
-    """A positive number."""
     array = as_float(name, value, "a number")
     if array.ndim or not (np.isfinite(array) and array > 0):
         raise InputError(f"must be a positive number, got {short_repr(value)}", argument=name)

@@ -57,12 +57,8 @@ def add(commands, text=None):
         help="vectors of NIfTI: in RAS with the intent code 1006, which SimpleITK and 3D Slicer "
         "read; or in LPS with 1007, which ANTs and nitransforms read, too; default: itk",
     )
-    add(
-        "--dimensions",
-        metavar="NX,NY,NZ",
-        help="numbers of points over the bounds of a mesh; default: "
-        + property_options.default("SampleDimensions"),
-    )
+    text = "numbers of points over the bounds of a mesh"
+    property_options.add(field, "SampleDimensions", flag="--dimensions", text=text)
     add(
         "--spacing-factor",
         metavar="FACTOR",
@@ -89,8 +85,8 @@ def run(options):
     else:
         io.check_field_writable(options.output)
     field.SetInputData(0, dataset if dataset.IsA("vtkDataSet") else _outline(dataset))
-    if options.dimensions is not None:
-        dimensions = property_options.numbers("--dimensions", options.dimensions, 3)
+    if options.sample_dimensions is not None:
+        dimensions = property_options.numbers("--dimensions", options.sample_dimensions, 3)
         field.SetSampleDimensions(dimensions)
     set_up(field, options)
     field.SetGenerateJacobianDeterminant(options.jacobian)

@@ -62,10 +62,7 @@ def _paraview(problems):
         return paraview
     if "problem" in contents:
         problems.append(f"{paraview}: {contents['problem']}")
-    versions = ", ".join(
-        f"{name} {contents[key]}"
-        for name, key in (("Python", "python"), ("VTK", "vtk"), ("numpy", "numpy"))
-    )
+    versions = "Python {python}, VTK {vtk}, numpy {numpy}".format_map(contents)
     return f"{paraview}: {versions}; the plugin loads, {contents.get('device', 'no OpenCL device')}"
 
 

@@ -17,7 +17,7 @@ _ONLY = {  # option and kinds of data, by attribute of the options
     "generate_cell_quality": ("--cell-quality", (MESHES,)),
     "inverse": ("--inverse", (IMAGES, MESHES)),
     "jacobian": ("--jacobian", (IMAGES, MESHES)),
-    "dimensions": ("--dimensions", (MESHES,)),
+    "sample_dimensions": ("--dimensions", (MESHES,)),
     "spacing_factor": ("--spacing-factor", (IMAGES, MESHES)),
 }
 
@@ -53,11 +53,6 @@ def numbers(flag, text, count):
     if len(values) != count:
         raise ValueError(f"`{flag}` must be {count} numbers with commas, got `{text:.60}`")
     return values
-
-
-def default(name):
-    """The default of a property, as text of an option."""
-    return _text(_properties()[name].default)
 
 
 def check_kinds(options, *kinds):
@@ -107,15 +102,13 @@ def _settings(prop):
     return {"type": type(prop.default), "metavar": prop.option.upper()}
 
 
-def _text(default):
-    return ",".join(map(str, default)) if isinstance(default, tuple) else f"{default}"
-
-
 def _help(prop, text, more, default):
     """The help of an option for argparse: one sentence with the default."""
     text = " ".join((text or prop.help).split()).removesuffix(".")
     parts = [part[0].lower() + part[1:] for part in text.split(". ")]
     parts += [more] * bool(more)
-    if default not in ("", ()) and default is not False and not _is_text(prop):
-        parts.append(f"default: {_text(default)}")
+    is_stated = isinstance(prop, properties.Dimensions) or not _is_text(prop)
+    if default not in ("", ()) and default is not False and is_stated:
+        text = ",".join(map(str, default)) if isinstance(default, tuple) else default
+        parts.append(f"default: {text}")
     return "; ".join(parts).replace("%", "%%")

@@ -129,7 +129,6 @@ def _read_dataset(path):
 
 
 def _target(path):
-    """The `Target` of a file; None for none."""
     return None if path is None else Target(_dataset(path), path)
 
 

@@ -175,7 +175,7 @@ def _order(names, readers):
         ):
             if not np.allclose(own, expected, rtol=1e-4, atol=1e-4):
                 sides = (
-                    f"{_numbers(values)} in `{Path(file).name}`"
+                    f"{', '.join(f'{value:g}' for value in values)} in `{Path(file).name}`"
                     for values, file in ((own, name), (expected, names[0]))
                 )
                 raise ValueError(f"the slices must have one {what}, got {' and '.join(sides)}")
@@ -207,7 +207,3 @@ def _order(names, readers):
             "gantry), which ITK cannot place"
         )
     return order
-
-
-def _numbers(values):
-    return ", ".join(f"{value:g}" for value in values)

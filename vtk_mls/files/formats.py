@@ -119,7 +119,6 @@ def _mesh(
 def _blocks(
     name: str, endings: str, reader: str, writes: tuple[str, ...] = (), writer: str = ""
 ) -> Format:
-    """A format of blocks, pieces or time steps."""
     reader = f"block_files.open_file {reader}"
     writer = writer and f"block_files.{writer}"
     return Format(name, endings, AS_IS, (BLOCKS,), reader, writes, writer, has_times=True)

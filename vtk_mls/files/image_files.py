@@ -233,7 +233,8 @@ def read_ome_zarr(path, max_points=math.inf):
     Each channel is an array; without such a level it is the coarsest.
     """
     source = ome_zarr.open_input(path)
-    level = source.level_within(max_points)
+    fitting = [level for level in source.levels if level.grid.size <= max_points]
+    level = fitting[0] if fitting else source.levels[-1]
     image = vtkImageData()
     image.SetDimensions(level.grid.dimensions)
     _set_geometry(image, level.grid.origin.tolist(), level.grid.index_to_world)

@@ -111,7 +111,6 @@ def _parts(transform):
 
 
 def _affine(backward):
-    """The Affine of a backward matrix (4, 4)."""
     if not np.isfinite(backward).all() or np.linalg.matrix_rank(backward[:3, :3]) < 3:
         raise ValueError(f"its matrix must be invertible, got {backward[:3, :3].tolist()}")
     return Affine(_inverse(backward))

@@ -13,7 +13,6 @@ import numpy as np
 from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_UNSIGNED_CHAR, vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkPointSet, vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkTriangleFilter
-from vtkmodules.vtkIOGeometry import vtkSTLWriter
 from vtkmodules.vtkIOPLY import vtkPLYWriter
 
 from vtk_mls.base.errors import InputError
@@ -49,7 +48,7 @@ def write(writer, dataset, path):
 def write_stl(polydata, path):
     """Write polydata that have polygons only."""
     _check_has_no(polydata, "Verts", "Lines")
-    _write(vtkSTLWriter(), polydata, path)
+    write("vtkIOGeometry.vtkSTLWriter", polydata, path)
 
 
 def write_ply(polydata, path):

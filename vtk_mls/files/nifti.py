@@ -282,7 +282,6 @@ def _itk_affine(header):
 
 
 def _warn_if_itk_differs(path, header, affine):
-    """Warn if ITK places the image elsewhere."""
     itk_affine = None
     with contextlib.suppress(ValueError):  # a broken qform beside an sform
         itk_affine = _itk_affine(header)

@@ -99,11 +99,6 @@ class Image:
         is_mean = np.abs(first - (steps - 1) / 2) < _ROUNDING
         return source, steps, first, np.where(is_mean, steps, 1.0)
 
-    def level_within(self, max_points):
-        """The finest Level of at most so many points, or the coarsest."""
-        fitting = [level for level in self.levels if level.grid.size <= max_points]
-        return (fitting or self.levels[-1:])[0]
-
     def channels(self, level):
         """Name and values (nz, ny, nx) of each channel of a level; a ValueError says that there are
         several times, or that the file is broken.
@@ -352,7 +347,6 @@ def complete_labels(source, target):
 
 
 def is_array(folder):
-    """Whether a folder is an array of zarr."""
     file = folder / "zarr.json"
     is_v3 = file.is_file() and json.loads(file.read_text()).get("node_type") == "array"
     return is_v3 or (folder / ".zarray").is_file()

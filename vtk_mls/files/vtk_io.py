@@ -41,14 +41,12 @@ def create(name):
 
 
 def read(reader, path):
-    """The output of a reader."""
     reader.SetFileName(str(path))
     reader.Update()
     return reader.GetOutputDataObject(0)
 
 
 def write(writer, dataset, path):
-    """Write a file."""
     writer.SetInputData(dataset)
     writer.SetFileName(str(path))
     writer.Write()

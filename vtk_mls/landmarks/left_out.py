@@ -17,8 +17,6 @@ from vtk_mls.deformation import Deformation
 from vtk_mls.model.kinds.splines import precision, without_lone
 
 _MAX_TEMPORARY = 1 << 19  # distances at a time
-# Smoothings in extents of the pairs, with which all weigh alike to 1e-4, and to 1e-12.
-_WHOLE_SMOOTHING, _EXACTLY_WHOLE = 100.0, 1e6
 
 
 @dataclass(frozen=True)
@@ -61,17 +59,6 @@ class Settings:
 
 
 BASELINE = {kind: Settings(kind, None, 0.0) for kind in ("rigid", "affine")}
-
-
-def one_map(kind: str, extent: float) -> Settings:
-    """Settings with which a map of `BASELINE` is computed."""
-    return Settings(kind, None, 1.0, _EXACTLY_WHOLE * extent)
-
-
-def whole_motions(extent: float) -> list[Settings]:
-    """Settings for nearly one motion of all pairs, whose largest `extent` is in world units."""
-    smoothing = float(f"{_WHOLE_SMOOTHING * extent:.3g}")
-    return [Settings(kind, None, 1.0, smoothing) for kind in ("rigid", "similarity")]
 
 
 @dataclass(frozen=True, eq=False)

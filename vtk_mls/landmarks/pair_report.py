@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from vtk_mls.base.errors import InputError
 from vtk_mls.base.progress import SILENT, ProgressLike, whole
 from vtk_mls.base.validation import same_count
-from vtk_mls.landmarks import left_out, outliers, volume
+from vtk_mls.landmarks import outliers, volume
 from vtk_mls.landmarks.left_out import BASELINE, PointPairs, Settings, nearest, predictions
 from vtk_mls.landmarks.volume import Shape
 from vtk_mls.model import arguments
@@ -22,6 +22,8 @@ from vtk_mls.model.kinds.splines import ORDERS, Choice, choices, chosen_from
 MIN_PAIRS = 4
 # Settings are compared by this many of the pairs, each predicted from all others.
 MAX_SAMPLE = 256
+# Smoothings in extents of the pairs, with which all weigh alike to 1e-4, and to 1e-12.
+_WHOLE_SMOOTHING, _EXACTLY_WHOLE = 100.0, 1e6
 _NEIGHBORS = 4  # of a landmark, on the way to which determinants are sampled
 
 
@@ -178,11 +180,9 @@ def report(
             rows = np.sort(np.random.default_rng(0).choice(len(pairs), MAX_SAMPLE, replace=False))
         shape = Shape.of(pairs)
         found, is_outlier, predicted = _agreed(pairs, shape, choosing)
-        extent = shape.extents[0]
-        baseline = {
-            kind: float(np.median(_errors(pairs, rows, left_out.one_map(kind, extent))))
-            for kind in BASELINE
-        }
+        smoothing = _EXACTLY_WHOLE * shape.extents[0]
+        one_maps = {kind: Settings(kind, None, 1.0, smoothing) for kind in BASELINE}
+        baseline = {k: float(np.median(_errors(pairs, rows, s))) for k, s in one_maps.items()}
         tried = {s: float(np.median(size)) for s, size in found.items()}
         best, deformation, is_sensible = _best(pairs, rows, tried, shape, device)
         error = _errors(pairs, np.arange(len(pairs)), best, finding)
@@ -222,7 +222,8 @@ def _candidates(pairs, rows, tried, shape):
     """The settings tried, the best first; then those of one motion for all, which are tried now."""
     if not shape.mirror:
         yield from [*tried]
-    motions = left_out.whole_motions(shape.extents[0])
+    smoothing = float(f"{_WHOLE_SMOOTHING * shape.extents[0]:.3g}")
+    motions = [Settings(kind, None, 1.0, smoothing) for kind in ("rigid", "similarity")]
     tried |= {s: float(np.median(_errors(pairs, rows, s))) for s in motions}
     yield from sorted(motions, key=tried.__getitem__)
 

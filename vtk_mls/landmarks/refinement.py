@@ -246,7 +246,6 @@ def _refusal(score, at, best):
 
 
 def _deviation(values):
-    """The standard deviation of the finite values."""
     finite = values[np.isfinite(values)] if values.dtype.kind == "f" else values
     return float(finite.std(dtype=np.float64)) if finite.size else 0.0
 
