@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from vtk_mls.base.errors import InputError
 from vtk_mls.base.progress import SILENT, ProgressLike, whole
 from vtk_mls.base.validation import same_count
-from vtk_mls.landmarks import outliers, volume
+from vtk_mls.landmarks import left_out, volume
 from vtk_mls.landmarks.left_out import BASELINE, PointPairs, Settings, nearest, predictions
 from vtk_mls.landmarks.volume import Shape
 from vtk_mls.model import arguments
@@ -189,7 +189,7 @@ def report(
         folding.report(0)
         p, q = pairs.rest, pairs.deformed
         moved = np.linalg.norm(q - p, axis=1)
-        swapped = outliers.swapped(pairs, is_outlier, predicted)
+        swapped = left_out.find_swapped(pairs, is_outlier, predicted)
     between = np.linalg.det(deformation.jacobian(_between(pairs, rows))).min()
     return Report(
         *(labels, p, q, moved, error, is_outlier, swapped, tried, best),
@@ -234,10 +234,10 @@ def _agreed(pairs, shape, progress):
     found = _choices(pairs, first, _spread)  # smooth enough for outliers to stand out
     if shape.is_drag:
         return _choices(pairs, second), np.zeros(len(pairs), bool), pairs.rest
-    is_outlier, predicted = outliers.find(pairs, next(iter(found)))
+    is_outlier, predicted = left_out.find_outliers(pairs, next(iter(found)))
     found = _choices(pairs.of_rows(np.flatnonzero(~is_outlier)), second)
     if is_outlier.any():
-        is_outlier, predicted = outliers.find(pairs, next(iter(found)), is_outlier)
+        is_outlier, predicted = left_out.find_outliers(pairs, next(iter(found)), is_outlier)
     return found, is_outlier, predicted
 
 
