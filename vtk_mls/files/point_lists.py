@@ -148,23 +148,22 @@ def _quoted(label):
 
 def _parsed(path):
     """The number of volumes, and (line number, text) from `Points =` on."""
-    with path.open(encoding="utf-8-sig") as file:
-        lines = list(enumerate(file, 1))
-    if not lines or lines[0][1].strip() != _TITLE:
+    lines = list(_numbered_lines(path))
+    if lines[:1] != [(1, _TITLE)]:
         raise InputError(f"does not begin with `{_TITLE}`")
-    start = next((i for i, (_, line) in enumerate(lines) if _POINTS.match(line.strip())), None)
-    counts = [match[1] for _, line in lines[:start] if (match := _VOLUMES.match(line.strip()))]
+    start = next((i for i, (_, line) in enumerate(lines) if _POINTS.match(line)), None)
+    counts = [match[1] for _, line in lines[:start] if (match := _VOLUMES.match(line))]
     if start is None or counts not in (["1"], ["2"]):
         raise InputError("must have a line `Volumes = 1;` or 2, and then `Points =`")
     number, first = lines[start]
-    return int(counts[0]), [(number, _POINTS.match(first.strip())[1]), *lines[start + 1 :]]
+    return int(counts[0]), [(number, _POINTS.match(first)[1].strip()), *lines[start + 1 :]]
 
 
 def _tags(rows, count):
     """(coordinates, label with quotes) of each point in lines, which end with a semicolon."""
     has_ended = False
     for number, line in rows:
-        if not line.strip() or line.lstrip().startswith(("%", "#")):
+        if not line or line.startswith(("%", "#")):
             continue
         row = _ROW.fullmatch(line)
         cells = row[1].split() if row else []
@@ -174,7 +173,7 @@ def _tags(rows, count):
         if has_ended or not (is_point or is_end):
             raise InputError(
                 f", line {number}: expected {3 * count} coordinates, perhaps three other "
-                f"numbers, and a label in quotes, got {shortened(line.strip())}"
+                f"numbers, and a label in quotes, got {shortened(line)}"
             )
         has_ended = bool(row[3])
         if is_point:
