@@ -240,15 +240,15 @@ def write_transform(
     is_itk = formats.AFFINE in line.writes
     if is_itk and is_affine:
         product = Affine(reduce(lambda matrix, member: member.matrix @ matrix, affines, np.eye(4)))
-        write = partial(itk_transforms.write, [product])
+        write_to = partial(itk_transforms.write, [product])
     elif is_itk and grid is None and all(isinstance(member, (Affine, Field)) for member in members):
-        write = partial(itk_transforms.write, members)
+        write_to = partial(itk_transforms.write, members)
     else:
         displacement, grid = _sampled(transform, grid)
         content = FieldContent(displacement, grid, convention=convention)
-        write = partial(line.write, content)
+        write_to = partial(line.write, content)
     with replacing(path) as new, failures_named(new):
-        write(new)
+        write_to(new)
 
 
 def _sampled(transform: Transform, grid: Grid | None) -> tuple[NDArray[np.float32], Grid]:

@@ -35,10 +35,7 @@ TO_RAS = frames.signs("RAS")  # and back
 _COLORS = {n: np.dtype([(name, "u1") for name in "RGBA"[:n]]) for n in (3, 4)}
 _LABELS, _DISPLACEMENT, _VECTOR = (1002, 1003), 1006, 1007  # intents
 _GEOMETRY = {  # lines that a `Volume` keeps: the header's fields
-    "dim": ("dim",),
-    "qform_code": ("qform_code",),
-    "sform_code": ("sform_code",),
-    "pixdim": ("pixdim",),
+    **{name: (name,) for name in ("dim", "qform_code", "sform_code", "pixdim")},
     "quatern": ("quatern_b", "quatern_c", "quatern_d"),
     "qoffset": ("qoffset_x", "qoffset_y", "qoffset_z"),
     "srow": ("srow_x", "srow_y", "srow_z"),
