@@ -380,8 +380,7 @@ def control_points(
     pairs = paired(rest, deformed, between, pair_by)
     polydata = vtkPolyData()
     with failures_named(rest.path):
-        points = pairs.rest, pairs.deformed, pairs.weights
-        fill_polydata(polydata, *points, pairs.labels, pairs.cells, pairs.places)
+        fill_polydata(polydata, *pairs)
         validation.points("rest", pairs.rest)
         validation.points("deformed", pairs.deformed)
         arguments.positive_weights(pairs.weights, len(pairs.rest))

@@ -29,18 +29,12 @@ from vtk_mls.files.paths import check_replaceable, existing_file, replacing
 _READ, _WRITE = {"reads": (formats.POINTS,)}, {"writes": (formats.POINTS,)}
 
 
-def read(path, deformed_path=None, space="LPS"):
-    """p, q (n, 3) and weights (n,), or None, of control points in LPS, as of
-    `io.read_control_points`.
-
-    `path` and `deformed_path` are of a format of `formats.POINTS`.
-    """
-    pairs = read_pairs(path, deformed_path, space)
-    return pairs.rest, pairs.deformed, pairs.weights
-
-
 def read_pairs(path, deformed_path=None, space="LPS", time=None):
-    """As `read`, but returns `Pairs`, with the labels; `time` is as of `read_landmarks`."""
+    """The `Pairs` of control points in LPS, as of `io.read_control_points`.
+
+    `path` and `deformed_path` are of a format of `formats.POINTS`; `time` is as of
+    `read_landmarks`.
+    """
     rest = read_landmarks(path, space, not deformed_path, time)
     deformed = read_landmarks(deformed_path, space, time=time) if deformed_path else None
     return paired(rest, deformed)
