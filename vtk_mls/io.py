@@ -123,8 +123,8 @@ def write_dataset(dataset: vtkDataObject, path: _PathLike) -> None:
         .ply the shape with normals, texture coordinates and colors (3 or 4 unsigned char). An old
         file is replaced when the new one is complete.
     """
-    path = check_writable(path, dataset)
-    line = _writable(path, dataset)
+    path = Path(path)
+    line = check_writable(path, dataset)
     if isinstance(dataset, vtkImageData) and dataset.GetNumberOfPoints() == 0:
         raise InputError("is not written: the image is empty; has its filter failed?", path=path)
     parts = blocks(dataset)
@@ -144,23 +144,18 @@ def left_out(dataset: vtkDataObject, path: _PathLike) -> list[str]:
     names: list[str] = []
     if isinstance(polydata, vtkPolyData):
         names = mesh_files.left_out(polydata, Path(path))
-    has_blocks = formats.BLOCKS in _writable(Path(path), dataset).writes
+    has_blocks = formats.BLOCKS in check_writable(path, dataset).writes
     others = (leaf for leaf in leaves(dataset) if not isinstance(leaf, vtkDataSet))
     return names + [o.GetClassName() for o in others if not has_blocks or block_writer(o) is None]
 
 
-def check_writable(path: _PathLike, dataset: vtkDataObject) -> Path:
-    """`path` as a Path, if a dataset of this type can be written to it."""
+def check_writable(path: _PathLike, dataset: vtkDataObject) -> formats.Format:
+    """The format of a file, if a dataset of this type can be written to it."""
     path = Path(path)
-    _writable(path, dataset)
-    check_replaceable(path)
-    return path
-
-
-def _writable(path: Path, dataset: vtkDataObject) -> formats.Format:
-    """The format of a file for a dataset."""
     thing = "an image" if isinstance(dataset, vtkImageData) else f"a {dataset.GetClassName()}"
-    return formats.choose(path, f"write {thing} to", writes=_types(dataset))
+    line = formats.choose(path, f"write {thing} to", writes=_types(dataset))
+    check_replaceable(path)
+    return line
 
 
 def _types(dataset: vtkDataObject) -> tuple[str, ...]:

@@ -13,6 +13,7 @@ from vtk_mls.files.paths import check_apart, check_replaceable
 from vtk_mls.filters import MLSDeform
 from vtk_mls.filters.image_resampling import backgrounds_of
 from vtk_mls.vtk import arrays
+from vtk_mls.vtk.objects import configured
 
 _MULTI_ARRAY_FORMATS = (".vti", ".vtk", ".pvd")
 
@@ -92,8 +93,7 @@ def run(options):
     if len(steps) == 1 and handle_times:  # still data
         read_data = cache(steps[0][1])
         steps = [(time, read_data) for time in handle_times]
-    deform = MLSDeform()
-    deform.SetReference(_reference(options))
+    deform = configured(MLSDeform(), Reference=_reference(options))
     is_series = len(steps) > 1 or handle_times or options.output.lower().endswith(series.SUFFIX)
     if is_series and not series.can_hold(options.output):
         source = options.handles if handle_times else options.input

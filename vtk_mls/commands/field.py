@@ -15,6 +15,7 @@ from vtk_mls.files.paths import check_apart
 from vtk_mls.filters import MLSDisplacementField
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
+from vtk_mls.vtk.objects import output_of
 
 
 def add(commands, text=None):
@@ -150,12 +151,9 @@ def _spacing_factor(field, grid, options):
 
 def _outline(blocks):
     """The corners of the bounds of composite data."""
-    bounds, outline = [0.0] * 6, vtkOutlineSource()
+    bounds, precision = [0.0] * 6, vtkOutlineSource.DOUBLE_PRECISION
     blocks.GetBounds(bounds)
-    outline.SetBounds(bounds)
-    outline.SetOutputPointsPrecision(vtkOutlineSource.DOUBLE_PRECISION)
-    outline.Update()
-    return outline.GetOutput()
+    return output_of(vtkOutlineSource(), Bounds=bounds, OutputPointsPrecision=precision)
 
 
 def _summary(output, options, field):

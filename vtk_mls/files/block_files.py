@@ -26,6 +26,7 @@ from vtkmodules.vtkIOXML import vtkXMLDataObjectWriter, vtkXMLMultiBlockDataWrit
 
 from vtk_mls.base.errors import InputError
 from vtk_mls.files import paths, vtk_io
+from vtk_mls.vtk.objects import configured
 
 COMPOSITE = (vtkMultiBlockDataSet, vtkPartitionedDataSet, vtkPartitionedDataSetCollection)
 PIECES = {  # formats with everything, by the class of a dataset
@@ -56,9 +57,7 @@ def leaves(data):
     if isinstance(data, vtkDataSet):
         return [data]
     found, iterator = [], vtkDataObjectTreeIterator()
-    iterator.SetDataSet(data)
-    iterator.VisitOnlyLeavesOn()
-    iterator.SkipEmptyNodesOn()
+    configured(iterator, DataSet=data, VisitOnlyLeaves=True, SkipEmptyNodes=True)
     iterator.InitTraversal()
     while not iterator.IsDoneWithTraversal():
         found.append(iterator.GetCurrentDataObject())
@@ -128,8 +127,7 @@ def _converted(data, kind):
             )
     if data.IsA(f"vtk{kind}"):
         return data
-    convert = vtk_io.create(f"vtkFiltersCore.vtkConvertTo{kind}")
-    convert.SetInputDataObject(data)
+    convert = configured(vtk_io.create(f"vtkFiltersCore.vtkConvertTo{kind}"), InputDataObject=data)
     convert.Update()
     return convert.GetOutputDataObject(0)
 

@@ -19,6 +19,7 @@ from vtk_mls.base.errors import InputError
 from vtk_mls.files import frames, metadata, vtk_io
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.control_point_polydata import DISPLACEMENT, PATH
+from vtk_mls.vtk.objects import configured, output_of
 
 _FIELD = "SPACE"
 _COLORS = "_Colors"  # by which a PLY writer finds them
@@ -55,10 +56,7 @@ def write_ply(polydata, path):
     """Write points and polygons with their colors. Polydata with lines are refused."""
     _check_has_no(polydata, "Lines")
     if polydata.GetNumberOfStrips():
-        triangles = vtkTriangleFilter()
-        triangles.SetInputData(polydata)
-        triangles.Update()
-        polydata = triangles.GetOutput()
+        polydata = output_of(vtkTriangleFilter(), InputData=polydata)
     size = polydata.GetPolys().GetMaxCellSize()
     if size > 255:
         raise InputError(f"cannot hold a face of {size} points; write .vtp instead")
@@ -89,11 +87,8 @@ def _colored(polydata, writer):
     if not counts:
         return polydata
     components = max(counts)
-    writer.SetArrayName(_COLORS)
-    writer.SetEnableAlpha(components == 4)
-    colored = vtkPolyData()
-    colored.SetPoints(polydata.GetPoints())
-    colored.SetPolys(polydata.GetPolys())
+    configured(writer, ArrayName=_COLORS, EnableAlpha=components == 4)
+    colored = configured(vtkPolyData(), Points=polydata.GetPoints(), Polys=polydata.GetPolys())
     colored.GetPointData().ShallowCopy(polydata.GetPointData())
     colored.GetFieldData().ShallowCopy(polydata.GetFieldData())
     rows = slice(None), slice(polydata.GetNumberOfVerts(), None)  # polygons come after vertices
@@ -200,9 +195,8 @@ def _mirrored(mesh, space):
     if (signs == 1).all():
         return mirrored
     if mesh.GetPoints() is not None:
-        points = vtkPoints()
-        points.SetData(_times(mesh.GetPoints().GetData(), signs))
-        mirrored.SetPoints(points)
+        points = _times(mesh.GetPoints().GetData(), signs)
+        mirrored.SetPoints(configured(vtkPoints(), Data=points))
     for attributes in (mirrored.GetPointData(), mirrored.GetCellData()):
         roles = [attributes.GetVectors(), attributes.GetNormals()]
         roles += [attributes.GetArray(name) for name in (DISPLACEMENT, PATH)]

@@ -22,6 +22,7 @@ from vtk_mls.files.paths import replacing
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 from vtk_mls.vtk.cells import connectivity_of, polydata_cells
+from vtk_mls.vtk.objects import configured
 
 _MAX_TEXT = 200  # characters of a quoted error
 _HIGHER_ORDER = 60  # cells of this type and above have a minimum number of points
@@ -41,15 +42,12 @@ def create(name):
 
 
 def read(reader, path):
-    reader.SetFileName(str(path))
-    reader.Update()
+    configured(reader, FileName=str(path)).Update()
     return reader.GetOutputDataObject(0)
 
 
 def write(writer, dataset, path):
-    writer.SetInputData(dataset)
-    writer.SetFileName(str(path))
-    writer.Write()
+    configured(writer, InputData=dataset, FileName=str(path)).Write()
     code = writer.GetErrorCode()
     if code == vtkErrorCode.OutOfDiskSpaceError:
         raise _disk_full()
@@ -59,9 +57,8 @@ def write(writer, dataset, path):
 
 def write_png(picture, path):
     """Write a vtkImageData as a .png file. An old file is replaced when the new one is complete."""
-    writer = create("vtkIOImage.vtkPNGWriter")
-    writer.SetInputData(picture)
-    writer.WriteToMemoryOn()  # to a file, it does not say why it fails
+    writer = configured(create("vtkIOImage.vtkPNGWriter"), InputData=picture)
+    writer.SetWriteToMemory(True)  # to a file, it does not say why it fails
     writer.Write()
     with replacing(path) as new:
         new.write_bytes(memoryview(writer.GetResult()))
