@@ -16,8 +16,7 @@ from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLImageDataWriter
 
 from vtk_mls.base.errors import InputError
 from vtk_mls.files import frames, meta_image, metadata, nifti, nrrd, ome_zarr, volumes, vtk_io
-from vtk_mls.files.units import NANOMETERS, symbol
-from vtk_mls.files.volumes import Volume
+from vtk_mls.files.volumes import NANOMETERS, Volume, symbol
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 from vtk_mls.vtk.objects import configured

@@ -27,8 +27,7 @@ import numpy as np
 
 from vtk_mls.base.errors import InputError
 from vtk_mls.files import frames, nrrd_axes, paths, volumes
-from vtk_mls.files.units import NANOMETERS, from_seconds, in_seconds, symbol
-from vtk_mls.files.volumes import Series, Volume
+from vtk_mls.files.volumes import NANOMETERS, Series, Volume, from_seconds, in_seconds, symbol
 
 _TWO_WORDS = (  # fields that count here
     *("axis mins", "space directions", "line skip", "byte skip", "space units", "space origin"),

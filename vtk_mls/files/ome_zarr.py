@@ -15,7 +15,7 @@ from vtk_mls.base.errors import InputError
 from vtk_mls.base.grid import Grid
 from vtk_mls.base.messages import warn
 from vtk_mls.files import frames, volumes
-from vtk_mls.files.units import NANOMETERS, symbol
+from vtk_mls.files.volumes import NANOMETERS, symbol
 
 SUFFIX = ".zarr"
 LABELS = "labels"  # name of the group of label images
