@@ -429,7 +429,7 @@ def _checked(
     with failures_named(path):
         dataset = read()
     parts = blocks(dataset) if isinstance(dataset, kind) else []
-    if not any(part.GetNumberOfPoints() for part in parts):
+    if not parts:
         raise InputError(f"holds {absent}", path=path)
     with failures_named(path):
         for part in parts:

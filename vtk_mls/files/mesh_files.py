@@ -106,10 +106,9 @@ def _colors(attributes):
 
     The active array comes first, then the names that VTK's PLY reader uses, then the first array.
     """
-    colors = [array for array in arrays.all_arrays(attributes) if _is_color(array)]
-    named = [array for name in ("RGBA", "RGB") for array in colors if array.GetName() == name]
-    active = [attributes.GetScalars()] if _is_color(attributes.GetScalars()) else []
-    return next(iter([*active, *named, *colors]), None)
+    found = arrays.all_arrays(attributes)
+    named = [array for name in ("RGBA", "RGB") for array in found if array.GetName() == name]
+    return next(filter(_is_color, [attributes.GetScalars(), *named, *found]), None)
 
 
 def _is_color(array):
