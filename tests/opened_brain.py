@@ -56,7 +56,7 @@ class OpenedBrain:
 
     def check(self, saved):
         """The saved picture shows faces of the cut, and around them what it showed before."""
-        rest, deformed, _ = control_point_files.read(saved / "handles.csv")
+        rest, deformed, *_ = control_point_files.read_pairs(saved / "handles.csv")
         (found,) = re.findall(
             r"AddCut\(cuts\.HalfPlane\((.*)\)\)", (saved / "deform.py").read_text()
         )

@@ -25,12 +25,11 @@ from vtkmodules.vtkCommonDataModel import (
 
 from vtk_mls.base import validation
 from vtk_mls.base.errors import InputError
-from vtk_mls.files import control_point_files, field_files, formats, mesh_files, metadata, validity
+from vtk_mls.files import control_point_files, field_files, formats, mesh_files, metadata, vtk_io
 from vtk_mls.files.block_files import COMPOSITE, block_writer, blocks, leaves
-from vtk_mls.files.field_files import FieldContent
+from vtk_mls.files.field_files import FieldContent, read_transform, write_transform
 from vtk_mls.files.landmarks import Landmarks, paired
 from vtk_mls.files.paths import check_replaceable, existing_file, replacing
-from vtk_mls.files.transform_files import read_transform, write_transform
 from vtk_mls.files.vtk_io import failures_named
 from vtk_mls.filters.cut_inputs import surfaces
 from vtk_mls.model import arguments
@@ -124,8 +123,8 @@ def write_dataset(dataset: vtkDataObject, path: _PathLike) -> None:
         .ply the shape with normals, texture coordinates and colors (3 or 4 unsigned char). An old
         file is replaced when the new one is complete.
     """
-    path = check_writable(path, dataset)
-    line = _writable(path, dataset)
+    path = Path(path)
+    line = check_writable(path, dataset)
     if isinstance(dataset, vtkImageData) and dataset.GetNumberOfPoints() == 0:
         raise InputError("is not written: the image is empty; has its filter failed?", path=path)
     parts = blocks(dataset)
@@ -145,23 +144,18 @@ def left_out(dataset: vtkDataObject, path: _PathLike) -> list[str]:
     names: list[str] = []
     if isinstance(polydata, vtkPolyData):
         names = mesh_files.left_out(polydata, Path(path))
-    has_blocks = formats.BLOCKS in _writable(Path(path), dataset).writes
+    has_blocks = formats.BLOCKS in check_writable(path, dataset).writes
     others = (leaf for leaf in leaves(dataset) if not isinstance(leaf, vtkDataSet))
     return names + [o.GetClassName() for o in others if not has_blocks or block_writer(o) is None]
 
 
-def check_writable(path: _PathLike, dataset: vtkDataObject) -> Path:
-    """`path` as a Path, if a dataset of this type can be written to it."""
+def check_writable(path: _PathLike, dataset: vtkDataObject) -> formats.Format:
+    """The format of a file, if a dataset of this type can be written to it."""
     path = Path(path)
-    _writable(path, dataset)
-    check_replaceable(path)
-    return path
-
-
-def _writable(path: Path, dataset: vtkDataObject) -> formats.Format:
-    """The format of a file for a dataset."""
     thing = "an image" if isinstance(dataset, vtkImageData) else f"a {dataset.GetClassName()}"
-    return formats.choose(path, f"write {thing} to", writes=_types(dataset))
+    line = formats.choose(path, f"write {thing} to", writes=_types(dataset))
+    check_replaceable(path)
+    return line
 
 
 def _types(dataset: vtkDataObject) -> tuple[str, ...]:
@@ -381,8 +375,7 @@ def control_points(
     pairs = paired(rest, deformed, between, pair_by)
     polydata = vtkPolyData()
     with failures_named(rest.path):
-        points = pairs.rest, pairs.deformed, pairs.weights
-        fill_polydata(polydata, *points, pairs.labels, pairs.cells, pairs.places)
+        fill_polydata(polydata, *pairs)
         validation.points("rest", pairs.rest)
         validation.points("deformed", pairs.deformed)
         arguments.positive_weights(pairs.weights, len(pairs.rest))
@@ -436,9 +429,9 @@ def _checked(
     with failures_named(path):
         dataset = read()
     parts = blocks(dataset) if isinstance(dataset, kind) else []
-    if not any(part.GetNumberOfPoints() for part in parts):
+    if not parts:
         raise InputError(f"holds {absent}", path=path)
     with failures_named(path):
         for part in parts:
-            validity.check(part)
+            vtk_io.check_dataset(part)
     return dataset

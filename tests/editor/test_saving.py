@@ -129,7 +129,7 @@ def test_handles_are_saved_for_slicer_and_for_the_next_edit(tmp_path):
         ("handles-at-rest.mrk.json", "handles-moved.mrk.json"),
     ):
         paths = [folder / name if name else None for name in names]
-        rest, deformed, weights = control_point_files.read(*paths)
+        rest, deformed, weights, *_ = control_point_files.read_pairs(*paths)
         np.testing.assert_array_equal(rest, edited.rest)
         np.testing.assert_array_equal(deformed, edited.deformed)
     assert weights is None
@@ -216,7 +216,7 @@ def test_a_save_has_a_session_that_opens_again(has_files, tmp_path, monkeypatch)
     assert not hands.editor.document.is_saved
     hands.press("s")
     assert hands.editor.document.is_saved
-    assert len(control_point_files.read(tmp_path / "edited" / "handles.csv")[0]) == 8
+    assert len(control_point_files.read_pairs(tmp_path / "edited" / "handles.csv")[0]) == 8
     shown = []
     monkeypatch.setattr("vtk_mls.editor.window.show", lambda *arguments: shown.append(arguments))
     assert main(["view", "edited", "--window"]) == 0

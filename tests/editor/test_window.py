@@ -137,7 +137,7 @@ def test_drag_undo_add_save_and_quit(name, folder):
         time.sleep(0.3)
         viewer.press("a")
         edited = viewer.save(folder / "ball-edited")
-    rest, deformed, _ = control_point_files.read(edited / "handles.csv")
+    rest, deformed, *_ = control_point_files.read_pairs(edited / "handles.csv")
     assert len(rest) == 4
     assert np.flatnonzero((rest != deformed).any(axis=1)).tolist()[0] == 0
     deformed = edited / f"ball-deformed{name[4:]}"
@@ -160,7 +160,7 @@ def test_edits_of_a_terminated_window_are_offered(folder, monkeypatch):
         viewer.wait_for(folder / "ball-edited" / "deform.py")
         status, stderr = viewer.end()
     assert (status, stderr) == (0, "")
-    rest, deformed, _ = control_point_files.read(folder / "ball-edited" / "handles.csv")
+    rest, deformed, *_ = control_point_files.read_pairs(folder / "ball-edited" / "handles.csv")
     assert len(rest) == 3
     assert (rest != deformed).any()
     assert [*(folder / "caches" / "vtk_mls" / "unsaved").iterdir()] == []

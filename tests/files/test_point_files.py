@@ -240,12 +240,12 @@ def test_the_frame_of_files_that_do_not_state_one(tmp_path, space):
         expected = _read(tmp_path, text).positions * [sign, sign, 1]
         np.testing.assert_array_equal(_read(tmp_path, text, space=space).positions, expected)
     control_point_files.write(tmp_path / "x.csv", [[1, 2, 3]], [[4, 5, 6]])
-    rest, deformed, _ = control_point_files.read(tmp_path / "x.csv", space=space)
+    rest, deformed, *_ = control_point_files.read_pairs(tmp_path / "x.csv", space=space)
     assert rest.tolist() == [[sign, 2 * sign, 3]]
     assert deformed.tolist() == [[4 * sign, 5 * sign, 6]]
     for suffix in (".fcsv", ".mrk.json"):
         control_point_files.write(tmp_path / f"x{suffix}", [[1, 2, 3]], [[4, 5, 6]])
-        rest, _, _ = control_point_files.read(tmp_path / f"x{suffix}", space=space)
+        rest, *_ = control_point_files.read_pairs(tmp_path / f"x{suffix}", space=space)
         assert rest.tolist() == [[4, 5, 6]]
 
 
@@ -387,9 +387,9 @@ def test_places_without_a_header_are_not_taken_for_control_points(tmp_path):
     for text in ("1,2,3\n", "a,1,2,3\n"):
         _read(tmp_path, text)
         with pytest.raises(ValueError, match=r"x\.csv`, line 1: expected numbers px,py,pz,qx"):
-            control_point_files.read(tmp_path / "x.csv")
+            control_point_files.read_pairs(tmp_path / "x.csv")
     _read(tmp_path, "x,y,z\n1,2,3\n")
-    rest, deformed, _ = control_point_files.read(tmp_path / "x.csv")
+    rest, deformed, *_ = control_point_files.read_pairs(tmp_path / "x.csv")
     assert rest.tolist() == deformed.tolist() == [[1, 2, 3]]
 
 

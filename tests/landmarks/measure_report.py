@@ -13,7 +13,7 @@ from scipy.interpolate import RBFInterpolator
 
 from vtk_mls import Deformation
 from vtk_mls.base.progress import SILENT
-from vtk_mls.landmarks import outliers, pair_report
+from vtk_mls.landmarks import left_out, pair_report
 from vtk_mls.landmarks.left_out import PointPairs
 from vtk_mls.landmarks.volume import Shape
 
@@ -32,7 +32,7 @@ def found_faults(seeds):
     for seed in seeds:
         p, q, off, swap = planted_pairs(np.random.default_rng(seed))
         pairs, _, is_outlier, predicted = agreed(p, q)
-        partner = outliers.swapped(pairs, is_outlier, predicted)
+        partner = left_out.find_swapped(pairs, is_outlier, predicted)
         bad = np.concatenate([off, swap])
         complete += is_outlier[bad].all()
         swaps += bool(partner[swap[0]] == swap[1]) and bool((partner[off] < 0).all())

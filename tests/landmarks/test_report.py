@@ -10,10 +10,9 @@ from measure_report import found_faults, ratios
 
 from vtk_mls import Deformation
 from vtk_mls.base.linear_algebra import fitted_affine
-from vtk_mls.landmarks import Settings, outliers, report
+from vtk_mls.landmarks import Settings, left_out, report
 from vtk_mls.landmarks.left_out import PointPairs, predictions
-from vtk_mls.landmarks.page import page
-from vtk_mls.landmarks.text import heading
+from vtk_mls.landmarks.text import heading, page
 from vtk_mls.model.kinds import splines
 
 DEVICE = "reference"
@@ -109,7 +108,7 @@ def test_exact_pairs_are_not_accused(rng):
     off = rng.choice(400, 4, replace=False)
     q[off] += (1, 0.5, 0.5)
     pairs = PointPairs(p, q, np.ones(400))
-    assert outliers.find(pairs, value.recommended)[0][off].all()
+    assert left_out.find_outliers(pairs, value.recommended)[0][off].all()
 
 
 def test_sparse_exact_pairs_are_not_accused():
@@ -119,7 +118,9 @@ def test_sparse_exact_pairs_are_not_accused():
         rng = np.random.default_rng(seed)
         q = rng.uniform(-80, 80, (60, 3))
         pairs = PointPairs(smooth_warp(rng)(q), q, np.ones(60))
-        accused.append(outliers.find(pairs, Settings("spline", None, 0.0, 0.0, 3))[0].mean())
+        accused.append(
+            left_out.find_outliers(pairs, Settings("spline", None, 0.0, 0.0, 3))[0].mean()
+        )
     assert np.mean(accused) <= 0.02
 
 

@@ -8,9 +8,9 @@ import sys
 
 import pytest
 
-from vtk_mls.commands import paraview_venv
 from vtk_mls.commands.cli import main
 from vtk_mls.commands.installation import report
+from vtk_mls.commands.paraview import _requirements
 from vtk_mls.engine.device import caches
 from vtk_mls.paraview import installation
 
@@ -170,7 +170,7 @@ def test_a_paraview_with_a_device_needs_nothing(home, paraview, capsys):
 
 
 def test_requirements_are_those_of_the_extras():
-    requirements = paraview_venv._requirements()
+    requirements = _requirements()
     for package in ("pyopencl", "nibabel"):
         assert any(name.startswith(package) for name in requirements)
     assert not any("extra" in name for name in requirements)

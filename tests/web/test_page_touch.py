@@ -114,7 +114,7 @@ def test_ten_pairs_are_placed_by_fingers_within_one_voxel(browser, folder, addre
     page.tab.get_by_role("button", name="Save", exact=True).tap()
     page.tab.get_by_role("link", name="handles.csv").wait_for()
     page.close()
-    p, q, *_ = control_point_files.read(folder / "moving-edited" / "handles.csv")
+    p, q, *_ = control_point_files.read_pairs(folder / "moving-edited" / "handles.csv")
     np.testing.assert_array_less(np.abs(p[:, :2] - _SPOTS), 1)
     np.testing.assert_array_less(np.abs(q[:, :2] - _SPOTS - _SHIFT), 1)
 

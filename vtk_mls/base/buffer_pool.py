@@ -50,15 +50,10 @@ def empty(shape, dtype):
         return np.empty(shape, dtype)
     buffer = _take(size)
     if buffer is None:
-        buffer = _aligned(size)
+        memory = np.empty(size + ALIGNMENT, np.uint8)
+        start = -memory.ctypes.data % ALIGNMENT
+        buffer = memory[start : start + size]
     return np.asarray(_Owner(buffer)).view(dtype).reshape(shape)
-
-
-def _aligned(size):
-    """New memory from a multiple of ALIGNMENT on."""
-    memory = np.empty(size + ALIGNMENT, np.uint8)
-    start = -memory.ctypes.data % ALIGNMENT
-    return memory[start : start + size]
 
 
 def _take(size):

@@ -1,10 +1,11 @@
 """First uses: packages import a module at the first use of one of its names (PEP 562), and
-functions make a value that all threads share."""
+functions make a value that all threads share. Packages find the classes of their modules."""
 
 import functools
 import sys
 import threading
 from importlib import import_module
+from pkgutil import iter_modules
 
 _lock = threading.RLock()  # one for all, since cached functions call each other
 
@@ -48,3 +49,15 @@ def names(package, modules, rooms=()):
         return sorted({*namespace, *modules, *rooms})
 
     return get, listed
+
+
+def classes_in(package, path, base):
+    """The subclasses of `base` that the modules of a package define."""
+    modules = [import_module(module.name) for module in iter_modules(path, f"{package}.")]
+    return [
+        member
+        for module in modules
+        for member in vars(module).values()
+        if isinstance(member, type) and issubclass(member, base)
+        if member.__module__ == module.__name__
+    ]

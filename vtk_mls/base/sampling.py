@@ -188,18 +188,16 @@ def _checked_background(value):
     """A number or `AUTOMATIC`, or a tuple of these, in which a tuple of numbers is one, too."""
     if isinstance(value, (list, tuple)):
         return tuple(map(_checked_background, value))
-    if isinstance(value, str) and value != AUTOMATIC:
-        raise _bad_background(value)
-    return value if isinstance(value, str) else _exact_number("background", value)
+    if isinstance(value, str):
+        if value != AUTOMATIC:
+            raise _bad_background(value)
+        return value
+    number = validation.number("background", value)
+    # float64 cannot hold all values of integer arrays
+    return int(value) if isinstance(value, (int, np.integer)) else number
 
 
 def _bad_background(value):
     return ValueError(
         f"`background` must be a number or auto, or one for each array, got {short_repr(value)}"
     )
-
-
-def _exact_number(name, value):
-    """A float, or an int for integers: float64 cannot hold all values of integer arrays."""
-    number = validation.number(name, value)
-    return int(value) if isinstance(value, (int, np.integer)) else number

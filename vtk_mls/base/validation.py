@@ -3,8 +3,6 @@
 Errors are one sentence with the argument, the expected value, and the given value.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import Any
 
@@ -121,7 +119,6 @@ def native_array(array):
 
 
 def number(name, value):
-    """A float."""
     array = as_float(name, value, "a number")
     if array.ndim:
         raise TypeError(f"`{name}` must be a number, got {short_repr(value)}")
@@ -143,7 +140,6 @@ def finite(name: str, value: ArrayLike, shape: Any, count: str = "") -> NDArray[
 
 
 def positive(name: str, value: Any) -> float:
-    """A positive number."""
     array = as_float(name, value, "a number")
     if array.ndim or not (np.isfinite(array) and array > 0):
         raise InputError(f"must be a positive number, got {short_repr(value)}", argument=name)

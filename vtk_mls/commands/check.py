@@ -10,8 +10,7 @@ from vtk_mls.commands.supervision import step
 from vtk_mls.files.landmarks import paired
 from vtk_mls.files.paths import check_replaceable, replacing
 from vtk_mls.landmarks import report
-from vtk_mls.landmarks.page import page
-from vtk_mls.landmarks.text import aligned, heading, pair_rows, setting_rows, worst_first
+from vtk_mls.landmarks.text import aligned, heading, page, pair_rows, setting_rows, worst_first
 
 _MAX_ROWS = 20  # in the terminal, beside outliers
 

@@ -5,15 +5,7 @@ from functools import cache, partial
 
 from vtk_mls import io
 from vtk_mls.base.time_steps import step_at
-from vtk_mls.commands import (
-    data_options,
-    map_options,
-    ome_zarr,
-    property_options,
-    remarks,
-    running,
-    series,
-)
+from vtk_mls.commands import map_options, ome_zarr, property_options, remarks, running, series
 from vtk_mls.commands.running import distinct_warnings, read, read_image, update
 from vtk_mls.commands.supervision import step
 from vtk_mls.files.block_files import blocks
@@ -21,6 +13,7 @@ from vtk_mls.files.paths import check_apart, check_replaceable
 from vtk_mls.filters import MLSDeform
 from vtk_mls.filters.image_resampling import backgrounds_of
 from vtk_mls.vtk import arrays
+from vtk_mls.vtk.objects import configured
 
 _MULTI_ARRAY_FORMATS = (".vti", ".vtk", ".pvd")
 
@@ -100,8 +93,7 @@ def run(options):
     if len(steps) == 1 and handle_times:  # still data
         read_data = cache(steps[0][1])
         steps = [(time, read_data) for time in handle_times]
-    deform = MLSDeform()
-    deform.SetReference(_reference(options))
+    deform = configured(MLSDeform(), Reference=_reference(options))
     is_series = len(steps) > 1 or handle_times or options.output.lower().endswith(series.SUFFIX)
     if is_series and not series.can_hold(options.output):
         source = options.handles if handle_times else options.input
@@ -142,7 +134,7 @@ def _deform(steps, handle_times, is_series, deform, options):
     with distinct_warnings(), writer as write:
         for index, (time, read_step) in enumerate(steps):
             dataset = read(lambda _, read_step=read_step: read_step(), options.input)
-            data_options.check(options, *data_options.kinds_of(dataset))
+            property_options.check_kinds(options, *property_options.kinds_of(dataset))
             is_image = dataset.IsA("vtkImageData")
             if is_image and not is_series:  # whether a mesh can be written depends on cuts
                 io.check_writable(options.output, dataset)

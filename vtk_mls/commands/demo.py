@@ -13,6 +13,7 @@ from vtk_mls import HalfPlane, io
 from vtk_mls.files.paths import check_folder
 from vtk_mls.files.vtk_io import write_png
 from vtk_mls.filters import MLSDeform
+from vtk_mls.vtk.objects import configured, output_of
 
 # Positions in millimeters: x to the right, y to the front, z up. The edge of the cut runs along x.
 EDGE = (98.0, 118.0, 58.0)
@@ -39,10 +40,7 @@ def run(options):
     image = brain()
     directory.mkdir(parents=True, exist_ok=True)
     rest, deformed = control_points()
-    deform = MLSDeform()
-    deform.SetInputData(image)
-    deform.SetRestPoints(rest)
-    deform.SetDeformedPoints(deformed)
+    deform = configured(MLSDeform(), InputData=image, RestPoints=rest, DeformedPoints=deformed)
     deform.AddCut(HalfPlane(EDGE, normal=(0, 1, 0), inward=(0, 0, 1)))
     deform.SetOutputGrid("fitted")
     deform.Update()
@@ -61,13 +59,11 @@ def run(options):
 
 def brain():
     """T1-weighted image of the MNI152 brain, smoothed a little."""
-    reader, smooth = vtkNIFTIImageReader(), vtkImageGaussianSmooth()
-    reader.SetFileName(str(brain_file()))
+    reader = configured(vtkNIFTIImageReader(), FileName=str(brain_file()))
+    smooth = configured(vtkImageGaussianSmooth(), StandardDeviation=0.8)
     smooth.SetInputConnection(reader.GetOutputPort())
-    smooth.SetStandardDeviation(0.8)
-    smooth.Update()
     image = vtkImageData()
-    image.ShallowCopy(smooth.GetOutput())
+    image.ShallowCopy(output_of(smooth))
     image.GetPointData().GetScalars().SetName("T1")
     return image
 

@@ -8,13 +8,14 @@ from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkFiltersSources import vtkOutlineSource
 
 from vtk_mls import Grid, io
-from vtk_mls.commands import data_options, map_options, ome_zarr, property_options, remarks
+from vtk_mls.commands import map_options, ome_zarr, property_options, remarks
 from vtk_mls.commands.running import kind_used, read, set_up, update
 from vtk_mls.commands.supervision import step
 from vtk_mls.files.paths import check_apart
 from vtk_mls.filters import MLSDisplacementField
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
+from vtk_mls.vtk.objects import output_of
 
 
 def add(commands, text=None):
@@ -57,12 +58,8 @@ def add(commands, text=None):
         help="vectors of NIfTI: in RAS with the intent code 1006, which SimpleITK and 3D Slicer "
         "read; or in LPS with 1007, which ANTs and nitransforms read, too; default: itk",
     )
-    add(
-        "--dimensions",
-        metavar="NX,NY,NZ",
-        help="numbers of points over the bounds of a mesh; default: "
-        + property_options.default("SampleDimensions"),
-    )
+    text = "numbers of points over the bounds of a mesh"
+    property_options.add(field, "SampleDimensions", flag="--dimensions", text=text)
     add(
         "--spacing-factor",
         metavar="FACTOR",
@@ -81,15 +78,16 @@ def run(options):
     if ome_zarr.is_for(options):
         return ome_zarr.field(options, field)
     dataset = read(io.read_dataset, options.input)
-    kinds = data_options.kinds_of(dataset)
-    data_options.check(options, *kinds, *[data_options.IMAGES] * (data_options.MESHES in kinds))
+    kinds = property_options.kinds_of(dataset)
+    kinds += [property_options.IMAGES] * (property_options.MESHES in kinds)
+    property_options.check_kinds(options, *kinds)
     if options.jacobian:
         io.check_writable(options.output, field.GetOutput())
     else:
         io.check_field_writable(options.output)
     field.SetInputData(0, dataset if dataset.IsA("vtkDataSet") else _outline(dataset))
-    if options.dimensions is not None:
-        dimensions = property_options.numbers("--dimensions", options.dimensions, 3)
+    if options.sample_dimensions is not None:
+        dimensions = property_options.numbers("--dimensions", options.sample_dimensions, 3)
         field.SetSampleDimensions(dimensions)
     set_up(field, options)
     field.SetGenerateJacobianDeterminant(options.jacobian)
@@ -153,12 +151,9 @@ def _spacing_factor(field, grid, options):
 
 def _outline(blocks):
     """The corners of the bounds of composite data."""
-    bounds, outline = [0.0] * 6, vtkOutlineSource()
+    bounds, precision = [0.0] * 6, vtkOutlineSource.DOUBLE_PRECISION
     blocks.GetBounds(bounds)
-    outline.SetBounds(bounds)
-    outline.SetOutputPointsPrecision(vtkOutlineSource.DOUBLE_PRECISION)
-    outline.Update()
-    return outline.GetOutput()
+    return output_of(vtkOutlineSource(), Bounds=bounds, OutputPointsPrecision=precision)
 
 
 def _summary(output, options, field):

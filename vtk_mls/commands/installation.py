@@ -8,7 +8,7 @@ import numpy as np
 
 from vtk_mls import DeviceError, __version__
 from vtk_mls.base.resources import resource
-from vtk_mls.commands import paraview_venv
+from vtk_mls.commands.paraview import find_venv
 from vtk_mls.engine import dispatch
 from vtk_mls.engine.device import device_check, drivers
 from vtk_mls.engine.device import devices as device
@@ -56,16 +56,13 @@ def _paraview(problems):
     except ValueError:
         return "not found"
     try:
-        contents, _ = paraview_venv.find(paraview)
+        contents, _ = find_venv(paraview)
     except ValueError as error:
         problems.append(str(error))
         return paraview
     if "problem" in contents:
         problems.append(f"{paraview}: {contents['problem']}")
-    versions = ", ".join(
-        f"{name} {contents[key]}"
-        for name, key in (("Python", "python"), ("VTK", "vtk"), ("numpy", "numpy"))
-    )
+    versions = "Python {python}, VTK {vtk}, numpy {numpy}".format_map(contents)
     return f"{paraview}: {versions}; the plugin loads, {contents.get('device', 'no OpenCL device')}"
 
 

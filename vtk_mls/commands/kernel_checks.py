@@ -9,16 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from vtk_mls import Deformation, Grid, HalfPlane, Sampling
-from vtk_mls.engine.device import devices
-from vtk_mls.engine.device.device_check import (
-    BASIC,
-    CUTS,
-    FIELDS,
-    PARTS,
-    SECONDS,
-    STEP,
-    description,
-)
+from vtk_mls.engine.device import device_check, devices
 from vtk_mls.engine.opencl_engine import Engine
 from vtk_mls.model.kinds import ALL_KINDS
 from vtk_mls.reference import reference_engine as reference
@@ -35,14 +26,16 @@ def main(folder, requested, subject, part):
     Writes the step that begins and the processor time to `folder`. An exception before the first
     step is not the fault of the device.
     """
-    found = [device for device in devices.list_devices() if description(device) == requested]
+    found = [
+        device for device in devices.list_devices() if device_check.description(device) == requested
+    ]
     if not found:
         raise LookupError("the child process does not find the device")
     threading.Thread(target=_count_seconds, args=(folder,), daemon=True).start()
-    Path(folder, STEP).write_text("first use")
+    Path(folder, device_check.STEP).write_text("first use")
     engine = Engine(found[0])
-    for step, results, bound in checks(engine)[subject][part::PARTS]:
-        Path(folder, STEP).write_text(step)
+    for step, results, bound in checks(engine)[subject][part :: device_check.PARTS]:
+        Path(folder, device_check.STEP).write_text(step)
         off = error(engine, results)
         if not off <= bound:  # NaN, too
             raise ArithmeticError(f"wrong numbers, off by {off:.2g}")
@@ -50,7 +43,7 @@ def main(folder, requested, subject, part):
 
 
 def _count_seconds(folder):
-    with open(Path(folder, SECONDS), "w", buffering=1) as file:
+    with open(Path(folder, device_check.SECONDS), "w", buffering=1) as file:
         while True:
             file.write(f"{time.process_time()}\n")
             time.sleep(1)
@@ -120,7 +113,7 @@ def checks(engine):
     ]
     bounds = {**dict.fromkeys(ALL_KINDS, 1e-5), "polynomial": 1e-4}
     kinds = {kind: [("map at points", at_points(value(kind)), bounds[kind])] for kind in ALL_KINDS}
-    return {**kinds, BASIC: basic, FIELDS: fields, CUTS: cuts}
+    return kinds | {device_check.BASIC: basic, device_check.FIELDS: fields, device_check.CUTS: cuts}
 
 
 def error(engine, results):

@@ -65,7 +65,6 @@ def add(parser, is_interactive=False):
 
 
 def add_files(parser):
-    """Add the options of files of control points."""
     parser.set_defaults(path=None)
     add = parser.add_argument
     add(
@@ -105,7 +104,7 @@ def _add_cuts(parser):
     add("--cut-surface", metavar="FILE", help=text)
 
 
-def _add_limits(parser, is_interactive=False):
+def _add_limits(parser, is_interactive):
     """Masks and faces; interactive commands have the ball only."""
     property_options.add(parser, tables.MASK_BALL, flag=BALL)
     if is_interactive:

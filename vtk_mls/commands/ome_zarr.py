@@ -8,7 +8,7 @@ from vtk_mls.base.progress import SILENT
 from vtk_mls.base.sampling import AUTOMATIC
 from vtk_mls.blocks import image_job as job
 from vtk_mls.blocks.image_blocks import channel_backgrounds
-from vtk_mls.commands import data_options, remarks
+from vtk_mls.commands import property_options, remarks
 from vtk_mls.commands.running import files_named, kind_used, progress_bar, set_up
 from vtk_mls.commands.supervision import step
 from vtk_mls.files.ome_zarr import SUFFIX, is_ome_zarr, open_image
@@ -42,7 +42,7 @@ def is_for(options):
         raise ValueError(
             f"`{options.output}` can be made of an OME-Zarr only, got `{options.input}`"
         )
-    data_options.check(options, data_options.OME_ZARR)
+    property_options.check_kinds(options, property_options.OME_ZARR)
     return True
 
 

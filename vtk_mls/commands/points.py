@@ -7,7 +7,7 @@ import numpy as np
 
 from vtk_mls import io
 from vtk_mls.base.progress import whole
-from vtk_mls.commands import map_options
+from vtk_mls.commands import map_options, property_options
 from vtk_mls.commands.running import files_named, kind_used, progress_bar, read, set_up
 from vtk_mls.commands.supervision import step
 from vtk_mls.files import control_point_files
@@ -37,11 +37,8 @@ def add(commands, text=None):
     points.add_argument(
         "output", help="landmarks: .mrk.json .fcsv .csv (ITK, ANTs) .txt .pts (elastix) .tag"
     )
-    points.add_argument(
-        "--inverse",
-        action="store_true",
-        help="move points from the deformed space back to where their material came from",
-    )
+    text = "move points from the deformed space back to where their material came from"
+    property_options.add(points, "Inverse", text=text)
     map_options.add(points)
     points.set_defaults(run=run)
 

@@ -1,7 +1,25 @@
-"""Options of the commands that are properties of a filter."""
+"""Options of the commands that are properties of a filter, some for some kinds of data only."""
 
+from vtk_mls.files.block_files import blocks
 from vtk_mls.filters import properties, property_tables
 from vtk_mls.filters.properties import Planes, TransformFile, Value, Values, Vector
+
+IMAGES, MESHES, OME_ZARR = "images", "meshes", "OME-Zarr"
+_ONE = {IMAGES: "an image", MESHES: "a mesh", OME_ZARR: "an OME-Zarr, written block by block"}
+_ONLY = {  # option and kinds of data, by attribute of the options
+    "interpolation": ("--interpolation", (IMAGES, OME_ZARR)),
+    "background": ("--background", (IMAGES, OME_ZARR)),
+    "label_arrays": ("--label", (IMAGES, OME_ZARR)),
+    "output_grid": ("--grid", (IMAGES,)),
+    "reference": ("--reference", (IMAGES,)),
+    "gradient_array": ("--gradient", (IMAGES,)),
+    "generate_overlap": ("--overlap", (IMAGES,)),
+    "generate_cell_quality": ("--cell-quality", (MESHES,)),
+    "inverse": ("--inverse", (IMAGES, MESHES)),
+    "jacobian": ("--jacobian", (IMAGES, MESHES)),
+    "sample_dimensions": ("--dimensions", (MESHES,)),
+    "spacing_factor": ("--spacing-factor", (IMAGES, MESHES)),
+}
 
 
 def add(parser, item, *, flag="", choices=(), text="", more="", default=None):
@@ -37,9 +55,20 @@ def numbers(flag, text, count):
     return values
 
 
-def default(name):
-    """The default of a property, as text of an option."""
-    return _text(_properties()[name].default)
+def check_kinds(options, *kinds):
+    """Raise ValueError for an option that has no effect on data of these kinds."""
+    for name, (flag, allowed) in _ONLY.items():
+        is_given = getattr(options, name, None) != options.parser.get_default(name)
+        if is_given and kinds and not set(kinds) & set(allowed):
+            raise ValueError(
+                f"`{flag}` is for {' and '.join(allowed)}: `{options.input}` is "
+                f"{_ONE[kinds[0]]}; leave it out"
+            )
+
+
+def kinds_of(dataset):
+    """The kinds of a vtkDataObject and its blocks."""
+    return [IMAGES if block.IsA("vtkImageData") else MESHES for block in blocks(dataset)]
 
 
 def _properties():
@@ -73,15 +102,13 @@ def _settings(prop):
     return {"type": type(prop.default), "metavar": prop.option.upper()}
 
 
-def _text(default):
-    return ",".join(map(str, default)) if isinstance(default, tuple) else f"{default}"
-
-
 def _help(prop, text, more, default):
     """The help of an option for argparse: one sentence with the default."""
     text = " ".join((text or prop.help).split()).removesuffix(".")
     parts = [part[0].lower() + part[1:] for part in text.split(". ")]
     parts += [more] * bool(more)
-    if default not in ("", ()) and default is not False and not _is_text(prop):
-        parts.append(f"default: {_text(default)}")
+    is_stated = isinstance(prop, properties.Dimensions) or not _is_text(prop)
+    if default not in ("", ()) and default is not False and is_stated:
+        text = ",".join(map(str, default)) if isinstance(default, tuple) else default
+        parts.append(f"default: {text}")
     return "; ".join(parts).replace("%", "%%")

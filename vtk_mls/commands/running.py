@@ -59,7 +59,6 @@ def distinct_warnings():
 
 
 def read_image(option, path):
-    """The image of an option."""
     image = read(io.read_dataset, path)
     if not image.IsA("vtkImageData"):
         raise ValueError(f"`{option}` must be an image, got a {image.GetClassName()} in `{path}`")
@@ -159,12 +158,12 @@ def handle_times(options):
     """The times at which the files give control points, sorted; () if they do not move in time."""
     if options.path:
         return ()
+    times = ()
     if options.handles and series.is_series(options.handles):
         times = tuple(time for time, _ in read(series.timed_files, options.handles))
-        return times if len(times) > 1 else ()
-    times = ()
-    with suppress(OSError, ValueError):  # reading the handles reports it
-        times = control_point_files.times(options.handles, options.deformed)
+    else:
+        with suppress(OSError, ValueError):  # reading the handles reports it
+            times = control_point_files.times(options.handles, options.deformed)
     return times if len(times) > 1 else ()
 
 
@@ -282,13 +281,10 @@ def _limits(options):
                 f"a deformation has one mask, got `{BALL}` and `{MASK}`; multiply them to one image"
             )
         mask = limit_inputs.image_mask(image, f"`{options.mask}`")
-    planes = (
-        (FIXED, options.fixed_planes, FixedFace),
-        (SLIDING, options.sliding_planes, SlidingFace),
-    )
+    planes = [(FIXED, text, FixedFace) for text in options.fixed_planes]
+    planes += [(SLIDING, text, SlidingFace) for text in options.sliding_planes]
     faces = [
         limit_inputs.face(kind, property_options.numbers(flag, text, 7), f"`{flag}`")
-        for flag, texts, kind in planes
-        for text in texts
+        for flag, text, kind in planes
     ]
     return {"mask": mask, "constraints": faces}

@@ -10,6 +10,7 @@ import math
 import os
 import re
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from xml.etree import ElementTree
 from xml.sax.saxutils import quoteattr
@@ -34,9 +35,9 @@ def read_steps(path):
     path = Path(path) if os.fspath(path) else existing_file(path)
     line = formats.find(path, reads=io.DATASETS)
     if is_series(path) or line is None or not line.has_times:
-        return [(time, _reader(files)) for time, files in _files(path)]
+        return [(time, partial(_read, files)) for time, files in _files(path)]
     times, read = io.open_dataset(path)
-    return [(time, lambda n=n: read(n)) for n, time in enumerate(times or (0.0,))]
+    return [(time, partial(read, n)) for n, time in enumerate(times or (0.0,))]
 
 
 def timed_files(path):
@@ -143,18 +144,15 @@ def check_writable(path):
     return path
 
 
-def _reader(files):
-    def read():
-        datasets = []
-        try:
-            for file in files:
-                with step("read", file):
-                    datasets.append(io.read_dataset(file))
-            return joined(datasets)
-        except OSError as error:  # OSError is for the output
-            raise ValueError(str(error)) from error
-
-    return read
+def _read(files):
+    datasets = []
+    try:
+        for file in files:
+            with step("read", file):
+                datasets.append(io.read_dataset(file))
+    except OSError as error:  # OSError is for the output
+        raise ValueError(str(error)) from error
+    return joined(datasets)
 
 
 def _is_pattern(path):

@@ -10,11 +10,14 @@ at the end.
 """
 
 import faulthandler
+import glob
 import json
 import os
 import signal
 import sys
+import tempfile
 from contextlib import contextmanager, suppress
+from pathlib import Path
 
 from vtk_mls.base import child_process
 
@@ -129,8 +132,6 @@ def step(action, path):
 
 def temporary_folder():
     """A context with a folder that is removed at the end, also if this process is killed."""
-    import tempfile
-
     return tempfile.TemporaryDirectory(prefix=child_process.PREFIX, dir=_folder)
 
 
@@ -139,9 +140,6 @@ def _reading_time(path):
 
     A small file can name large ones: as a rule `x.vtm` those in the folder `x`, `x.pvtu` `x_0.vtu`.
     """
-    import glob
-    from pathlib import Path
-
     path, size = Path(path), 0
     if not path.name:  # a folder, which no reader takes
         return MIN_SECONDS

@@ -129,7 +129,6 @@ def _read_dataset(path):
 
 
 def _target(path):
-    """The `Target` of a file; None for none."""
     return None if path is None else Target(_dataset(path), path)
 
 
@@ -139,14 +138,6 @@ def _show(options, datasets, state, paths, *more):
 
         window.show(datasets, state, paths, options.output, *more)
         return
-    address, server = (options.host, options.port), _web_server()
-    with temporary_folder() as temporary:
-        served = datasets, state, paths, temporary, options.output
-        server.serve(*served, address, not options.no_browser, *more)
-
-
-def _web_server():
-    """The module that serves pages; OSError if a package that it needs is missing."""
     try:
         from vtk_mls.web import server
     except ModuleNotFoundError as error:
@@ -156,7 +147,10 @@ def _web_server():
             "the page needs trame, which is not installed: pip install trame trame-vuetify; or "
             "`--window` opens a plain window"
         ) from error
-    return server
+    address = options.host, options.port
+    with temporary_folder() as temporary:
+        served = datasets, state, paths, temporary, options.output
+        server.serve(*served, address, not options.no_browser, *more)
 
 
 def _state(options):

@@ -1,7 +1,7 @@
 """Control points and landmarks in text files.
 
 Markups of 3D Slicer (.mrk.json, .fcsv) are described in `markups`, tag points of MINC (.tag) in
-`minc_tags`. The first line that is not blank tells what other files (.csv, .txt, .pts) are: files
+`point_lists`. The first line that is not blank tells what other files (.csv, .txt, .pts) are: files
 of elastix begin with `point`, `index`, or `Point`, a number and a semicolon; files of IDAV Landmark
 begin with `Version 1.0` (`point_lists`). All others are tables (`point_tables`) of control points,
 or of landmarks as in plain text, ITK, ANTs, BigWarp or 3D Slicer.
@@ -29,18 +29,12 @@ from vtk_mls.files.paths import check_replaceable, existing_file, replacing
 _READ, _WRITE = {"reads": (formats.POINTS,)}, {"writes": (formats.POINTS,)}
 
 
-def read(path, deformed_path=None, space="LPS"):
-    """p, q (n, 3) and weights (n,), or None, of control points in LPS, as of
-    `io.read_control_points`.
-
-    `path` and `deformed_path` are of a format of `formats.POINTS`.
-    """
-    pairs = read_pairs(path, deformed_path, space)
-    return pairs.rest, pairs.deformed, pairs.weights
-
-
 def read_pairs(path, deformed_path=None, space="LPS", time=None):
-    """As `read`, but returns `Pairs`, with the labels; `time` is as of `read_landmarks`."""
+    """The `Pairs` of control points in LPS, as of `io.read_control_points`.
+
+    `path` and `deformed_path` are of a format of `formats.POINTS`; `time` is as of
+    `read_landmarks`.
+    """
     rest = read_landmarks(path, space, not deformed_path, time)
     deformed = read_landmarks(deformed_path, space, time=time) if deformed_path else None
     return paired(rest, deformed)

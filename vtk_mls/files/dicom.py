@@ -13,6 +13,7 @@ import SimpleITK as sitk
 from vtk_mls.base.errors import InputError
 from vtk_mls.files import formats, image_files
 from vtk_mls.files.volumes import Volume
+from vtk_mls.vtk.objects import configured
 
 _MAX_LISTED = 6
 _TOLERANCE = 0.02  # of the distance of slices
@@ -122,9 +123,7 @@ def _information(name):
 
 def _opened(name):
     """ITK's reader of a file, which has read its tags."""
-    reader = sitk.ImageFileReader()
-    reader.SetImageIO("GDCMImageIO")
-    reader.SetFileName(str(name))
+    reader = configured(sitk.ImageFileReader(), ImageIO="GDCMImageIO", FileName=str(name))
     reader.ReadImageInformation()
     return reader
 
@@ -134,10 +133,8 @@ def _read_slices(names):
     for name, reader in zip(names, readers):
         _check_frames(name, reader)
     order = _order(names, readers)
-    series = sitk.ImageSeriesReader()
-    series.SetImageIO("GDCMImageIO")
-    series.SetFileNames([names[i] for i in order])
-    series.SetOutputPixelType(_common_type(readers))
+    series = configured(sitk.ImageSeriesReader(), ImageIO="GDCMImageIO")
+    configured(series, FileNames=[names[i] for i in order], OutputPixelType=_common_type(readers))
     image = series.Execute()
     values = sitk.GetArrayFromImage(image)
     direction = np.reshape(image.GetDirection(), (3, 3))
@@ -175,7 +172,7 @@ def _order(names, readers):
         ):
             if not np.allclose(own, expected, rtol=1e-4, atol=1e-4):
                 sides = (
-                    f"{_numbers(values)} in `{Path(file).name}`"
+                    f"{', '.join(f'{value:g}' for value in values)} in `{Path(file).name}`"
                     for values, file in ((own, name), (expected, names[0]))
                 )
                 raise ValueError(f"the slices must have one {what}, got {' and '.join(sides)}")
@@ -207,7 +204,3 @@ def _order(names, readers):
             "gantry), which ITK cannot place"
         )
     return order
-
-
-def _numbers(values):
-    return ", ".join(f"{value:g}" for value in values)

@@ -56,7 +56,7 @@ class Format:
     reader: str = ""
     writes: tuple[str, ...] = ()  # contents to write to it
     writer: str = ""
-    has_times: bool = False  # whether the reader returns times, as `simulation_files.open_file`
+    has_times: bool = False  # whether the reader returns times, as `block_files.open_file`
     needs: str = ""  # a package that must be installed
     is_folder: bool = False  # whether it is a folder with a name of that ending
     series_writer: str = ""
@@ -119,9 +119,14 @@ def _mesh(
 def _blocks(
     name: str, endings: str, reader: str, writes: tuple[str, ...] = (), writer: str = ""
 ) -> Format:
-    """A format of blocks, pieces or time steps."""
-    reader = f"simulation_files.open_file {reader}"
+    reader = f"block_files.open_file {reader}"
+    writer = writer and f"block_files.{writer}"
     return Format(name, endings, AS_IS, (BLOCKS,), reader, writes, writer, has_times=True)
+
+
+def _xml_blocks(ending: str, kind: str, writer: str = "") -> Format:
+    reader, writes = f"vtkIOXML.vtkXML{kind}Reader xml", (BLOCKS,) if writer else ()
+    return _blocks("VTK XML", ending, reader, writes, writer)
 
 
 def _points(name: str, endings: str, frame: str, reader: str, writer: str) -> Format:
@@ -134,6 +139,7 @@ _VTI = "image_files.read_xml", (IMAGE,), "image_files.write_xml"
 _VTK = "mesh_files.read vtkIOLegacy.vtkDataSetReader", (IMAGE,), "image_files.write_legacy"
 _ZARR = "image_files.read_ome_zarr"
 _VTR = "mesh_files.read vtkIOXML.vtkXMLRectilinearGridReader"
+_TEXT = CALLER, "control_point_files.read_text"
 _MESHIO = ".msh .inp .bdf .nas .fem .med .mesh .meshb .vol .su2 .avs .off"
 
 TABLE = (
@@ -171,49 +177,27 @@ TABLE = (
     _mesh("PLY", ".ply", (MESH,), "vtkIOPLY.vtkPLY", (POLYDATA,), "mesh_files.write_ply"),
     _mesh("Wavefront", ".obj", (MESH,), "vtkIOGeometry.vtkOBJ"),
     # blocks, pieces, time steps; the last word is the syntax by which a file names others
-    _blocks(
-        "VTK XML",
-        ".vtm",
-        "vtkIOXML.vtkXMLMultiBlockDataReader xml",
-        (BLOCKS,),
-        "block_files.write_blocks",
-    ),
-    _blocks("VTK XML", ".vtmb", "vtkIOXML.vtkXMLMultiBlockDataReader xml"),
-    _blocks(
-        "VTK XML",
-        ".vtpc",
-        "vtkIOXML.vtkXMLPartitionedDataSetCollectionReader xml",
-        (BLOCKS,),
-        "block_files.write_partitions",
-    ),
-    _blocks("VTK XML", ".pvti", "vtkIOXML.vtkXMLPImageDataReader xml"),
-    _blocks("VTK XML", ".pvtu", "vtkIOXML.vtkXMLPUnstructuredGridReader xml"),
-    _blocks("VTK XML", ".pvtp", "vtkIOXML.vtkXMLPPolyDataReader xml"),
-    _blocks("VTK XML", ".pvts", "vtkIOXML.vtkXMLPStructuredGridReader xml"),
-    _blocks("VTK XML", ".pvtr", "vtkIOXML.vtkXMLPRectilinearGridReader xml"),
-    _blocks(
-        "VTK HDF", ".vtkhdf", "vtkIOHDF.vtkHDFReader none", (MESH, BLOCKS), "block_files.write_hdf"
-    ),
+    _xml_blocks(".vtm", "MultiBlockData", "write_blocks"),
+    _xml_blocks(".vtmb", "MultiBlockData"),
+    _xml_blocks(".vtpc", "PartitionedDataSetCollection", "write_partitions"),
+    _xml_blocks(".pvti", "PImageData"),
+    _xml_blocks(".pvtu", "PUnstructuredGrid"),
+    _xml_blocks(".pvtp", "PPolyData"),
+    _xml_blocks(".pvts", "PStructuredGrid"),
+    _xml_blocks(".pvtr", "PRectilinearGrid"),
+    _blocks("VTK HDF", ".vtkhdf", "vtkIOHDF.vtkHDFReader none", (MESH, BLOCKS), "write_hdf"),
     _blocks("VTK HDF", ".hdf", "vtkIOHDF.vtkHDFReader none"),
     _blocks("CGNS", ".cgns", "vtkIOCGNSReader.vtkCGNSReader none"),
     _blocks("Exodus", ".ex2 .e .exo", "vtkIOIOSS.vtkIOSSReader none"),
     _blocks("EnSight", ".case", "vtkIOEnSight.vtkGenericEnSightReader case"),
     _blocks("XDMF", ".xdmf .xmf", "vtkIOXdmf2.vtkXdmfReader xdmf"),
-    Format(
-        "read by meshio", _MESHIO, AS_IS, (MESH,), "simulation_files.read_by_meshio", needs="meshio"
-    ),
+    Format("read by meshio", _MESHIO, AS_IS, (MESH,), "block_files.read_by_meshio", needs="meshio"),
     # points in text
-    _points("table", ".csv", CALLER, "control_point_files.read_text", "point_tables.write"),
-    _points(
-        "table, elastix, or (read) IDAV Landmark",
-        ".txt .pts",
-        CALLER,
-        "control_point_files.read_text",
-        "point_lists.write",
-    ),
+    _points("table", ".csv", *_TEXT, "point_tables.write"),
+    _points("table, elastix, or (read) IDAV Landmark", ".txt .pts", *_TEXT, "point_lists.write"),
     Format("table", ".csv .txt", CALLER, (), "", (PAIRS,), "point_tables.write_pairs"),
-    _points("tag points of MINC", ".tag", RAS, "minc_tags.read", "minc_tags.write"),
-    Format("tag points of MINC", ".tag", RAS, (), "", (PAIRS,), "minc_tags.write_pairs"),
+    _points("tag points of MINC", ".tag", RAS, "point_lists.read_tags", "point_lists.write_tags"),
+    Format("tag points of MINC", ".tag", RAS, (), "", (PAIRS,), "point_lists.write_tag_pairs"),
     _points("markups of 3D Slicer", ".fcsv", HEADER, "markups.read_fcsv", "markups.write_fcsv"),
     _points("markups of 3D Slicer", ".mrk.json", HEADER, "markups.read_json", "markups.write_json"),
 )

@@ -16,10 +16,10 @@ from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLImageDataWriter
 
 from vtk_mls.base.errors import InputError
 from vtk_mls.files import frames, meta_image, metadata, nifti, nrrd, ome_zarr, volumes, vtk_io
-from vtk_mls.files.units import NANOMETERS, symbol
-from vtk_mls.files.volumes import Volume
+from vtk_mls.files.volumes import NANOMETERS, Volume, symbol
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
+from vtk_mls.vtk.objects import configured
 
 _FORMATS = {  # by the name of the array: module, and where the dataset keeps the header
     "MetaImage": (meta_image, metadata.METAIMAGE_HEADER),
@@ -121,10 +121,8 @@ def image_of(volume, name, header=""):
     keep the header.
     """
     flat = volume.values.reshape(-1, *volume.values.shape[3:])
-    image = vtkImageData()
-    image.SetDimensions(volume.values.shape[2::-1])
-    array = arrays.from_numpy(flat, get_vtk_array_type(flat.dtype))
-    array.SetName(name)
+    image = configured(vtkImageData(), Dimensions=volume.values.shape[2::-1])
+    array = configured(arrays.from_numpy(flat, get_vtk_array_type(flat.dtype)), Name=name)
     image.GetPointData().SetScalars(array)
     if volume.is_vector:
         image.GetPointData().SetVectors(array)
@@ -233,15 +231,14 @@ def read_ome_zarr(path, max_points=math.inf):
     Each channel is an array; without such a level it is the coarsest.
     """
     source = ome_zarr.open_input(path)
-    level = source.level_within(max_points)
-    image = vtkImageData()
-    image.SetDimensions(level.grid.dimensions)
+    fitting = [level for level in source.levels if level.grid.size <= max_points]
+    level = fitting[0] if fitting else source.levels[-1]
+    image = configured(vtkImageData(), Dimensions=level.grid.dimensions)
     _set_geometry(image, level.grid.origin.tolist(), level.grid.index_to_world)
     names = []
     for name, values in source.channels(level):
         array = arrays.from_numpy(values.ravel(), get_vtk_array_type(values.dtype))
-        array.SetName(name)
-        image.GetPointData().AddArray(array)
+        image.GetPointData().AddArray(configured(array, Name=name))
         names.append(name)
     image.GetPointData().SetActiveScalars(names[0])
     metadata.store(image, metadata.LABEL_ARRAYS, names * source.is_label)

@@ -31,6 +31,7 @@ from vtk_mls.base.linear_algebra import fitted_affine, transformed
 from vtk_mls.transforms.affine import Affine
 from vtk_mls.transforms.chain import Chain
 from vtk_mls.transforms.field import Field
+from vtk_mls.vtk.objects import configured
 
 _HDF5, _TEXT = (".h5", ".hdf5"), (".tfm", ".txt")
 _NAME = re.compile(r"^Transform: (\w+?)_(?:double|float)_3_3\s*$", re.M)
@@ -111,7 +112,6 @@ def _parts(transform):
 
 
 def _affine(backward):
-    """The Affine of a backward matrix (4, 4)."""
     if not np.isfinite(backward).all() or np.linalg.matrix_rank(backward[:3, :3]) < 3:
         raise ValueError(f"its matrix must be invertible, got {backward[:3, :3].tolist()}")
     return Affine(_inverse(backward))
@@ -181,16 +181,13 @@ def _to_itk(transform):
 
     if isinstance(transform, Affine):
         backward = _inverse(transform.matrix)
-        linear = sitk.AffineTransform(3)
-        linear.SetMatrix(backward[:3, :3].ravel().tolist())
-        linear.SetTranslation(backward[:3, 3].tolist())
-        return linear
+        matrix, translation = backward[:3, :3].ravel().tolist(), backward[:3, 3].tolist()
+        return configured(sitk.AffineTransform(3), Matrix=matrix, Translation=translation)
     grid = transform.grid
     spacing = np.linalg.norm(grid.index_to_world, axis=0)
     image = sitk.GetImageFromArray(transform.displacement.astype(np.float64), isVector=True)
-    image.SetOrigin(grid.origin.tolist())
-    image.SetSpacing(spacing.tolist())
-    image.SetDirection((grid.index_to_world / spacing).ravel().tolist())
+    direction = (grid.index_to_world / spacing).ravel().tolist()
+    configured(image, Origin=grid.origin.tolist(), Spacing=spacing.tolist(), Direction=direction)
     return sitk.DisplacementFieldTransform(image)
 
 

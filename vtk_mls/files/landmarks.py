@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,10 +16,7 @@ from vtk_mls.model.handles.handle_cells import HandleCells
 
 _MAX_TEXT, _MAX_LABELS = 60, 5  # in an error
 _NUMBERED = re.compile(r"(?:(?P<list>.*)-)?(?P<number>\d{1,9})", re.DOTALL)
-
-
-def _nowhere():
-    return np.zeros((0, 0, 3))
+_NOWHERE = np.zeros((0, 0, 3))
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +35,8 @@ class Landmarks:
     partners: np.ndarray | None = None  # (n, 3) float64
     weights: np.ndarray | None = None  # (n,) float64
     cells: HandleCells | None = None  # curves and surfaces of the points, if there are any
-    places: np.ndarray = field(default_factory=_nowhere)  # (k, n, 3), on the way to `partners`
+    # (k, n, 3), on the way to `partners`
+    places: np.ndarray = field(default_factory=lambda: _NOWHERE)
     are_marked: bool = False
 
     def __post_init__(self):
@@ -68,8 +67,7 @@ class Landmarks:
         return [(i, *row) for i, (*row, is_placed) in enumerate(rows) if is_placed]
 
 
-@dataclass(frozen=True, eq=False)
-class Pairs:
+class Pairs(NamedTuple):
     """Control points, p and q."""
 
     rest: np.ndarray  # (n, 3) float64, world coordinates
@@ -77,7 +75,7 @@ class Pairs:
     weights: np.ndarray | None  # (n,) float64
     labels: list  # n str
     cells: HandleCells | None = None  # curves and surfaces of the points, if there are any
-    places: np.ndarray = field(default_factory=_nowhere)  # (k, n, 3), between p and q
+    places: np.ndarray = _NOWHERE  # (k, n, 3), between p and q
 
 
 # How the points of two files make pairs.

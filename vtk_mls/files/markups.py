@@ -94,7 +94,6 @@ def rewrite_json(path, file, positions):
 
 
 def read_fcsv(path):
-    """The points of an .fcsv."""
     positions, labels, descriptions, header = [], [], [], {}
     for row, number in _fcsv_rows(path, header):
         positions.append(_fcsv_position(number, row))

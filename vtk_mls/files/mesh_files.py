@@ -13,13 +13,13 @@ import numpy as np
 from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_UNSIGNED_CHAR, vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkPointSet, vtkPolyData
 from vtkmodules.vtkFiltersCore import vtkTriangleFilter
-from vtkmodules.vtkIOGeometry import vtkSTLWriter
 from vtkmodules.vtkIOPLY import vtkPLYWriter
 
 from vtk_mls.base.errors import InputError
 from vtk_mls.files import frames, metadata, vtk_io
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.control_point_polydata import DISPLACEMENT, PATH
+from vtk_mls.vtk.objects import configured, output_of
 
 _FIELD = "SPACE"
 _COLORS = "_Colors"  # by which a PLY writer finds them
@@ -49,17 +49,14 @@ def write(writer, dataset, path):
 def write_stl(polydata, path):
     """Write polydata that have polygons only."""
     _check_has_no(polydata, "Verts", "Lines")
-    _write(vtkSTLWriter(), polydata, path)
+    write("vtkIOGeometry.vtkSTLWriter", polydata, path)
 
 
 def write_ply(polydata, path):
     """Write points and polygons with their colors. Polydata with lines are refused."""
     _check_has_no(polydata, "Lines")
     if polydata.GetNumberOfStrips():
-        triangles = vtkTriangleFilter()
-        triangles.SetInputData(polydata)
-        triangles.Update()
-        polydata = triangles.GetOutput()
+        polydata = output_of(vtkTriangleFilter(), InputData=polydata)
     size = polydata.GetPolys().GetMaxCellSize()
     if size > 255:
         raise InputError(f"cannot hold a face of {size} points; write .vtp instead")
@@ -90,11 +87,8 @@ def _colored(polydata, writer):
     if not counts:
         return polydata
     components = max(counts)
-    writer.SetArrayName(_COLORS)
-    writer.SetEnableAlpha(components == 4)
-    colored = vtkPolyData()
-    colored.SetPoints(polydata.GetPoints())
-    colored.SetPolys(polydata.GetPolys())
+    configured(writer, ArrayName=_COLORS, EnableAlpha=components == 4)
+    colored = configured(vtkPolyData(), Points=polydata.GetPoints(), Polys=polydata.GetPolys())
     colored.GetPointData().ShallowCopy(polydata.GetPointData())
     colored.GetFieldData().ShallowCopy(polydata.GetFieldData())
     rows = slice(None), slice(polydata.GetNumberOfVerts(), None)  # polygons come after vertices
@@ -112,10 +106,9 @@ def _colors(attributes):
 
     The active array comes first, then the names that VTK's PLY reader uses, then the first array.
     """
-    colors = [array for array in arrays.all_arrays(attributes) if _is_color(array)]
-    named = [array for name in ("RGBA", "RGB") for array in colors if array.GetName() == name]
-    active = [attributes.GetScalars()] if _is_color(attributes.GetScalars()) else []
-    return next(iter([*active, *named, *colors]), None)
+    found = arrays.all_arrays(attributes)
+    named = [array for name in ("RGBA", "RGB") for array in found if array.GetName() == name]
+    return next(filter(_is_color, [attributes.GetScalars(), *named, *found]), None)
 
 
 def _is_color(array):
@@ -201,9 +194,8 @@ def _mirrored(mesh, space):
     if (signs == 1).all():
         return mirrored
     if mesh.GetPoints() is not None:
-        points = vtkPoints()
-        points.SetData(_times(mesh.GetPoints().GetData(), signs))
-        mirrored.SetPoints(points)
+        points = _times(mesh.GetPoints().GetData(), signs)
+        mirrored.SetPoints(configured(vtkPoints(), Data=points))
     for attributes in (mirrored.GetPointData(), mirrored.GetCellData()):
         roles = [attributes.GetVectors(), attributes.GetNormals()]
         roles += [attributes.GetArray(name) for name in (DISPLACEMENT, PATH)]

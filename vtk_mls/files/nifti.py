@@ -28,17 +28,14 @@ import contextlib
 import numpy as np
 
 from vtk_mls.base.messages import warn
-from vtk_mls.files import frames, paths, units, volumes
+from vtk_mls.files import frames, paths, volumes
 from vtk_mls.files.volumes import Series, Volume
 
 TO_RAS = frames.signs("RAS")  # and back
 _COLORS = {n: np.dtype([(name, "u1") for name in "RGBA"[:n]]) for n in (3, 4)}
 _LABELS, _DISPLACEMENT, _VECTOR = (1002, 1003), 1006, 1007  # intents
 _GEOMETRY = {  # lines that a `Volume` keeps: the header's fields
-    "dim": ("dim",),
-    "qform_code": ("qform_code",),
-    "sform_code": ("sform_code",),
-    "pixdim": ("pixdim",),
+    **{name: (name,) for name in ("dim", "qform_code", "sform_code", "pixdim")},
     "quatern": ("quatern_b", "quatern_c", "quatern_d"),
     "qoffset": ("qoffset_x", "qoffset_y", "qoffset_z"),
     "srow": ("srow_x", "srow_y", "srow_z"),
@@ -120,7 +117,7 @@ def _header_of(volume, times):
         header[name] = source[name]
     if not header["xyzt_units"] & _SPATIAL_UNIT:
         header["xyzt_units"] |= _MILLIMETERS
-    millimeters = units.NANOMETERS.get(volume.unit, 1e6) / 1e6
+    millimeters = volumes.NANOMETERS.get(volume.unit, 1e6) / 1e6
     if millimeters <= 1e-3:
         header["xyzt_units"] = header["xyzt_units"] & _TIME_UNIT | _MICROMETERS
     affine = np.column_stack([volume.steps, volume.origin]) * millimeters
@@ -130,7 +127,7 @@ def _header_of(volume, times):
         codes = {name: code for code, name in _TIME_UNITS.items()}
         unit = _time_unit(header) or volume.time_unit
         header["xyzt_units"] = header["xyzt_units"] & _SPATIAL_UNIT | codes.get(unit, 0)
-        times = units.from_seconds(unit, *volumes.steps_of(times))
+        times = volumes.from_seconds(unit, *volumes.steps_of(times))
         header["toffset"], header["pixdim"][4] = times
     return header
 
@@ -145,7 +142,7 @@ def _in_seconds(header):
     """First time and time step, in seconds if the header has a unit of time, and their unit."""
     start, step = (float(str(number)) for number in (header["toffset"], header["pixdim"][4]))
     step = step if np.isfinite(step) and step > 0 else 1.0
-    return units.in_seconds(_time_unit(header), start, step)
+    return volumes.in_seconds(_time_unit(header), start, step)
 
 
 def _time_unit(header):
@@ -282,7 +279,6 @@ def _itk_affine(header):
 
 
 def _warn_if_itk_differs(path, header, affine):
-    """Warn if ITK places the image elsewhere."""
     itk_affine = None
     with contextlib.suppress(ValueError):  # a broken qform beside an sform
         itk_affine = _itk_affine(header)

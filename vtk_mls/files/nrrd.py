@@ -27,8 +27,7 @@ import numpy as np
 
 from vtk_mls.base.errors import InputError
 from vtk_mls.files import frames, nrrd_axes, paths, volumes
-from vtk_mls.files.units import NANOMETERS, from_seconds, in_seconds, symbol
-from vtk_mls.files.volumes import Series, Volume
+from vtk_mls.files.volumes import NANOMETERS, Series, Volume, from_seconds, in_seconds, symbol
 
 _TWO_WORDS = (  # fields that count here
     *("axis mins", "space directions", "line skip", "byte skip", "space units", "space origin"),
@@ -119,7 +118,8 @@ def _volume(path, fields, pairs, axes, values):
     """The `Volume` of the values (slowest axis first) of a file; `axes` are those but time."""
     signs = _signs(fields.get("space", ""))
     origin, steps, axis = nrrd_axes.geometry(axes, fields)
-    kind = "" if axis is None else axes[axis].component_kind
+    kind = "" if axis is None else axes[axis].kind
+    kind = "" if kind.lower() in nrrd_axes.NOT_COMPONENTS else kind
     frame = _measurement_frame(fields)
     copied = {name: fields[name] for name in _COPIED if name in fields}
     if axis is not None:
@@ -235,7 +235,6 @@ def _text(path, volume, time_axis):
 
 
 def _is_segmentation(path):
-    """Whether a file has the name of a segmentation of 3D Slicer."""
     return path.name.lower().endswith((".seg.nrrd", ".seg.nhdr"))
 
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 _SPATIAL, _UNKNOWN = ("domain", "space"), ("???", "none")
-_NOT_COMPONENTS = (*_SPATIAL, *_UNKNOWN, "time")  # for ITK
+NOT_COMPONENTS = (*_SPATIAL, *_UNKNOWN, "time")  # for ITK
 _DEFAULTS = {"kinds": "???", "spacings": "nan", "axis mins": "nan", "centers": "cell"}
 _WRONG = "it must have three axes in space, or two in a plane, and at most one of components"
 
@@ -27,11 +27,6 @@ class Axis:
     low: float
     center: str
     step: np.ndarray | None
-
-    @property
-    def component_kind(self):
-        """The kind of components; "" if the file says none."""
-        return "" if self.kind.lower() in _NOT_COMPONENTS else self.kind
 
 
 def read(fields, count):

@@ -1,4 +1,6 @@
-"""An OME-Zarr image of version 0.4 or 0.5: its levels, axes and grids."""
+"""An OME-Zarr image of version 0.4 or 0.5: its levels and grids, its axes, their names, units and
+directions in a patient (RFC 4).
+"""
 
 import contextlib
 import itertools
@@ -12,11 +14,13 @@ from vtk_mls.base import validation
 from vtk_mls.base.errors import InputError
 from vtk_mls.base.grid import Grid
 from vtk_mls.base.messages import warn
-from vtk_mls.files import ome_zarr_axes
+from vtk_mls.files import frames, volumes
+from vtk_mls.files.volumes import NANOMETERS, symbol
 
 SUFFIX = ".zarr"
 LABELS = "labels"  # name of the group of label images
 _VERSIONS = "0.4", "0.5"
+_AXES = "t", "c", "z", "y", "x"  # in the order of the specification
 _ROUNDING = 0.01  # voxels
 _ERRORS = (AttributeError, IndexError, KeyError, OSError, RuntimeError, TypeError, ValueError)
 
@@ -98,11 +102,6 @@ class Image:
         first = np.where(np.abs(first - half) < _ROUNDING, half, first)
         is_mean = np.abs(first - (steps - 1) / 2) < _ROUNDING
         return source, steps, first, np.where(is_mean, steps, 1.0)
-
-    def level_within(self, max_points):
-        """The finest Level of at most so many points, or the coarsest."""
-        fitting = [level for level in self.levels if level.grid.size <= max_points]
-        return (fitting or self.levels[-1:])[0]
 
     def channels(self, level):
         """Name and values (nz, ny, nx) of each channel of a level; a ValueError says that there are
@@ -244,11 +243,11 @@ def _image(path, group):
     version = str(metadata.get("version", entry.get("version", _VERSIONS[0])))
     if version not in _VERSIONS:
         raise ValueError(f"its version must be {' or '.join(_VERSIONS)}, got {version}")
-    axes = ome_zarr_axes.names(entry["axes"])
+    axes = _axis_names(entry["axes"])
     is_in_labels, image_space = _image_of_labels(path)
     space = entry["axes"][len(axes.rstrip("zyx")) :]
-    space, lengths, no_unit = ome_zarr_axes.in_space(space, image_space)
-    directions, no_frame = ome_zarr_axes.directions(space)
+    space, lengths, no_unit = _in_space(space, image_space)
+    directions, no_frame = _directions(space)
     levels = [
         _level(group, axes, entry, dataset, lengths, directions) for dataset in entry["datasets"]
     ]
@@ -276,6 +275,70 @@ def _check_content(path, metadata):
     if (path / "0").is_dir() and "bioformats2raw.layout" in metadata:
         raise ValueError(f"it is a collection of images; name one, such as `{path / '0'}`")
     raise ValueError("it has no `multiscales`")
+
+
+def _axis_names(entries):
+    """The names of axes in lower case, as one text."""
+    names = [str(entry["name"]).lower() for entry in entries]
+    is_ordered = names == [name for name in _AXES if name in names]
+    if not is_ordered or names[-2:] != ["y", "x"]:
+        raise ValueError(
+            "its axes must be t, c, z, y, x in this order, where t, c and z are optional, "
+            f"got {', '.join(names)[:80]}"
+        )
+    return "".join(names)
+
+
+def _in_space(entries, image_entries):
+    """Entries of axes in space with one unit, the lengths of their own units, and what is guessed.
+
+    The unit is that of the last axis that has one. Label images take unit and orientation from the
+    entries of their image, if it has some.
+    """
+    space = [{**entry, "name": str(entry["name"]).lower()} for entry in entries]
+    if not any(map(_orientation, space)):
+        stated = {axis["name"]: axis["orientation"] for axis in image_entries if _orientation(axis)}
+        for axis in space:
+            axis |= {"orientation": stated[axis["name"]]} if axis["name"] in stated else {}
+    units = [axis.get("unit") or "" for axis in space]
+    image_units = [axis.get("unit") or "" for axis in image_entries]
+    unit = next(filter(None, (*image_units, *units[::-1])), "")
+    missing = ", ".join(axis["name"] for axis, own in zip(space, units) if unit and not own)
+    units = [own or unit for own in units]
+    nanometers = [NANOMETERS.get(symbol(name)) for name in (unit, *units)]
+    lengths = [1.0] * len(units)
+    if {*units} != {unit} and None not in nanometers:
+        lengths = [float(f"{own / nanometers[0]:.12g}") for own in nanometers[1:]]
+    elif {*units} != {unit}:
+        raise ValueError(
+            f"its axes in space must have units of length, got {', '.join(sorted({unit, *units}))}"
+        )
+    if unit:
+        space = [{**axis, "unit": unit} for axis in space]
+    is_guess = missing and not image_entries
+    return space, lengths, f"{missing} has no unit; {unit} is assumed" if is_guess else ""
+
+
+def _directions(space):
+    """Columns (3, 3) along x, y, z in LPS (the identity if not stated), and what is guessed."""
+    words = [_orientation(axis) for axis in space[::-1]]
+    if not any(words):
+        return np.eye(3), ""
+    columns = np.zeros((3, 3))
+    columns[:, : len(words)] = np.transpose([frames.direction(word) for word in words])
+    columns = volumes.full_steps(columns, (2, 2, len(words) - 1))
+    if np.linalg.matrix_rank(columns) == 3:
+        return columns, ""
+    listed = ", ".join(f"{axis['name']} {word or '?'}" for axis, word in zip(space[::-1], words))
+    return np.eye(3), f"the orientation ({listed}) does not give LPS; positions are used as LPS"
+
+
+def _orientation(axis):
+    """What an axis states, as "left-to-right"; "" for nothing about a patient."""
+    stated = axis.get("orientation") or ""
+    if isinstance(stated, dict):
+        stated = stated.get("value") if stated.get("type") == "anatomical" else ""
+    return str(stated)
 
 
 def _level(group, axes, entry, dataset, lengths, directions):
@@ -352,7 +415,6 @@ def complete_labels(source, target):
 
 
 def is_array(folder):
-    """Whether a folder is an array of zarr."""
     file = folder / "zarr.json"
     is_v3 = file.is_file() and json.loads(file.read_text()).get("node_type") == "array"
     return is_v3 or (folder / ".zarray").is_file()

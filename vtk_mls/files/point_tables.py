@@ -96,7 +96,6 @@ class _Layout:
         return row[self.others[name]] if name in self.others else default
 
     def numbers(self, number, row, columns):
-        """The numbers of a row in columns."""
         found = numbers([row[column] for column in columns])
         if not found:
             raise self.error(number, row)
@@ -138,7 +137,6 @@ def read(path, is_alone=False, time=None):
 
 
 def write_pairs(file, pairs):
-    """Write `Pairs`."""
     write_row = _row_writer(file)
     has_labels, has_weights = any(pairs.labels), pairs.weights is not None
     names = ["px", "py", "pz", "qx", "qy", "qz"]
@@ -341,7 +339,6 @@ def _pair(layout, number, row):
 
 
 def _row_writer(file):
-    """A function that writes cells as a line."""
     plain, quoting = (
         csv.writer(file, lineterminator="\n", quoting=quoting)
         for quoting in (csv.QUOTE_MINIMAL, csv.QUOTE_ALL)

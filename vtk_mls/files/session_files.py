@@ -37,7 +37,6 @@ class SessionFile:
 
 
 def is_session(path):
-    """Whether a path has the ending of sessions."""
     return os.fspath(path).lower().endswith(ENDING)
 
 

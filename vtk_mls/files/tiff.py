@@ -16,8 +16,7 @@ import tifffile
 
 from vtk_mls.base.messages import warn
 from vtk_mls.files import image_files
-from vtk_mls.files.units import NANOMETERS, in_seconds, symbol
-from vtk_mls.files.volumes import Volume
+from vtk_mls.files.volumes import NANOMETERS, Volume, in_seconds, symbol
 
 _NAMES = str.maketrans("IQRS", "ZZZC")  # other axes of pages and of components
 _ORDER = "TZYXC"

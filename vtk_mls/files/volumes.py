@@ -1,10 +1,11 @@
-"""The content of an image file, and its values, raw or compressed."""
+"""The content of an image file: its values, raw or compressed, and units of length and of time."""
 
 import bz2
 import contextlib
 import gzip
 import io
 import math
+import re
 import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -15,6 +16,26 @@ import numpy as np
 _CHUNK = 1 << 20  # bytes
 _LEVEL = 1  # of compression: a third of the default level's time, files some percent larger
 _MAX_RATIO = {"raw": 1, "gzip": 1032, "bzip2": 1_500_000}  # bytes per byte of the file
+_POWERS = {"k": 12, "": 9, "d": 8, "c": 7, "m": 6, "u": 3, "n": 0, "p": -3}  # of ten, to billionths
+NANOMETERS = {
+    **{f"{prefix}m": 10.0**power for prefix, power in _POWERS.items()},
+    **{"angstrom": 0.1, "in": 2.54e7, "ft": 3.048e8, "yd": 9.144e8},
+}
+_NANOSECONDS = {
+    **{f"{prefix}s": 10.0**power for prefix, power in _POWERS.items()},
+    **{"min": 6e10, "h": 3.6e12, "d": 8.64e13},
+}
+_WORDS = {"": "", "kilo": "k", "centi": "c", "milli": "m", "micro": "u", "nano": "n", "pico": "p"}
+_SYMBOLS = {
+    **{
+        f"{word}{unit}": word_symbol + unit[0]
+        for word, word_symbol in _WORDS.items()
+        for unit in ("meter", "metre", "second")
+    },
+    **{"micron": "um", "inch": "in", "inche": "in", "foot": "ft", "yard": "yd"},
+    **{"\u00e5": "angstrom", "sec": "s", "msec": "ms", "usec": "us"},
+    **{"minute": "min", "hour": "h", "day": "d"},
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +54,7 @@ class Volume:
     is_vector: bool = False  # whether the components are a vector in world coordinates
     space: str = ""  # name of the file's frame, if its format knows several
     header: tuple = ()  # lines of the header that a file of the same format gets again
-    unit: str = ""  # of `units.NANOMETERS`: of lengths, if it is not that of the format
+    unit: str = ""  # of `NANOMETERS`: of lengths, if it is not that of the format
     time_unit: str = ""
 
 
@@ -169,3 +190,28 @@ def write_values(file, values):
     data = np.ascontiguousarray(values, values.dtype.newbyteorder("<")).reshape(-1).view(np.uint8)
     for start in range(0, len(data), _CHUNK):
         file.write(data[start : start + _CHUNK])
+
+
+# Units of length and of time, by their names in files
+
+
+def symbol(name):
+    """The symbol of a unit of length or time; the name itself for another unit."""
+    text = re.sub("\u00b5|\u03bc|\\\\u00b5", "u", name.strip())
+    lower = text if text in ("Mm", "Pm") else text.lower()  # those are large
+    names = text, lower, *(_SYMBOLS.get(word, "") for word in (lower, lower.removesuffix("s")))
+    return next((known for known in names if known in NANOMETERS or known in _NANOSECONDS), name)
+
+
+def in_seconds(name, *times):
+    """Times in seconds, and "s"; unchanged, with the name, if it is not of a unit of time."""
+    nanoseconds = _NANOSECONDS.get(symbol(name))
+    if nanoseconds is None:
+        return times, name
+    return tuple(time * nanoseconds / 1e9 for time in times), "s"
+
+
+def from_seconds(name, *times):
+    """Times in a unit; unchanged if it is not of time."""
+    nanoseconds = _NANOSECONDS.get(symbol(name), 1e9)
+    return tuple(time * 1e9 / nanoseconds for time in times)

@@ -48,9 +48,7 @@ class MLSControlPoints(OwnControlPoints, Algorithm):
         if mode == "lattice":
             defaults = (self._lattice(),)
         elif mode == "file":
-            pairs = self._read_pairs(time)
-            defaults, labels = (pairs.rest, pairs.deformed, pairs.weights), pairs.labels
-            cells = pairs.cells
+            *defaults, labels, cells, _ = self._read_pairs(time)
         rest, deformed, weights = self._listed_control_points(*defaults)
         points, arrows = vtkPolyData.GetData(outInfo), vtkPolyData.GetData(outInfo, 1)
         fill_polydata(points, rest, deformed, weights, labels, cells)

@@ -7,8 +7,8 @@ from vtkmodules.vtkCommonDataModel import vtkDataObjectTypes
 
 from vtk_mls import Chain
 from vtk_mls.base.validation import short_repr
+from vtk_mls.files.field_files import read_transform
 from vtk_mls.files.paths import existing_file
-from vtk_mls.files.transform_files import read_transform
 from vtk_mls.filters import warping
 from vtk_mls.filters.algorithm import run_all
 from vtk_mls.filters.largest_blend import Blends

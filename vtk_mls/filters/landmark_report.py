@@ -10,7 +10,7 @@ from vtk_mls.filters.algorithm import Algorithm, inputs
 from vtk_mls.filters.deforming_filter import control_point_arrays
 from vtk_mls.filters.properties import with_properties
 from vtk_mls.landmarks import report, text
-from vtk_mls.landmarks.settings import BASELINE
+from vtk_mls.landmarks.left_out import BASELINE
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.control_point_polydata import LABEL
 

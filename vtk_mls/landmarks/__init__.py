@@ -3,8 +3,8 @@
 Errors when left out, outliers, swapped labels, settings; the best match of the images around them.
 """
 
+from vtk_mls.landmarks.left_out import Settings
 from vtk_mls.landmarks.pair_report import Report, report
 from vtk_mls.landmarks.refinement import Image, Refinement, refine
-from vtk_mls.landmarks.settings import Settings
 
 __all__ = ["Image", "Refinement", "Report", "Settings", "refine", "report"]

@@ -13,9 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 from vtk_mls.base.errors import InputError
 from vtk_mls.base.progress import SILENT, ProgressLike, whole
 from vtk_mls.base.validation import same_count
-from vtk_mls.landmarks import outliers, settings, volume
-from vtk_mls.landmarks.left_out import PointPairs, nearest, predictions
-from vtk_mls.landmarks.settings import BASELINE, Settings
+from vtk_mls.landmarks import left_out, volume
+from vtk_mls.landmarks.left_out import BASELINE, PointPairs, Settings, nearest, predictions
 from vtk_mls.landmarks.volume import Shape
 from vtk_mls.model import arguments
 from vtk_mls.model.kinds.splines import ORDERS, Choice, choices, chosen_from
@@ -24,6 +23,8 @@ MIN_PAIRS = 4
 # Settings are compared by this many of the pairs, each predicted from all others.
 MAX_SAMPLE = 256
 _MAX_FIRST = 500  # pairs from which the settings are chosen that find outliers
+# Smoothings in extents of the pairs, with which all weigh alike to 1e-4, and to 1e-12.
+_WHOLE_SMOOTHING, _EXACTLY_WHOLE = 100.0, 1e6
 _NEIGHBORS = 4  # of a landmark, on the way to which determinants are sampled
 
 
@@ -106,8 +107,8 @@ class Report:
         ]
         return {
             "pairs": pairs,
-            "tried": [_with_median(s, median) for s, median in self.tried.items()],
-            "recommended": _with_median(self.recommended, self.tried[self.recommended]),
+            "tried": [vars(s) | {"median": median} for s, median in self.tried.items()],
+            "recommended": vars(self.recommended) | {"median": self.tried[self.recommended]},
             "is_sensible": self.is_sensible,
             "extents": self.shape.extents.tolist(),
             "is_drag": self.shape.is_drag,
@@ -175,21 +176,21 @@ def report(
     pairs, labels = _checked(rest, deformed, names, weights)
     with whole(progress) as part:
         choosing, finding, folding = part.divided(6, 3, 1)
-        rows = _sample(len(pairs))
+        rows = np.arange(len(pairs))
+        if len(pairs) > MAX_SAMPLE:
+            rows = np.sort(np.random.default_rng(0).choice(len(pairs), MAX_SAMPLE, replace=False))
         shape = Shape.of(pairs)
         found, is_outlier, predicted = _agreed(pairs, shape, choosing)
-        extent = shape.extents[0]
-        baseline = {
-            kind: float(np.median(_errors(pairs, rows, settings.one_map(kind, extent))))
-            for kind in BASELINE
-        }
+        smoothing = _EXACTLY_WHOLE * shape.extents[0]
+        one_maps = {kind: Settings(kind, None, 1.0, smoothing) for kind in BASELINE}
+        baseline = {k: float(np.median(_errors(pairs, rows, s))) for k, s in one_maps.items()}
         tried = {s: float(np.median(size)) for s, size in found.items()}
         best, deformation, is_sensible = _best(pairs, rows, tried, shape, device)
         error = _errors(pairs, np.arange(len(pairs)), best, finding)
         folding.report(0)
         p, q = pairs.rest, pairs.deformed
         moved = np.linalg.norm(q - p, axis=1)
-        swapped = outliers.swapped(pairs, is_outlier, predicted)
+        swapped = left_out.find_swapped(pairs, is_outlier, predicted)
     between = np.linalg.det(deformation.jacobian(_between(pairs, rows))).min()
     return Report(
         *(labels, p, q, moved, error, is_outlier, swapped, tried, best),
@@ -222,7 +223,8 @@ def _candidates(pairs, rows, tried, shape):
     """The settings tried, the best first; then those of one motion for all, which are tried now."""
     if not shape.mirror:
         yield from [*tried]
-    motions = settings.whole_motions(shape.extents[0])
+    smoothing = float(f"{_WHOLE_SMOOTHING * shape.extents[0]:.3g}")
+    motions = [Settings(kind, None, 1.0, smoothing) for kind in ("rigid", "similarity")]
     tried |= {s: float(np.median(_errors(pairs, rows, s))) for s in motions}
     yield from sorted(motions, key=tried.__getitem__)
 
@@ -234,10 +236,10 @@ def _agreed(pairs, shape, progress):
     found = _choices(some, first, _spread)  # smooth enough for outliers to stand out
     if shape.is_drag:
         return _choices(pairs, second), np.zeros(len(pairs), bool), pairs.rest
-    is_outlier, predicted = outliers.find(pairs, next(iter(found)))
+    is_outlier, predicted = left_out.find_outliers(pairs, next(iter(found)))
     found = _choices(pairs.of_rows(np.flatnonzero(~is_outlier)), second)
     if is_outlier.any():
-        is_outlier, predicted = outliers.find(pairs, next(iter(found)), is_outlier)
+        is_outlier, predicted = left_out.find_outliers(pairs, next(iter(found)), is_outlier)
     return found, is_outlier, predicted
 
 
@@ -280,12 +282,6 @@ def _between(pairs, rows):
     return np.concatenate([(start + share * way).reshape(-1, 3) for share in (0.25, 0.5, 0.75)])
 
 
-def _sample(count):
-    if count <= MAX_SAMPLE:
-        return np.arange(count)
-    return np.sort(np.random.default_rng(0).choice(count, MAX_SAMPLE, replace=False))
-
-
 def _checked(rest, deformed, names, weights):
     p = arguments.control_points("rest", rest)
     q = arguments.control_points("deformed", deformed)
@@ -309,7 +305,3 @@ def _checked(rest, deformed, names, weights):
                 argument=name,
             )
     return PointPairs(p, q, arguments.positive_weights(weights, len(p))), labels
-
-
-def _with_median(tried, median):
-    return {**vars(tried), "median": median}

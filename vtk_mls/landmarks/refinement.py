@@ -174,7 +174,9 @@ class _Matcher:
         no_match = np.full(3, np.nan), (np.nan, np.nan)
         if weights.sum() < _MIN_SHARE * self._ball.sum():
             return *no_match, "its window is outside of the moving image"
-        if _weighted_deviation(window, weights) <= self._contrast[0]:
+        mean = (weights * window).sum() / weights.sum()
+        deviation = np.sqrt((weights * (window - mean) ** 2).sum() / weights.sum())
+        if deviation <= self._contrast[0]:
             return *no_match, "the moving image has no contrast there"
         grid = self._target.grid
         center = np.rint(grid.index_of(q[None])[0]).astype(int)
@@ -244,14 +246,8 @@ def _refusal(score, at, best):
 
 
 def _deviation(values):
-    """The standard deviation of the finite values."""
     finite = values[np.isfinite(values)] if values.dtype.kind == "f" else values
     return float(finite.std(dtype=np.float64)) if finite.size else 0.0
-
-
-def _weighted_deviation(values, weights):
-    mean = (weights * values).sum() / weights.sum()
-    return np.sqrt((weights * (values - mean) ** 2).sum() / weights.sum())
 
 
 def _scores(window, weights, region, is_inside, min_contrast):

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vtk_mls.deformation import Deformation
-from vtk_mls.landmarks.left_out import PointPairs
-from vtk_mls.landmarks.settings import Settings
+from vtk_mls.landmarks.left_out import PointPairs, Settings
 from vtk_mls.queries.first_guesses import cubic_grid
 
 _MAX_THINNESS = 0.1  # smallest extent of a thin set, in the largest

@@ -73,7 +73,7 @@ def pending_layout(proxy):
             path, deformed_path, space = (pending_value(proxy, name) for name in _FILE_PROPERTIES)
             if control_point_files.times(path, deformed_path):
                 return np.empty((0, 3)), np.empty((0, 3)), np.empty(0)  # the file's, at each time
-            rest, deformed, weights = control_point_files.read(path, deformed_path, space)
+            rest, deformed, weights, *_ = control_point_files.read_pairs(path, deformed_path, space)
             return rest, deformed, np.empty(0) if weights is None else weights
         if mode == "lattice":
             dimensions = pending_values(proxy.GetProperty("LatticeDimensions"))

@@ -1,8 +1,8 @@
-"""Settings of VTK objects, and the output of an algorithm, in one expression."""
+"""Settings of VTK and ITK objects, and the output of an algorithm, in one expression."""
 
 
 def configured(thing, **values):
-    """A VTK object after `SetName(value)` for each keyword `Name`."""
+    """A VTK or ITK object after `SetName(value)` for each keyword `Name`."""
     for name, value in values.items():
         getattr(thing, f"Set{name}")(value)
     return thing

@@ -10,9 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from vtk_mls.editor import grips
-from vtk_mls.landmarks.left_out import PointPairs, predictions
+from vtk_mls.landmarks.left_out import PointPairs, Settings, predictions
 from vtk_mls.landmarks.pair_report import outliers_among
-from vtk_mls.landmarks.settings import Settings
 from vtk_mls.model.kinds import splines
 
 MOVING, TARGET = "moving", "target"  # sides

@@ -3,7 +3,7 @@
 Each file of this folder defines a shape, which is found by import: see `cuts.cut.Obstacle`.
 """
 
-from vtk_mls.base.plugins import classes_in
+from vtk_mls.base.lazy import classes_in
 from vtk_mls.model.cuts.cut import Cut, Obstacle
 from vtk_mls.model.cuts.half_plane import HalfPlane
 from vtk_mls.model.cuts.plane import Plane

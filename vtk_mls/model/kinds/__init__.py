@@ -1,6 +1,6 @@
 """The kinds of maps. Each file of this folder defines a family, which is found by import."""
 
-from vtk_mls.base.plugins import classes_in
+from vtk_mls.base.lazy import classes_in
 from vtk_mls.model.kinds.kind import Kind
 
 _found = [kind for kind in classes_in(__name__, __path__, Kind) if kind.name]
