@@ -39,8 +39,7 @@ from vtk_mls.model.handles.handle import Handle
 from vtk_mls.model.handles.handle_cells import cells_of_handles, handles_of_cells
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
-from vtk_mls.vtk.control_point_polydata import fill_polydata, path_of
-from vtk_mls.vtk.handle_datasets import cells_of
+from vtk_mls.vtk.control_point_polydata import cells_of, fill_polydata, path_of
 
 __all__ = [
     "control_points",

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from vtk_mls.rendering.material import material_at
 from vtk_mls.rendering.rest_lines import RestLines
 from vtk_mls.rendering.volume_colors import tinted
+from vtk_mls.rendering.volume_ray import material_at
 
 MODES = "nothing", "deformed grid", "change of volume", "grid and volume"
 # The message for each mode.

@@ -9,10 +9,9 @@ from vtk_mls.base.validation import short_repr
 from vtk_mls.files import control_point_files, metadata
 from vtk_mls.filters import pipeline, property_tables
 from vtk_mls.filters.algorithm import Algorithm
-from vtk_mls.filters.handle_arrows import fill_arrows
 from vtk_mls.filters.own_control_points import OwnControlPoints, as_float_rows
 from vtk_mls.filters.properties import with_properties
-from vtk_mls.vtk.control_point_polydata import fill_polydata
+from vtk_mls.vtk.control_point_polydata import fill_arrows, fill_polydata
 
 
 @with_properties(property_tables.CONTROL_POINTS)

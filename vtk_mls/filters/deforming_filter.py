@@ -34,8 +34,14 @@ from vtk_mls.model.handles.handle_paths import blended_path
 from vtk_mls.queries.handle_warnings import handle_warnings
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
-from vtk_mls.vtk.control_point_polydata import DISPLACEMENT, PATH, WEIGHT, as_polydata, path_of
-from vtk_mls.vtk.handle_datasets import cells_of
+from vtk_mls.vtk.control_point_polydata import (
+    DISPLACEMENT,
+    PATH,
+    WEIGHT,
+    as_polydata,
+    cells_of,
+    path_of,
+)
 
 # Ports: control points, cuts, mask, deformed control points. Processes share all but masks.
 _PORTS, _POINT_SETS, _SHARED = (1, 2, 3, 4), (1, 4), (1, 2, 4)

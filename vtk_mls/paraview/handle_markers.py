@@ -13,12 +13,12 @@ from vtkmodules.vtkFiltersSources import vtkSphereSource
 from vtkmodules.vtkRenderingCore import vtkActor, vtkActor2D, vtkGlyph3DMapper, vtkPolyDataMapper
 from vtkmodules.vtkRenderingLabel import vtkLabeledDataMapper
 
-from vtk_mls.filters.handle_arrows import fill_arrows
 from vtk_mls.paraview.observers import Observers
 from vtk_mls.paraview.panel_widgets import actors_of
 from vtk_mls.rendering.projection import Projection
 from vtk_mls.vtk.arrays import add, from_numpy
 from vtk_mls.vtk.cells import set_positions
+from vtk_mls.vtk.control_point_polydata import fill_arrows
 from vtk_mls.vtk.objects import configured
 
 _DRAGGED_COLOR = (1.0, 0.67, 0.0)

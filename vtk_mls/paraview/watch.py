@@ -11,8 +11,8 @@ from paraview.modules.vtkRemotingServerManager import vtkSMProxyManager
 from vtkmodules.vtkCommonCore import vtkOutputWindow
 
 from vtk_mls.base import messages
-from vtk_mls.paraview import handle_lists, panels, traces, undo
-from vtk_mls.paraview.displays import copy_settings_of_input
+from vtk_mls.paraview import handle_lists, panels, undo
+from vtk_mls.paraview.displays import copied_settings, copy_settings_of_input
 from vtk_mls.paraview.handle_controller import HandleController
 from vtk_mls.paraview.observers import Observers
 from vtk_mls.paraview.panel_widgets import PanelWidgets
@@ -25,7 +25,8 @@ from vtk_mls.paraview.server_manager import (
 )
 
 _WITH_HANDLES = ("MLSDeform", "MLSDisplacementField", "MLSControlPoints")
-_is_watching = False
+_FIRST_HANDLES = ("RestPoints", "DeformedPoints", "Bounds")
+_is_watching = _are_traces_extended = False
 _sessions = {}  # _Session by the ids of ParaView's sessions
 
 
@@ -94,7 +95,7 @@ class _Session:
             controller.show_pending(is_dragging)
 
     def _proxies_changed(self, manager, event):
-        traces.extend(_WITH_HANDLES)
+        _extend_traces()
         sources = self._sources()
         for deleted in self._controllers.keys() - sources.keys():
             self._controllers.pop(deleted).end()
@@ -172,3 +173,32 @@ def _shows_cut(widget, proxy):
         == pending_values(proxy.GetProperty(f"Cut{name}"))
         for name in ("Origin", "Normal")
     )
+
+
+def _extend_traces():
+    """Add what the plugin sets for the user where a trace creates a proxy, from the next trace on.
+
+    *Only User-Modified Properties*, the default of *Start Trace*, leaves out what no panel has set:
+    the first handles, and the settings that a display has from that of the input.
+    """
+    global _are_traces_extended
+    smtrace = sys.modules.get("paraview.smtrace")  # imported when a trace starts
+    if smtrace is None or _are_traces_extended:
+        return
+    _are_traces_extended = True
+
+    class Accessor(smtrace.RealProxyAccessor):
+        def trace_ctor(self, ctor, filter, *arguments, **keywords):
+            proxy, usual = self.get_object().SMProxy, filter.should_trace_in_create
+            has_handles = proxy.GetXMLName() in _WITH_HANDLES
+            names = _FIRST_HANDLES if has_handles else copied_settings(proxy)
+
+            def should_trace(accessor):
+                prop = accessor.get_object()
+                is_set = prop.GetXMLName() in names and (has_handles or not prop.IsValueDefault())
+                return is_set or usual(accessor)
+
+            filter.should_trace_in_create = should_trace
+            return super().trace_ctor(ctor, filter, *arguments, **keywords)
+
+    smtrace.RealProxyAccessor.register_create_callback(Accessor)

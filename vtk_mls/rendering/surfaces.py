@@ -11,8 +11,7 @@ from vtkmodules.vtkFiltersModeling import vtkSelectEnclosedPoints
 from vtk_mls.base.interpolation import sample
 from vtk_mls.base.linear_algebra import unit
 from vtk_mls.rendering import transfer_functions
-from vtk_mls.rendering.material import material_at
-from vtk_mls.rendering.volume_ray import light_along
+from vtk_mls.rendering.volume_ray import light_along, material_at
 from vtk_mls.vtk.objects import configured, output_of
 
 STEP = 0.5  # between samples along a ray, in voxels

@@ -7,7 +7,6 @@ from vtkmodules.vtkRenderingVolume import vtkVolumeMapper
 from vtk_mls.base.interpolation import sample
 from vtk_mls.files.block_files import leaves
 from vtk_mls.rendering import deformed_volume
-from vtk_mls.rendering.material import material_at
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 from vtk_mls.vtk.transforms import matrix_of
@@ -113,3 +112,14 @@ def _opacity(property_, points, values, grid, deformation):
     opacity = np.zeros(len(points))
     opacity[inside] = [function.GetValue(value) for value in samples.ravel().tolist()]
     return opacity
+
+
+def material_at(deformation, points):
+    """Origins of `points` (m, 3), world coordinates, and which of them have material: (m,) bool.
+
+    They have none in voids between the faces of cuts. The Deformation None is the identity.
+    """
+    if deformation is None:
+        return points, np.ones(len(points), bool)
+    has_material = ~deformation.void(points) if deformation.cuts else np.ones(len(points), bool)
+    return deformation.backward(points), has_material
