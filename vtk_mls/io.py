@@ -32,7 +32,7 @@ from vtk_mls.files.landmarks import Landmarks, paired
 from vtk_mls.files.paths import check_replaceable, existing_file, replacing
 from vtk_mls.files.transform_files import read_transform, write_transform
 from vtk_mls.files.vtk_io import failures_named
-from vtk_mls.filters.cut_inputs import surfaces
+from vtk_mls.filters.map_inputs import surfaces
 from vtk_mls.model import arguments
 from vtk_mls.model.cuts import Surface
 from vtk_mls.model.handles.handle import Handle

@@ -9,7 +9,7 @@ from vtk_mls.base.validation import short_repr
 from vtk_mls.files import control_point_files, metadata
 from vtk_mls.filters import pipeline, property_tables
 from vtk_mls.filters.algorithm import Algorithm
-from vtk_mls.filters.own_control_points import OwnControlPoints, as_float_rows
+from vtk_mls.filters.map_inputs import OwnControlPoints, as_float_rows
 from vtk_mls.filters.properties import with_properties
 from vtk_mls.vtk.control_point_polydata import fill_arrows, fill_polydata
 

@@ -19,7 +19,7 @@ from vtk_mls.base.errors import InputError
 from vtk_mls.base.sampling import AUTOMATIC
 from vtk_mls.files.block_files import blocks
 from vtk_mls.filters import (
-    gradients,
+    derived_arrays,
     initial_transforms,
     parallel,
     pipeline,
@@ -316,7 +316,7 @@ class MLSDeform(ReferenceInput, DeformingFilter):
 
     def _direction_arrays(self):
         names = self.GetGradientVectorArrays(), self.GetPushForwardArrays()
-        return gradients.DirectionArrays(*names, self.GetNormalizeGradient())
+        return derived_arrays.DirectionArrays(*names, self.GetNormalizeGradient())
 
     def _image_options(self, image, block=None):
         gradient_array = self.GetGradientArray()

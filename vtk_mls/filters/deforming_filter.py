@@ -15,18 +15,16 @@ from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm
 from vtk_mls import Chain, Deformation, RegionHandle
 from vtk_mls.base.errors import InputError
 from vtk_mls.filters import (
-    cut_inputs,
-    gradients,
+    derived_arrays,
     initial_transforms,
-    limit_inputs,
+    map_inputs,
     parallel,
     pipeline,
     property_tables,
-    void_arrays,
 )
 from vtk_mls.filters.algorithm import Algorithm, CachedValue, inputs
 from vtk_mls.filters.largest_blend import Blends
-from vtk_mls.filters.own_control_points import OwnControlPoints
+from vtk_mls.filters.map_inputs import OwnControlPoints
 from vtk_mls.filters.properties import with_properties
 from vtk_mls.model import options
 from vtk_mls.model.handles.handle_cells import handles_of_cells
@@ -73,7 +71,7 @@ class DeformingFilter(OwnControlPoints, Algorithm):
     rigid region.
 
     Cuts are those of the properties CutType and Cuts, and the surfaces of any number of polydata on
-    input port 2 (see `cut_inputs.surfaces`): polygons and triangle strips, each connected surface a
+    input port 2 (see `map_inputs.surfaces`): polygons and triangle strips, each connected surface a
     cut; lines and vertices are ignored. They are in the undeformed volume and go with the material,
     or stay in the deformed space, as CutFrame says. Material on one side of a cut follows the
     control points of that side, and where the cut opens there is nothing: the output's point array
@@ -340,19 +338,19 @@ class DeformingFilter(OwnControlPoints, Algorithm):
         own = [mask] if isinstance(mask, vtkImageData) else []
 
         def make():
-            planar = limit_inputs.faces(*planes)
-            return limit_inputs.one_mask(ball, mask, images), (*planar, *faces)
+            planar = map_inputs.faces(*planes)
+            return map_inputs.one_mask(ball, mask, images), (*planar, *faces)
 
         key = ball, mask, faces, planes, _stamps([*images, *own])
         return self._limits_cache.of(key, make)
 
     def _all_cuts(self, surfaces):
         """The cuts of properties and port 2; the same objects until one of them changes."""
-        own = cut_inputs.own_values(self)
+        own = map_inputs.own_values(self)
 
         def make():
-            cuts = [cut for polydata in surfaces for cut in cut_inputs.surfaces(polydata)]
-            return *cut_inputs.own_cuts(*own), *self.GetCuts(), *cuts
+            cuts = [cut for polydata in surfaces for cut in map_inputs.surfaces(polydata)]
+            return *map_inputs.own_cuts(*own), *self.GetCuts(), *cuts
 
         return self._cuts_cache.of((own, self.GetCuts(), _stamps(surfaces)), make)
 
@@ -364,8 +362,8 @@ class DeformingFilter(OwnControlPoints, Algorithm):
                 f"`RestPoints` must be places, got {rest[0].tolist()}: the input had no bounds yet "
                 "when they were laid over it; update the input, then lay or set them anew"
             )
-        cuts = cut_inputs.own_cuts(*cut_inputs.own_values(self))
-        rest, is_ignored = cut_inputs.off_cuts(cuts, rest, deformed, self.GetCutFrame())
+        cuts = map_inputs.own_cuts(*map_inputs.own_values(self))
+        rest, is_ignored = map_inputs.off_cuts(cuts, rest, deformed, self.GetCutFrame())
         if is_ignored.all() and not self.GetHandles():
             return _ANCHOR, _ANCHOR, None
         mask = ~is_ignored
@@ -396,7 +394,9 @@ class DeformingFilter(OwnControlPoints, Algorithm):
     def _overlap_tasks(self, deformation, output, grid):
         """Functions of a Progress that add the array of the overlap."""
         has_overlap = deformation.cuts and self.GetGenerateOverlap()
-        return [partial(void_arrays.add_overlap, output, deformation, grid)] if has_overlap else []
+        return (
+            [partial(derived_arrays.add_overlap, output, deformation, grid)] if has_overlap else []
+        )
 
     def _step_tasks(self, transform, output, grid=None, is_field=False):
         """Functions of a Progress that add the number of automatic steps, and folds on a grid."""
@@ -436,7 +436,7 @@ def _add_jacobian(output, deformation, grid, options, progress):
     mapping, adding = progress.divided(3, 1)
     jacobian = deformation.jacobian_field(grid, mapping)
     adding.report(0)
-    gradients.add_jacobian(output, jacobian, void, *options)
+    derived_arrays.add_jacobian(output, jacobian, void, *options)
 
 
 def _array_name(algorithm, index, polydata):

@@ -9,7 +9,7 @@ import numpy as np
 from vtk_mls.base import buffer_pool, interpolation
 from vtk_mls.base.sampling import AUTOMATIC, corner_median
 from vtk_mls.files import metadata
-from vtk_mls.filters import gradients, pipeline, void_arrays
+from vtk_mls.filters import derived_arrays, pipeline
 from vtk_mls.filters.algorithm import run_all
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
@@ -19,7 +19,7 @@ from vtk_mls.vtk.arrays import ImageGeometry
 class ImageOptions:
     """How the arrays of an image are resampled, and which are added."""
 
-    directions: gradients.DirectionArrays
+    directions: derived_arrays.DirectionArrays
     gradient_array: str  # point scalars whose gradient is added, or ""
     label_arrays: tuple  # names of arrays that are sampled nearest
     flags: frozenset  # `__this__` of arrays of 0 and 1
@@ -78,7 +78,7 @@ class Resampling:
         # at the points of the target, once they are mapped
         self._void_distance = self._gradient = None
         name = options.gradient_array
-        self._scalars = gradients.scalars(image, name) if name else None  # (nz, ny, nx)
+        self._scalars = derived_arrays.scalars(image, name) if name else None  # (nz, ny, nx)
         self.used_backgrounds, self._backgrounds = set(), backgrounds or {}
         if sampling.background == AUTOMATIC:
             self._backgrounds = backgrounds_of(image) | self._backgrounds
@@ -212,17 +212,17 @@ class Resampling:
         if self._void_distance is None:
             self._void_distance = self.deformation.void_distance_field(self.target, progress)
         data = self.output.GetPointData()
-        void_arrays.add_void(data, self._void_distance)
+        derived_arrays.add_void(data, self._void_distance)
         if self.options.hides_void:
-            void_arrays.hide(data, arrays.to_numpy(data.GetArray("Void")))
+            derived_arrays.hide(data, arrays.to_numpy(data.GetArray("Void")))
 
     def _mark_cells(self, progress):
         data = self.output.GetCellData()
         void_distance, self._void_distance = self._void_distance, None
         void = self.deformation.void_of_cells(self.target, void_distance, progress)
         arrays.add(data, "Void", void.at_center.ravel())
-        if self.options.hides_void and void_arrays.CAN_HIDE_CELLS:
-            void_arrays.hide(data, void.at_center | void.touched)
+        if self.options.hides_void and derived_arrays.CAN_HIDE_CELLS:
+            derived_arrays.hide(data, void.at_center | void.touched)
 
     def _add_gradient(self, progress):
         arrays.add(self.output.GetPointData(), "Gradient", self._gradient.reshape(-1, 3))
