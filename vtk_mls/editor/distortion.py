@@ -3,8 +3,8 @@
 import numpy as np
 
 from vtk_mls.rendering.rest_lines import RestLines
+from vtk_mls.rendering.surfaces import material_at
 from vtk_mls.rendering.volume_colors import tinted
-from vtk_mls.rendering.volume_ray import material_at
 
 MODES = "nothing", "deformed grid", "change of volume", "grid and volume"
 # The message for each mode.

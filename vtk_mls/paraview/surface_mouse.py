@@ -4,7 +4,7 @@ import numpy as np
 from vtkmodules.vtkInteractionWidgets import vtkPolyLineRepresentation
 
 from vtk_mls.paraview.observers import Observers
-from vtk_mls.rendering.visible_surface import VisibleSurface
+from vtk_mls.rendering.surfaces import VisibleSurface
 
 _BEFORE_PARAVIEW = 1.0  # priority: ParaView reads the corrected position
 _AFTER_WIDGETS = 0.1  # priority: a press that comes here did not hit a handle
