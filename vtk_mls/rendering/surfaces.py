@@ -1,4 +1,4 @@
-"""Surfaces of meshes, volumes and views that rays meet, and the points on them nearest to others."""
+"""Surfaces of meshes, volumes and views that rays meet, and points on them nearest to others."""
 
 from functools import cached_property
 
@@ -206,10 +206,11 @@ def opaque_at(volume, start, end):
 
     step, corners = STEP * min(grid.spacing), _corners(grid, deformation)
     light = light_along(opacity_at, ends, corners, step, unit_distance)
-    if light is None or light[1][-1] > 1 - _SURFACE_OPACITY:
+    if light is None:
         return None
     t, transmitted = light
-    return np.interp(_SURFACE_OPACITY, 1 - transmitted, t)
+    is_opaque = transmitted[-1] <= 1 - _SURFACE_OPACITY
+    return np.interp(_SURFACE_OPACITY, 1 - transmitted, t) if is_opaque else None
 
 
 def light_along(opacity_at, ends, corners, step, unit):
