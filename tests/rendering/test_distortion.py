@@ -17,7 +17,7 @@ from vtk_mls.rendering import (
     DeformedVolume,
     coarse_forward,
     deformed_mesh,
-    mesh_paint,
+    rest_lines,
     rest_surface,
     volume_colors,
 )
@@ -189,11 +189,11 @@ def test_lines_are_painted_on_meshes(opengl):
     scene = front(Scene(actor))
     drawn = DeformedMesh(actor)
     drawn.update(Deformation(CORNERS, CORNERS + SHIFT, device=FAST), has_distortion=True)
-    mesh_paint.show(actor, actor.GetMapper(), LINES)
+    rest_lines.show(actor, actor.GetMapper(), LINES)
     picture = scene.picture()
     assert (brightness(picture, ON_LINES) < 120).all()
     assert (brightness(picture, BETWEEN) > 220).all()
-    mesh_paint.show(actor, actor.GetMapper(), None)
+    rest_lines.show(actor, actor.GetMapper(), None)
     assert (brightness(scene.picture(), ON_LINES) > 220).all()
 
 

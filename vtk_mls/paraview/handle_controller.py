@@ -10,8 +10,8 @@ import time
 
 import numpy as np
 
-from vtk_mls.paraview import first_placement, handle_lists, panels, undo
-from vtk_mls.paraview.deferred_drags import DeferredDrags
+from vtk_mls.paraview import handle_lists, panels, undo
+from vtk_mls.paraview.handle_drags import DeferredDrags, SurfaceMouse
 from vtk_mls.paraview.handle_lists import LISTS, OTHER_LIST
 from vtk_mls.paraview.handle_markers import HandleMarkers, remove_line
 from vtk_mls.paraview.live import SWITCH, Live
@@ -26,7 +26,6 @@ from vtk_mls.paraview.server_manager import (
     pending_value,
     views_of,
 )
-from vtk_mls.paraview.surface_mouse import SurfaceMouse
 from vtk_mls.paraview.views import render_later
 
 _SOURCE = "MLSControlPoints"
@@ -49,7 +48,7 @@ class HandleController:
         self._widget_ids, self._surface_mice = set(), []
         self._markers, self._observers = HandleMarkers(), Observers()
         self._live = Live(proxy) if proxy.GetProperty(SWITCH) else None
-        first_placement.place(proxy, selected)
+        handle_lists.place(proxy, selected)
         if proxy.GetXMLName() == _SOURCE:
             _add_deformed_points(proxy)
         proxy.UpdateVTKObjects()
@@ -197,7 +196,7 @@ class HandleController:
 
     def _restored(self, restored, proxy):
         if restored.GetElement(0):
-            first_placement.place(proxy)
+            handle_lists.place(proxy)
             self._store_rows(proxy)
 
     def _layout_edited(self, prop, proxy):

@@ -12,7 +12,7 @@ from vtkmodules.vtkCommonCore import vtkOutputWindow
 
 from vtk_mls.paraview.displays import BlockSettings
 from vtk_mls.paraview.live_image import LiveBox, LiveImage, LiveSlice, LiveVolume
-from vtk_mls.paraview.live_mesh import LiveEdges, LiveOutline, LiveSurface
+from vtk_mls.paraview.live_prop import LiveEdges, LiveOutline, LiveSurface
 from vtk_mls.paraview.observers import Observers
 from vtk_mls.paraview.pending_filter import PendingFilter, has_pending_map
 from vtk_mls.paraview.server_manager import (
