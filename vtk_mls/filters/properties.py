@@ -20,7 +20,10 @@ _WIDTH = 88  # of docstrings; those of stubs are indented further
 
 @dataclass(frozen=True)
 class Property:
-    """A property of a filter: its name, default and help."""
+    """A property of a filter: its name, default and help.
+
+    Subclasses have `values`: allowed values, in a few words.
+    """
 
     name: str  # in CamelCase: the methods are Set<name> and Get<name>
     default: object  # of the filter; it must not change a list
@@ -59,11 +62,6 @@ class Property:
     def initial(self):
         """The value of a new algorithm."""
         return self.default
-
-    @property
-    def values(self):
-        """Allowed values, in a few words."""
-        raise NotImplementedError
 
     @property
     def expected(self):
@@ -261,24 +259,16 @@ class ArrayNames(Items):
 
 @dataclass(frozen=True)
 class Values(Items):
-    """Values of `vtk_mls`, which only Python can set; `kinds` says which."""
+    """Values of `vtk_mls`, which only Python can set."""
 
-    kinds: str = ""
-
-    @property
-    def values(self):
-        return f"each {self.kinds}"
+    values: str = ""
 
 
 @dataclass(frozen=True)
 class Value(Property):
-    """A value of `vtk_mls` or None, which only Python can set; `kinds` says which."""
+    """A value of `vtk_mls` or None, which only Python can set."""
 
-    kinds: str = ""
-
-    @property
-    def values(self):
-        return self.kinds
+    values: str = ""
 
 
 class Rows(Property):

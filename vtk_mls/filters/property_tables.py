@@ -45,7 +45,7 @@ CUTS = Values(
     "Cuts",
     (),
     "Cuts in addition to those of CutType and of input port 2.",
-    kinds="a `vtk_mls.Plane`, `HalfPlane` or `Surface`",
+    values="each a `vtk_mls.Plane`, `HalfPlane` or `Surface`",
 )
 
 # Control points of a filter's own.
@@ -94,7 +94,7 @@ HANDLES = Values(
     "Handles",
     (),
     "Handles in addition to those of input port 1 or of RestPoints.",
-    kinds="a `vtk_mls.CurveHandle` or `RegionHandle`",
+    values="each a `vtk_mls.CurveHandle` or `RegionHandle`",
 )
 HANDLE_OPTIONS = (HANDLE_SHAPES_CHOICE, HANDLES)
 
@@ -115,7 +115,7 @@ MASK = Value(
     In an image of integers, such as labels, every value except 0 counts as 1. Outside the image,
     nothing moves.""",
     more="Alternative: input port 3.",
-    kinds="a vtkImageData, or a `vtk_mls.BallMask`, `BoxMask` or `ImageMask`",
+    values="a vtkImageData, or a `vtk_mls.BallMask`, `BoxMask` or `ImageMask`",
 )
 FIXED_PLANES = Planes(
     "FixedPlanes",
@@ -136,7 +136,7 @@ CONSTRAINTS = Values(
     "Constraints",
     (),
     "Faces in addition to those of FixedPlanes and SlidingPlanes.",
-    kinds="a `vtk_mls.FixedFace` or `SlidingFace`",
+    values="each a `vtk_mls.FixedFace` or `SlidingFace`",
 )
 LIMITS = (MASK_BALL, MASK, FIXED_PLANES, SLIDING_PLANES, CONSTRAINTS)
 
@@ -232,7 +232,7 @@ REFERENCE = Value(
     used.""",
     more="""Alternative: input port 5, which is ignored if this is set. Both override OutputGrid. A
     warning says if no material of the input arrives there. Meshes are an error.""",
-    kinds="a vtkImageData or a `vtk_mls.Grid`",
+    values="a vtkImageData or a `vtk_mls.Grid`",
 )
 
 # What a cut has torn.
