@@ -299,10 +299,7 @@ class MLSDeform(ReferenceInput, DeformingFilter):
         backgrounds = self.series_backgrounds or self.corner_backgrounds
         resampling = Resampling(options, deformation, image, output, sampling, backgrounds)
         resampling.used_backgrounds = self.used_backgrounds
-        tasks = resampling.tasks()
-        tasks += self._overlap_tasks(deformation, output, sampling.target)
-        tasks += self._step_tasks(deformation, output, sampling.target)
-        return tasks + self._jacobian_tasks(deformation, output, sampling.target)
+        return resampling.tasks() + self._grid_tasks(deformation, output, sampling.target)
 
     def _lattice_block(self, image):
         """The `LatticeBlock` of an image among blocks, or None; all blocks are up to date now."""

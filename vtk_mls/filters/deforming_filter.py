@@ -391,25 +391,21 @@ class DeformingFilter(OwnControlPoints, Algorithm):
                 argument="ControlPoints" if self.GetNumberOfInputConnections(1) else "RestPoints",
             )
 
-    def _overlap_tasks(self, deformation, output, grid):
-        """Functions of a Progress that add the array of the overlap."""
-        has_overlap = deformation.cuts and self.GetGenerateOverlap()
-        return (
-            [partial(derived_arrays.add_overlap, output, deformation, grid)] if has_overlap else []
-        )
+    def _grid_tasks(self, transform, output, grid, is_field=False):
+        """Functions of a Progress that add arrays to an image on a grid; they read "Void"."""
+        tasks, options = [], self._jacobian_options()
+        if transform.cuts and self.GetGenerateOverlap():
+            tasks.append(partial(derived_arrays.add_overlap, output, transform, grid))
+        if step_tasks := self._step_tasks(transform, output):
+            tasks += [partial(_add_folds, output, transform, grid, is_field), *step_tasks]
+        if any(options):
+            tasks.append(partial(_add_jacobian, output, transform, grid, options))
+        return tasks
 
-    def _step_tasks(self, transform, output, grid=None, is_field=False):
-        """Functions of a Progress that add the number of automatic steps, and folds on a grid."""
+    def _step_tasks(self, transform, output):
+        """Functions of a Progress that add the number of automatic steps."""
         _, deformation = initial_transforms.split_chain(transform)
-        if deformation.steps != 0:
-            return []
-        folds = [] if grid is None else [partial(_add_folds, output, transform, grid, is_field)]
-        return [*folds, partial(_add_steps, output, deformation)]
-
-    def _jacobian_tasks(self, deformation, output, grid):
-        """Functions of a Progress that add the arrays of the Jacobian; they read "Void"."""
-        options = self._jacobian_options()
-        return [partial(_add_jacobian, output, deformation, grid, options)] if any(options) else []
+        return [partial(_add_steps, output, deformation)] if deformation.steps == 0 else []
 
     def _jacobian_options(self):
         """Whether the Jacobian and its determinant are generated."""

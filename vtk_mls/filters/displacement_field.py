@@ -107,9 +107,7 @@ class MLSDisplacementField(DeformingFilter):
             tasks += self._step_tasks(deformation, output)
         else:
             tasks = [partial(self._fill_backward, output, deformation, grid)]
-            tasks += self._overlap_tasks(deformation, output, grid)
-            tasks += self._step_tasks(deformation, output, grid, is_field=True)
-            tasks += self._jacobian_tasks(deformation, output, grid)
+            tasks += self._grid_tasks(deformation, output, grid, is_field=True)
         self._run(tasks)
         return 1
 
