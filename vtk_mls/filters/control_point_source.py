@@ -61,7 +61,6 @@ class MLSControlPoints(OwnControlPoints, Algorithm):
         return 1
 
     def _read_pairs(self, time):
-        """`Pairs` of the files at a time."""
         if not self.GetFileName():
             raise ValueError("`FileName` must name a file with control points: choose one")
         space = property_tables.SPACE.checked(self)
@@ -73,7 +72,6 @@ class MLSControlPoints(OwnControlPoints, Algorithm):
             raise ValueError(f"`FileName`: {error}") from error
 
     def _lattice(self):
-        """p that fill the box."""
         dimensions = property_tables.LATTICE_DIMENSIONS.checked(self)
         bounds = as_float_rows("Bounds", self.GetBounds(), ())
         if bounds.shape != (6,) or not (bounds[::2] <= bounds[1::2]).all():

@@ -352,7 +352,6 @@ class MLSDeform(ReferenceInput, DeformingFilter):
         self._boxes.append(((low, high), joined))
 
     def _sampling(self, source, target):
-        """The `Sampling` from the grid `source` to the grid `target`."""
         background = AUTOMATIC if self.GetAutomaticBackground() else self.GetBackground()
         values = self.GetInterpolation(), background, self.GetVoidValues()
         return Sampling(source, target, *values)

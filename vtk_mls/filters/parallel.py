@@ -20,10 +20,7 @@ def is_parallel():
 
 
 def all_gather(value):
-    """A list of the values of all processes, in the order of ranks; they are pickled.
-
-    Every process must call this.
-    """
+    """A list of the values of all processes, by rank, pickled. Every process must call this."""
     controller = vtkMultiProcessController.GetGlobalController()
     own = pickle.dumps(value)
     lengths = _gather(controller, np.array([len(own)], np.int64).tobytes())

@@ -45,10 +45,7 @@ def request_extent(info, extent):
 
 
 def requested_extent(info):
-    """The requested extent of an image, given as such or as a piece of the whole.
-
-    VTK converts pieces to extents in RequestData only.
-    """
+    """The requested extent of an image, or of a piece: VTK converts these in RequestData only."""
     if info.Get(_HAS_EXTENT) or info.Get(_PIECES) < 2:
         return info.Get(_EXTENT)
     translator, extent = vtkExtentTranslator(), [0] * 6
