@@ -9,13 +9,13 @@ from vtk_mls.base.validation import short_repr
 from vtk_mls.files import control_point_files, metadata
 from vtk_mls.filters import pipeline, property_tables
 from vtk_mls.filters.algorithm import Algorithm
-from vtk_mls.filters.map_inputs import OwnControlPoints, as_float_rows
+from vtk_mls.filters.map_inputs import as_float_rows, listed_control_points
 from vtk_mls.filters.properties import with_properties
 from vtk_mls.vtk.control_point_polydata import fill_arrows, fill_polydata
 
 
 @with_properties(property_tables.CONTROL_POINTS)
-class MLSControlPoints(OwnControlPoints, Algorithm):
+class MLSControlPoints(Algorithm):
     """Makes the control-point polydata that the other filters take on input port 1.
 
     Points are p (float64), each a vertex, or a node of a line if a file has curves; the point
@@ -50,7 +50,7 @@ class MLSControlPoints(OwnControlPoints, Algorithm):
             pairs = self._read_pairs(time)
             defaults, labels = (pairs.rest, pairs.deformed, pairs.weights), pairs.labels
             cells = pairs.cells
-        rest, deformed, weights = self._listed_control_points(*defaults)
+        rest, deformed, weights = listed_control_points(self, *defaults)
         points, arrows = vtkPolyData.GetData(outInfo), vtkPolyData.GetData(outInfo, 1)
         fill_polydata(points, rest, deformed, weights, labels, cells)
         fill_arrows(arrows, rest, deformed)

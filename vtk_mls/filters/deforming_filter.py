@@ -24,7 +24,6 @@ from vtk_mls.filters import (
 )
 from vtk_mls.filters.algorithm import Algorithm, CachedValue, inputs
 from vtk_mls.filters.largest_blend import Blends
-from vtk_mls.filters.map_inputs import OwnControlPoints
 from vtk_mls.filters.properties import with_properties
 from vtk_mls.model import options
 from vtk_mls.model.handles.handle_cells import handles_of_cells
@@ -51,7 +50,7 @@ _AT_REST = (
 
 
 @with_properties(property_tables.DEFORMING)
-class DeformingFilter(OwnControlPoints, Algorithm):
+class DeformingFilter(Algorithm):
     """Base of the filters that have control points and cuts.
 
     Control points are a vtkPointSet (polydata, an unstructured grid, ...) on input port 1, if
@@ -356,7 +355,7 @@ class DeformingFilter(OwnControlPoints, Algorithm):
 
     def _own_control_points(self):
         """p, q and weights by properties; without any, one control point at rest."""
-        rest, deformed, weights = self._listed_control_points()
+        rest, deformed, weights = map_inputs.listed_control_points(self)
         if np.abs(rest).max(initial=0) > np.finfo(np.float32).max:
             raise ValueError(
                 f"`RestPoints` must be places, got {rest[0].tolist()}: the input had no bounds yet "

@@ -70,23 +70,20 @@ class MLSLandmarkReport(Algorithm):
                 )
 
         def fill(progress):
-            result = self._landmark_report(points, moved, progress)
+            try:
+                chosen = control_point_arrays(self, points)
+                p, q, weights = arrays.control_points(points, *chosen, *moved)
+                labels = arrays.texts(points.GetPointData(), LABEL)
+                names = [label or str(i + 1) for i, label in enumerate(labels)] or None
+                device = self.GetDevice() or None
+                result = report(p, q, names, weights=weights, device=device, progress=progress)
+            except InputError as error:
+                raise error.renamed(_NAMES) from error
             fill_pairs(vtkTable.GetData(outInfo, 0), result)
             fill_settings(vtkTable.GetData(outInfo, 1), result)
 
         self._run([fill])
         return 1
-
-    def _landmark_report(self, points, moved, progress):
-        try:
-            chosen = control_point_arrays(self, points)
-            p, q, weights = arrays.control_points(points, *chosen, *moved)
-            labels = arrays.texts(points.GetPointData(), LABEL)
-            names = [label or str(i + 1) for i, label in enumerate(labels)] or None
-            device = self.GetDevice() or None
-            return report(p, q, names, weights=weights, device=device, progress=progress)
-        except InputError as error:
-            raise error.renamed(_NAMES) from error
 
 
 def fill_pairs(table, result):

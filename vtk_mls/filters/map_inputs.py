@@ -17,31 +17,27 @@ from vtk_mls.vtk.objects import configured, output_of
 _ON_CUT = 1e-6  # distance from a cut of points on it, as a share of the points' extent
 
 
-class OwnControlPoints:
-    """An algorithm with the properties RestPoints, DeformedPoints and Weights."""
+def listed_control_points(algorithm, rest=None, deformed=None, weights=None):
+    """p and q (n, 3) float64, world coordinates, and weights (n,) float64 or None, by properties.
 
-    def _listed_control_points(self, rest=None, deformed=None, weights=None):
-        """p and q (n, 3) float64, world coordinates, and weights (n,) float64 or None.
+    `rest` replaces RestPoints; `deformed` and `weights` are defaults for empty lists.
+    ValueError if the lists differ in length, or do not hold numbers.
+    """
+    if rest is None:
+        rest = as_float_rows("RestPoints", algorithm.GetRestPoints(), (3,))
 
-        `rest` replaces RestPoints; `deformed` and `weights` are defaults for empty lists.
-        ValueError if the lists differ in length, or do not hold numbers.
-        """
-        if rest is None:
-            rest = as_float_rows("RestPoints", self.GetRestPoints(), (3,))
+    def listed(name, values, row, default):
+        values = as_float_rows(name, values, row)
+        if len(values) not in (0, len(rest)):
+            raise InputError(
+                f"must be none or one for each of the {len(rest)} rest points, got {len(values)}",
+                argument=name,
+            )
+        return values if len(values) else default
 
-        def listed(name, values, row, default):
-            values = as_float_rows(name, values, row)
-            if len(values) not in (0, len(rest)):
-                raise InputError(
-                    f"must be none or one for each of the {len(rest)} rest points, "
-                    f"got {len(values)}",
-                    argument=name,
-                )
-            return values if len(values) else default
-
-        deformed = rest if deformed is None else deformed
-        deformed = listed("DeformedPoints", self.GetDeformedPoints(), (3,), deformed)
-        return rest, deformed, listed("Weights", self.GetWeights(), (), weights)
+    deformed = rest if deformed is None else deformed
+    deformed = listed("DeformedPoints", algorithm.GetDeformedPoints(), (3,), deformed)
+    return rest, deformed, listed("Weights", algorithm.GetWeights(), (), weights)
 
 
 def as_float_rows(name, values, row):

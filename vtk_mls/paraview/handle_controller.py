@@ -118,10 +118,7 @@ class HandleController:
             self._observers.add(proxy.GetProperty(name), EDITED, callback)
 
     def _edit_callback(self, method):
-        """An observer of a property that calls `method(property, proxy)`.
-
-        Events that it causes itself are ignored.
-        """
+        """An observer that calls `method(property, proxy)`, except for events that this causes."""
 
         def callback(prop, event):
             if self._is_busy:

@@ -229,7 +229,6 @@ _REFERENCE = data_input(
 
 
 def _group(props, label, *hints, **attributes):
-    """Properties under a title."""
     names = (xml("Property", name=prop.name) for prop in props)
     return xml("PropertyGroup", *names, *hints, label=label, **attributes)
 

@@ -6,8 +6,6 @@ Cuts that cross have a layer for each combination of their sides. A renderer use
 largest void distance.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from vtk_mls.base.messages import message_handlers
@@ -73,7 +71,6 @@ def _of_each_side(own, deformation, grid):
     return values
 
 
-@dataclass
 class _Group:
     """Cuts that are nowhere close to each other, and points x (m, 3) near them.
 
@@ -81,14 +78,9 @@ class _Group:
     and `below` is the side of it.
     """
 
-    cuts: list
-    nearest: np.ndarray
-    distance: np.ndarray
-    below: np.ndarray
-
-    @classmethod
-    def empty(cls, count):
-        return cls([], np.full(count, -1), np.full(count, np.inf), np.zeros(count, bool))
+    def __init__(self, count):
+        self.cuts, self.nearest = [], np.full(count, -1)
+        self.distance, self.below = np.full(count, np.inf), np.zeros(count, bool)
 
     def add(self, cut, x, distance, is_near):
         rows = np.flatnonzero(is_near & (distance < self.distance))
@@ -129,7 +121,7 @@ def _groups(cuts, x, void_distance, near):
         shared = [np.count_nonzero(is_near & (group.nearest >= 0)) for group in groups]
         if min(shared, default=1) > 0 and len(groups) < _MAX_GROUPS:
             shared.append(0)
-            groups.append(_Group.empty(len(x)))
+            groups.append(_Group(len(x)))
         groups[int(np.argmin(shared))].add(cut, x, distance, is_near)
     return groups
 

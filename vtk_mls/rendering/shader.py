@@ -198,7 +198,7 @@ class MapTexture:
         window = self._texture.GetContext()
         if window is not None:
             self._texture.ReleaseGraphicsResources(window)
-        self._texture = vtkTextureObject() if window is not None else self._texture
+            self._texture = vtkTextureObject()
 
 
 class CapturedMessages:
