@@ -198,8 +198,11 @@ class Text(Property):
         return value or ""
 
 
+@dataclass(frozen=True)
 class FileName(Text):
     """The path of a file with control points."""
+
+    default: str = field(default="", init=False)
 
     values = "the path of a file"
 
@@ -216,8 +219,11 @@ class ArrayName(Text):
     values = "a name"
 
 
+@dataclass(frozen=True)
 class Items(Property):
     """A tuple to which elements are added one by one."""
+
+    default: tuple = field(default=(), init=False)
 
     def assign(self, algorithm, value):
         getattr(algorithm, f"Clear{self.name}")()
@@ -268,11 +274,15 @@ class Values(Items):
 class Value(Property):
     """A value of `vtk_mls` or None, which only Python can set."""
 
+    default: None = field(default=None, init=False)
     values: str = ""
 
 
+@dataclass(frozen=True)
 class Rows(Property):
     """A list that is set as a whole, or, as ParaView does it, by its length and single elements."""
+
+    default: tuple = field(default=(), init=False)
 
     columns = ()  # of an element
     new = None  # value of an element that has not been set
