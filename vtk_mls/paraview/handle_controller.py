@@ -24,9 +24,9 @@ from vtk_mls.paraview.server_manager import (
     is_pending,
     is_remote,
     pending_value,
+    render_later,
     views_of,
 )
-from vtk_mls.paraview.views import render_later
 
 _SOURCE = "MLSControlPoints"
 _BEFORE_PLANES = 0.6  # priority of handles, where the mouse also hits the plane of a cut, at 0.5

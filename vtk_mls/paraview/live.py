@@ -23,9 +23,9 @@ from vtk_mls.paraview.server_manager import (
     is_remote,
     pending_value,
     proxies_in,
+    render_later,
     views_of,
 )
-from vtk_mls.paraview.views import render_later
 
 SWITCH = "Live"
 _PROP_TYPES = (LiveVolume, LiveImage, LiveSlice, LiveBox, LiveSurface, LiveEdges, LiveOutline)

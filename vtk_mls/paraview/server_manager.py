@@ -1,13 +1,19 @@
-"""Access to ParaView's server manager: proxies, and properties with edits that wait for Apply."""
+"""ParaView's server manager: proxies, properties with edits that wait for Apply, and views."""
 
 # The first Python wrapper of a VTK object has the most derived class that is imported by then:
 # import those of views, representations and widgets first.
 import paraview.modules.vtkRemotingViews  # noqa: F401
 import vtkmodules.vtkInteractionWidgets  # noqa: F401
 from paraview.modules.vtkRemotingServerManager import vtkSMProxyIterator, vtkSMProxyManager
+from vtkmodules.util.misc import calldata_type
+from vtkmodules.vtkCommonCore import VTK_INT
 from vtkmodules.vtkCommonDataModel import vtkCompositeDataSet
 
+from vtk_mls.paraview.observers import Observers
+
 EDITED = "UncheckedPropertyModifiedEvent"  # of a property whose pending values were changed
+_DELAY = 100  # milliseconds; ParaView's own rendering is done by then
+_late_renders = {}  # _LateRender by the ids of views
 
 
 def registered_proxies(manager, group):
@@ -94,3 +100,38 @@ def selected_source(manager):
     """The selected proxy of a source or of one of its outputs; None without a selection."""
     selection = manager.GetSelectionModel("ActiveSources")
     return selection.GetCurrentProxy() if selection else None
+
+
+def render_later(view_ids):
+    """Render views after the current events, unless they are rendered before."""
+    for view_id in view_ids:
+        view = find_proxy(view_id, "views")
+        client = view.GetClientSideObject() if view else None
+        if view_id not in _late_renders and client and client.GetInteractor():
+            _late_renders[view_id] = _LateRender(view_id, client)
+
+
+class _LateRender:
+    """Renders a view, whose client is a vtkPVRenderView, when a timer fires."""
+
+    def __init__(self, view_id, client):
+        self._view_id, self._observers = view_id, Observers()
+        interactor = client.GetInteractor()
+        self._observers.add(client.GetRenderWindow(), "EndEvent", self._rendered)
+        self._observers.add(interactor, "TimerEvent", self._timer_fired)
+        self._timer = interactor.CreateOneShotTimer(_DELAY)
+
+    def _rendered(self, window, event):
+        self._observers.end()
+        _late_renders.pop(self._view_id, None)
+
+    @calldata_type(VTK_INT)
+    def _timer_fired(self, interactor, event, timer):
+        if timer != self._timer:
+            return
+        self._rendered(None, event)
+        view = find_proxy(self._view_id, "views")
+        if view and view.GetSession().GetPendingProgress():
+            render_later([self._view_id])  # ParaView handles timers during computations, too
+        elif view:
+            view.StillRender()

@@ -17,6 +17,7 @@ from vtkmodules.vtkRenderingVolume import vtkVolumeMapper
 from vtk_mls.base.interpolation import sample
 from vtk_mls.base.linear_algebra import unit
 from vtk_mls.files.block_files import leaves
+from vtk_mls.filters.control_point_source import lattice
 from vtk_mls.rendering import deformed_volume, transfer_functions
 from vtk_mls.rendering.projection import Projection
 from vtk_mls.vtk import arrays
@@ -28,6 +29,8 @@ STEP, _MAX_STEPS = 0.5, 2000  # between samples along a ray, in voxels; number o
 _SURFACE_OPACITY = 0.5  # accumulated along a ray up to the surface that the mouse picks
 _MIN_OPACITY = 0.05  # of a whole ray; with less than 1, the surface is at half of it
 _MAX_SAMPLES = 64  # along each axis, for the search of visible voxels
+_MIN_DISTANCE = 0.2  # between first handles, relative to the steps of their lattice
+_MIN_STEP = 0.05  # of a lattice along an axis of flat data, relative to the longest step
 _TOLERANCE = 1e-6  # of ray intersections, relative to the length of the ray
 
 
@@ -316,3 +319,22 @@ class VisibleSurface:
         if first == 1 and depth == 1:
             return None
         return start + first * (end - start)
+
+
+def handles_on(items, bounds, count):
+    """First handles: points (n, 3) of a lattice; those outside the data move to the nearest of them.
+
+    `items` have a method `nearest`, `bounds` (2, 3) are corners of the lattice, and `count` is the
+    number of points along each axis. Flat or narrow data get fewer points.
+    """
+    nodes = lattice((count,) * 3, bounds.T.ravel())
+    nearest = np.stack([item.nearest(nodes) for item in items])
+    distances = np.linalg.norm(nearest - nodes, axis=2)
+    points = nearest[distances.argmin(axis=0), np.arange(len(nodes))]
+    steps = np.ptp(bounds, axis=0) / (count - 1)
+    scaled = points / np.maximum(steps, _MIN_STEP * (steps.max() or 1.0))
+    rows = [0]
+    for row, point in enumerate(scaled):
+        if np.linalg.norm(scaled[rows] - point, axis=1).min() > _MIN_DISTANCE:
+            rows.append(row)
+    return points[rows]
