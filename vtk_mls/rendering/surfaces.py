@@ -322,7 +322,7 @@ class VisibleSurface:
 
 
 def handles_on(items, bounds, count):
-    """First handles: points (n, 3) of a lattice; those outside the data move to the nearest of them.
+    """First handles: points (n, 3) of a lattice; those outside the data move to the nearest there.
 
     `items` have a method `nearest`, `bounds` (2, 3) are corners of the lattice, and `count` is the
     number of points along each axis. Flat or narrow data get fewer points.
