@@ -181,9 +181,7 @@ class DeformingFilter(Algorithm):
         counts = {port: self.GetNumberOfInputConnections(port) for port in _SHARED}
         connections = [(port, index) for port in counts for index in range(counts[port])]
         state = self._upstream(connections, info)
-        if not connections:
-            self._collected = None
-        if not connections or (self._collected is not None and self._collected[0] == state):
+        if self._collected is not None and self._collected[0] == state:
             return
 
         def update():
@@ -194,7 +192,7 @@ class DeformingFilter(Algorithm):
             ]
 
         try:
-            data = dict(zip(connections, parallel.gather_polydata(update)))
+            data = dict(zip(connections, parallel.gather_polydata(update))) if connections else {}
         except ValueError as error:
             data = error
         self._collected = state, data

@@ -89,15 +89,13 @@ def _pack(polydata):
 
 
 def _merge(parts):
-    different = list(dict.fromkeys(part for part in parts if part is not None))
-    if len(different) > 1:  # each process has its own
-        different = [part for part in parts if part is not None]
-    if len(different) == 1:
-        return _unpack(different[0])
+    parts = [part for part in parts if part is not None]
+    if len(set(parts)) < 2:  # all processes have the same, or one has some
+        return _unpack(parts[0]) if parts else vtkPolyData()
     join = vtkAppendPolyData()
-    for part in different:
+    for part in parts:
         join.AddInputData(_unpack(part))
-    return output_of(join) if different else vtkPolyData()
+    return output_of(join)
 
 
 def _unpack(part):

@@ -40,7 +40,6 @@ CUT_FIELDS: dict[str, Property] = {}  # by the names of fields
 for _field in (field for shape in CUT_SHAPES for field in shape.fields):
     CUT_FIELDS.setdefault(_field.name, of_cut_field(_field))
 
-# All cuts.
 CUTS = Values(
     "Cuts",
     "Cuts in addition to those of CutType and of input port 2.",
@@ -373,10 +372,7 @@ SAMPLING = (
     REFERENCE,
 )
 DEFORM = (*_SHARED, *SAMPLING, *VOID, OVERLAP, *VECTORS, *JACOBIAN, *CELL_QUALITY, *COMPUTING)
-# MLSDisplacementField
 DISPLACEMENT_FIELD = (*_SHARED, INVERSE, SAMPLE_DIMENSIONS, OVERLAP, *JACOBIAN, *COMPUTING)
-
-# MLSLandmarkReport
 LANDMARK_REPORT = (next(prop for prop in COMPUTING if prop.name == "Device"),)
 
 # MLSControlPoints

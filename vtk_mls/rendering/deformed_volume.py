@@ -11,8 +11,7 @@ from vtkmodules.vtkRenderingCore import vtkAbstractVolumeMapper, vtkRenderer, vt
 
 from vtk_mls import Deformation, Grid
 from vtk_mls.rendering import shader, volume_checks, volume_paint
-from vtk_mls.rendering.map_box import MapBox
-from vtk_mls.rendering.map_layers import layers
+from vtk_mls.rendering.map_layers import MapBox, layers
 from vtk_mls.rendering.rest_lines import RestLines
 from vtk_mls.rendering.volume_checks import RenderingError
 from vtk_mls.vtk.arrays import ImageGeometry
