@@ -15,7 +15,6 @@ from vtk_mls import Deformation, Grid, Plane
 from vtk_mls.rendering import (
     DeformedMesh,
     DeformedVolume,
-    coarse_forward,
     deformed_mesh,
     rest_lines,
     rest_surface,
@@ -105,7 +104,7 @@ def test_the_interpolated_map_gives_the_change_of_volume(opengl, monkeypatch):
     d, mesh, calls = Deformation(CORNERS, moved, device=FAST), ball(CENTER, 15, 24), []
     _, exact = deformed(mesh, d)
     monkeypatch.setattr(
-        coarse_forward.CoarseForward,
+        deformed_mesh.CoarseForward,
         "_is_exact",
         lambda self, field: calls.append(1) or _none(self),
     )

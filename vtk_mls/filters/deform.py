@@ -28,8 +28,12 @@ from vtk_mls.filters import (
 )
 from vtk_mls.filters.algorithm import CachedValue, run_all
 from vtk_mls.filters.deforming_filter import DeformingFilter, input_dataset
-from vtk_mls.filters.image_resampling import ImageOptions, Resampling, automatic_backgrounds
-from vtk_mls.filters.lattices import lattice_blocks
+from vtk_mls.filters.image_resampling import (
+    ImageOptions,
+    Resampling,
+    automatic_backgrounds,
+    lattice_blocks,
+)
 from vtk_mls.filters.properties import with_properties
 from vtk_mls.filters.reference_input import PORT, ReferenceInput
 from vtk_mls.model.options import MAX_STEPS
