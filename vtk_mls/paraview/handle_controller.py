@@ -15,10 +15,10 @@ from vtk_mls.paraview.handle_drags import DeferredDrags, SurfaceMouse
 from vtk_mls.paraview.handle_lists import LISTS, OTHER_LIST
 from vtk_mls.paraview.handle_markers import HandleMarkers, remove_line
 from vtk_mls.paraview.live import MAP_PROPERTIES, SWITCH, Live
-from vtk_mls.paraview.observers import Observers
 from vtk_mls.paraview.optional_inputs import OptionalInputs
 from vtk_mls.paraview.server_manager import (
     EDITED,
+    Observers,
     find_proxy,
     is_pending,
     is_remote,

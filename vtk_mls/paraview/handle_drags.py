@@ -13,8 +13,7 @@ from vtkmodules.vtkCommonCore import vtkObject
 from vtkmodules.vtkInteractionWidgets import vtkPolyLineRepresentation
 
 from vtk_mls.paraview.handle_lists import DRAGGED
-from vtk_mls.paraview.observers import Observers
-from vtk_mls.paraview.server_manager import EDITED, find_proxy, pending_value
+from vtk_mls.paraview.server_manager import EDITED, Observers, find_proxy, pending_value
 from vtk_mls.rendering.surfaces import VisibleSurface
 
 MAX_DIRECT = 50  # handles; ParaView follows drags among fewer

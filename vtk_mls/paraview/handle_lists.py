@@ -24,9 +24,8 @@ from vtk_mls.paraview.server_manager import (
     pending_value,
     pending_values,
 )
-from vtk_mls.rendering.image_values import scalar_image
 from vtk_mls.rendering.surfaces import SurfaceLocator, VolumeSurface, handles_on
-from vtk_mls.rendering.transfer_functions import presets_of
+from vtk_mls.rendering.transfer_functions import presets_of, scalar_image
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 

@@ -19,7 +19,7 @@ from vtkmodules.vtkRenderingCore import (
 )
 from vtkmodules.vtkRenderingLabel import vtkLabeledDataMapper
 
-from vtk_mls.paraview.observers import Observers
+from vtk_mls.paraview.server_manager import Observers
 from vtk_mls.rendering.projection import Projection
 from vtk_mls.vtk.arrays import add, from_numpy
 from vtk_mls.vtk.cells import set_positions

@@ -18,8 +18,8 @@ from vtk_mls.filters import property_tables as tables
 from vtk_mls.paraview.displays import BlockSettings
 from vtk_mls.paraview.live_image import LiveBox, LiveImage, LiveSlice, LiveVolume
 from vtk_mls.paraview.live_prop import LiveEdges, LiveOutline, LiveSurface
-from vtk_mls.paraview.observers import Observers
 from vtk_mls.paraview.server_manager import (
+    Observers,
     blocks_of,
     find_proxy,
     input_data,

@@ -1,4 +1,4 @@
-"""ParaView's server manager: proxies, properties with edits that wait for Apply, and views."""
+"""ParaView's server manager: proxies, properties with edits that wait for Apply, views, events."""
 
 # The first Python wrapper of a VTK object has the most derived class that is imported by then:
 # import those of views, representations and widgets first.
@@ -6,10 +6,8 @@ import paraview.modules.vtkRemotingViews  # noqa: F401
 import vtkmodules.vtkInteractionWidgets  # noqa: F401
 from paraview.modules.vtkRemotingServerManager import vtkSMProxyIterator, vtkSMProxyManager
 from vtkmodules.util.misc import calldata_type
-from vtkmodules.vtkCommonCore import VTK_INT
+from vtkmodules.vtkCommonCore import VTK_INT, vtkWeakReference
 from vtkmodules.vtkCommonDataModel import vtkCompositeDataSet
-
-from vtk_mls.paraview.observers import Observers
 
 EDITED = "UncheckedPropertyModifiedEvent"  # of a property whose pending values were changed
 _DELAY = 100  # milliseconds; ParaView's own rendering is done by then
@@ -135,3 +133,42 @@ class _LateRender:
             render_later([self._view_id])  # ParaView handles timers during computations, too
         elif view:
             view.StillRender()
+
+
+class Observers:
+    """Observers of VTK objects, removed together. They do not keep the objects alive.
+
+    VTK keeps the Python function of an observer alive, but Python's garbage collector does not see
+    VTK's references. If only a VTK object holds the function, the collector may clear it while VTK
+    still calls it, and ParaView crashes. Therefore each observer has a Python object as its owner.
+    """
+
+    def __init__(self):
+        self._observers = []
+
+    def add(self, observed, event, callback, priority=0.0):
+        """Call `callback(observed, event)` at each event; returns VTK's tag of the observer."""
+        reference = vtkWeakReference()
+        reference.Set(observed)
+        tag = observed.AddObserver(event, callback, priority)
+        self._observers.append((reference, tag, callback))
+        return tag
+
+    def follow_widget(self, widget, enabled, disabled=None):
+        """Call functions when a vtkAbstractWidget is enabled or disabled, and now if it is enabled.
+
+        A representation has its renderer and its actors only while the widget is enabled.
+        """
+        self.add(widget, "EnableEvent", enabled)
+        if disabled:
+            self.add(widget, "DisableEvent", disabled)
+        if widget.GetEnabled():
+            enabled(widget, None)
+
+    def end(self):
+        """Remove all observers."""
+        observers, self._observers = self._observers, []
+        for reference, tag, _ in observers:
+            observed = reference.Get()
+            if observed is not None:
+                observed.RemoveObserver(tag)

@@ -15,9 +15,9 @@ from vtk_mls.paraview import handle_lists, panels, undo
 from vtk_mls.paraview.displays import copied_settings, copy_settings_of_input
 from vtk_mls.paraview.handle_controller import HandleController
 from vtk_mls.paraview.handle_markers import actors_of
-from vtk_mls.paraview.observers import Observers
 from vtk_mls.paraview.server_manager import (
     EDITED,
+    Observers,
     pending_values,
     proxies_in,
     registered_proxies,
