@@ -9,8 +9,6 @@ data, `a` the void distance.
 from vtkmodules.vtkCommonCore import VTK_FLOAT, vtkOutputWindow, vtkStringOutputWindow
 from vtkmodules.vtkRenderingOpenGL2 import vtkTextureObject
 
-from vtk_mls.rendering.volume_checks import RenderingError
-
 # VTK declares uniforms that are set by name, but declares a sampler as an integer.
 _UNIFORMS = """
 uniform sampler3D mls_map;
@@ -123,6 +121,10 @@ _REPLACEMENTS = {
     "//VTK::Shading::Exit": _AFTER_SAMPLES,
 }
 _PREFIX = "mls_"  # of the names of uniforms
+
+
+class RenderingError(RuntimeError):
+    """The graphics driver or VTK cannot draw the deformation."""
 
 
 def install(shader):
