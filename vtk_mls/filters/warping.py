@@ -29,13 +29,13 @@ from vtk_mls.filters.largest_blend import largest_blend
 from vtk_mls.queries.overlap import sizes
 from vtk_mls.queries.vector_fields import contravariant, covariant
 from vtk_mls.vtk import arrays
-from vtk_mls.vtk.cell_quality import scaled_jacobians
 from vtk_mls.vtk.cells import (
     FACES,
     convert_integer_points,
     is_empty,
     make_boxes_free,
     positions_of,
+    scaled_jacobians,
     set_positions,
     without_empty,
 )
