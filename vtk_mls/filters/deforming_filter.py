@@ -31,14 +31,7 @@ from vtk_mls.model.handles.handle_paths import blended_path
 from vtk_mls.queries.handle_warnings import handle_warnings
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
-from vtk_mls.vtk.control_point_polydata import (
-    DISPLACEMENT,
-    PATH,
-    WEIGHT,
-    as_polydata,
-    cells_of,
-    path_of,
-)
+from vtk_mls.vtk.control_point_polydata import PATH, as_polydata, cells_of, path_of
 
 # Ports: control points, cuts, mask, deformed control points. Processes share all but masks.
 _PORTS, _POINT_SETS, _SHARED = (1, 2, 3, 4), (1, 4), (1, 2, 4)
@@ -277,7 +270,7 @@ class DeformingFilter(Algorithm):
             raise ValueError(
                 "`DeformedControlPoints` is what `ControlPoints` is, moved: connect that, too"
             )
-        names = control_point_arrays(self, *control_points) if control_points else ()
+        names = map_inputs.control_point_arrays(self, *control_points) if control_points else ()
         shapes = property_tables.HANDLE_SHAPES_CHOICE.checked(self)
         cuts, limits = self._all_cuts(surfaces), self._all_limits(masks)
         cut_frame = options.CUT_FRAME.checked(self.GetCutFrame(), "CutFrame")
@@ -430,27 +423,6 @@ def _add_jacobian(output, deformation, grid, options, progress):
     jacobian = deformation.jacobian_field(grid, mapping)
     adding.report(0)
     derived_arrays.add_jacobian(output, jacobian, void, *options)
-
-
-def _array_name(algorithm, index, polydata):
-    """Name of the array or active attribute selected by SetInputArrayToProcess, or None."""
-    info = algorithm.GetInputArrayInformation(index)
-    if info.Has(vtkDataObject.FIELD_NAME()):
-        return info.Get(vtkDataObject.FIELD_NAME())
-    if info.Has(vtkDataObject.FIELD_ATTRIBUTE_TYPE()):
-        kind = info.Get(vtkDataObject.FIELD_ATTRIBUTE_TYPE())
-        active = polydata.GetPointData().GetAbstractAttribute(kind)
-        return active.GetName() if active else None
-    return None
-
-
-def control_point_arrays(algorithm, polydata):
-    """Names of the arrays of control points with q - p and, or None, with weights."""
-    displacement = _array_name(algorithm, 0, polydata) or DISPLACEMENT
-    weight = _array_name(algorithm, 1, polydata) or WEIGHT
-    if weight == WEIGHT and not polydata.GetPointData().HasArray(weight):
-        weight = None
-    return displacement, weight
 
 
 def input_dataset(in_info):

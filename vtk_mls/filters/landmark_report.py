@@ -7,7 +7,7 @@ from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm
 from vtk_mls.base.errors import InputError
 from vtk_mls.filters import property_tables
 from vtk_mls.filters.algorithm import Algorithm, inputs
-from vtk_mls.filters.deforming_filter import control_point_arrays
+from vtk_mls.filters.map_inputs import control_point_arrays
 from vtk_mls.filters.properties import with_properties
 from vtk_mls.landmarks import report, text
 from vtk_mls.landmarks.settings import BASELINE

@@ -1,7 +1,7 @@
 """Control points, cuts, masks and faces from properties, polydata and images."""
 
 import numpy as np
-from vtkmodules.vtkCommonDataModel import vtkImageData
+from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkImageData
 from vtkmodules.vtkFiltersCore import vtkCleanPolyData, vtkPolyDataConnectivityFilter
 
 from vtk_mls import BallMask, FixedFace, ImageMask, Plane, SlidingFace, Surface
@@ -12,6 +12,7 @@ from vtk_mls.model.cuts import BY_NUMBERS
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 from vtk_mls.vtk.cells import connectivity_of, positions_of, triangulated
+from vtk_mls.vtk.control_point_polydata import DISPLACEMENT, WEIGHT
 from vtk_mls.vtk.objects import configured, output_of
 
 _ON_CUT = 1e-6  # distance from a cut of points on it, as a share of the points' extent
@@ -38,6 +39,27 @@ def listed_control_points(algorithm, rest=None, deformed=None, weights=None):
     deformed = rest if deformed is None else deformed
     deformed = listed("DeformedPoints", algorithm.GetDeformedPoints(), (3,), deformed)
     return rest, deformed, listed("Weights", algorithm.GetWeights(), (), weights)
+
+
+def _array_name(algorithm, index, polydata):
+    """Name of the array or active attribute selected by SetInputArrayToProcess, or None."""
+    info = algorithm.GetInputArrayInformation(index)
+    if info.Has(vtkDataObject.FIELD_NAME()):
+        return info.Get(vtkDataObject.FIELD_NAME())
+    if info.Has(vtkDataObject.FIELD_ATTRIBUTE_TYPE()):
+        kind = info.Get(vtkDataObject.FIELD_ATTRIBUTE_TYPE())
+        active = polydata.GetPointData().GetAbstractAttribute(kind)
+        return active.GetName() if active else None
+    return None
+
+
+def control_point_arrays(algorithm, polydata):
+    """Names of the arrays of control points with q - p and, or None, with weights."""
+    displacement = _array_name(algorithm, 0, polydata) or DISPLACEMENT
+    weight = _array_name(algorithm, 1, polydata) or WEIGHT
+    if weight == WEIGHT and not polydata.GetPointData().HasArray(weight):
+        weight = None
+    return displacement, weight
 
 
 def as_float_rows(name, values, row):
