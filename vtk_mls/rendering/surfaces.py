@@ -4,12 +4,7 @@ from functools import cached_property
 
 import numpy as np
 from vtkmodules.vtkCommonCore import mutable, vtkCommand, vtkFloatArray, vtkIdList
-from vtkmodules.vtkCommonDataModel import (
-    vtkCompositeDataSet,
-    vtkImageData,
-    vtkPolyData,
-    vtkStaticCellLocator,
-)
+from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPolyData, vtkStaticCellLocator
 from vtkmodules.vtkFiltersGeometry import vtkGeometryFilter
 from vtkmodules.vtkFiltersModeling import vtkSelectEnclosedPoints
 from vtkmodules.vtkRenderingVolume import vtkVolumeMapper
@@ -241,7 +236,7 @@ def _drawn(volume):
     if drawn := deformed_volume.drawn_as(volume):
         return mapper, *drawn
     data = mapper.GetDataObjectInput() if isinstance(mapper, vtkVolumeMapper) else None
-    if isinstance(data, vtkCompositeDataSet):
+    if data is not None:  # the first block, if there are several
         data = next(iter(leaves(data)), None)
     return mapper, data if isinstance(data, vtkImageData) else None, None
 
