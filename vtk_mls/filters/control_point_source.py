@@ -85,8 +85,7 @@ class MLSControlPoints(Algorithm):
 def lattice(dimensions, bounds):
     """Places (nx * ny * nz, 3) that fill a box regularly, x fastest.
 
-    Along an axis with a single one it is in the middle of `bounds` (xmin, xmax, ymin, ymax, zmin,
-    zmax).
+    `bounds` are (xmin, xmax, ymin, ymax, zmin, zmax); a single one is in the middle of its axis.
     """
     axes = [
         np.linspace(low, high, count) if count > 1 else [(low + high) / 2]

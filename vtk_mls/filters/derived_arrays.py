@@ -35,8 +35,7 @@ class DirectionArrays:
     def of(self, attributes):
         """ "gradient", "tangent" or, for the active normals, "normal", by names of arrays.
 
-        `attributes` are point or cell data. ValueError if one of the names does not hold three
-        floats.
+        `attributes` are point or cell data. ValueError if a name does not hold three floats.
         """
         result = {}
         for argument, names, direction in (

@@ -185,8 +185,7 @@ def _displays(proxy, view):
 class PendingFilter:
     """The deformation by edits that wait for Apply.
 
-    `deformation` is None until there are valid edits, and with an InitialTransform; `version`
-    differs after each edit.
+    `deformation` is None without valid edits, and with an InitialTransform; edits change `version`.
     """
 
     def __init__(self):

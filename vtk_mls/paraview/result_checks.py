@@ -28,8 +28,7 @@ _SAMPLES = 24  # along each axis of an image; their third power of a mesh
 class ChecksResults:
     """A deforming filter that warns if image and control points are in different frames.
 
-    And says once that the map folds, or that an image loses material; not while time goes on, as in
-    an animation.
+    It says once that the map folds, or that an image loses material, but not in an animation.
     """
 
     _noted, _noted_time = frozenset(), None  # what it said last, and the time of the last update

@@ -209,8 +209,7 @@ class PanelWidgets:
 
     When another source is selected, ParaView hides the widgets of a panel twice. It restores the
     visibility that it saved the second time, so the widgets would stay hidden. Here the visibility
-    is restored at once, unless the user hid the widget. This draws nothing: the widget is disabled
-    then.
+    is restored at once, unless the user hid it. This draws nothing: the widget is disabled then.
     """
 
     def __init__(self, manager, observers):
