@@ -94,8 +94,7 @@ def surfaces(polydata):
 
     Polygons and triangle strips become triangles; points at the same place are one, and what is
     no triangle then is left out, as lines and vertices are. Parts that do not hang together are
-    cuts of their own. Raises ValueError if there is no surface, a point is not finite, or a
-    triangle has no area.
+    cuts of their own. ValueError if there is no surface, a point is not finite, or an area is 0.
     """
     points = polydata.GetPoints()
     if points is not None and not np.isfinite(arrays.to_numpy(points.GetData())).all():

@@ -144,8 +144,7 @@ def request_time(info, time, input_info):
 def publish_changing_extent(info):
     """Have VTK request the whole extent anew at each time, if there are times.
 
-    For an output whose extent depends on data: VTK would go on to request the whole extent of the
-    time before.
+    For outputs whose extent depends on data: VTK would go on to request that of the time before.
     """
     if info.Has(_RANGE):
         info.Set(_KEYS.TIME_DEPENDENT_INFORMATION(), 1)

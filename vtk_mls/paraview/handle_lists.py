@@ -2,8 +2,7 @@
 
 ParaView places the handles of a filter as a lattice over the bounds of its input. If the material
 does not fill the bounds, they move to the material. The handles of a source of control points move
-to the bounds of the selection. Scripts outside the GUI get ParaView's lattice and the source's
-default cube.
+to the bounds of the selection. Scripts outside the GUI get ParaView's lattice and default cube.
 """
 
 from contextlib import suppress

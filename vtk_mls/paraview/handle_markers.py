@@ -1,8 +1,7 @@
 """Markers of handles in ParaView's views: dragged, selected, and numbered ones differ.
 
 ParaView's widget draws each handle by an actor of its own, all in one style, and a line through
-them that drags all at once. Here the widget's handles are picked but not drawn; one actor draws all
-markers.
+them that drags all at once. Here its handles are picked but not drawn; one actor draws all markers.
 """
 
 import numpy as np

@@ -2,8 +2,7 @@
 
 The deformed input is drawn in place of ParaView's own prop of the filter, or of the input before
 the first Apply. This does not change the pipeline: states, Undo and the panel ignore it. It is
-updated once a frame for any number of edits, to keep up with the mouse. Other views are rendered
-when a drag ends.
+updated once a frame for any number of edits, to keep up with the mouse; other views after a drag.
 """
 
 from contextlib import suppress

@@ -19,8 +19,7 @@ _AIR, _BONE = -400, 300  # Hounsfield units below and above which a CT image has
 class TransferFunctionPreset:
     """Colors (value, red, green, blue) and opacities (value, opacity) as functions of values.
 
-    Opacities are those of a layer one voxel thick; if it `is_nearest`, values must not be
-    interpolated.
+    Opacities are those of a layer one voxel thick; with `is_nearest` nothing is interpolated.
     """
 
     name: str
