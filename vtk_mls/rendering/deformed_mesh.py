@@ -58,7 +58,7 @@ class DeformedMesh:
         if _is_moved(mapper):
             raise ValueError("`actor` shows a deformed mesh already; update or detach that one")
         self._actor, self._deformer = actor, MeshDeformer()
-        self._mapper, self._observers = None, []
+        self._mapper, self._observers = None, {}  # tags by what is observed
 
     def update(
         self, deformation: Deformation, exact: bool = True, has_distortion: bool = False
@@ -90,13 +90,13 @@ class DeformedMesh:
 
     def detach(self) -> None:
         """Draw the undeformed mesh; an update deforms it again."""
-        for observed, tag in self._observers:
+        for observed, tag in self._observers.items():
             observed.RemoveObserver(tag)
         self._observers.clear()
         self._leave()
 
     def _observe(self, subject):
-        self._observers.append((subject, subject.AddObserver("ModifiedEvent", self._follow)))
+        self._observers[subject] = subject.AddObserver("ModifiedEvent", self._follow)
 
     def _follow(self, *_):
         """Connect the deformer between the actor's mapper and the mapper's input."""
@@ -117,10 +117,8 @@ class DeformedMesh:
     def _leave(self):
         """Reconnect the mapper to its own input."""
         mapper, self._mapper = self._mapper, None
-        for observed, tag in self._observers[:]:
-            if observed is mapper:
-                observed.RemoveObserver(tag)
-                self._observers.remove((observed, tag))
+        if mapper in self._observers:
+            mapper.RemoveObserver(self._observers.pop(mapper))
         if mapper is not None and _producer(mapper) is self._deformer:
             mapper.SetInputConnection(0, self._deformer.GetInputConnection(0, 0))
         self._deformer.RemoveAllInputConnections(0)
