@@ -126,8 +126,7 @@ class Resampling:
                 results[index] = array
 
         tasks, others = [], []
-        for index in range(len(values)):
-            array = source.GetAbstractArray(index)
+        for index, array in enumerate(arrays.all_arrays(source)):
             direction = directions.get(array.GetName())
             if direction:
                 tasks.append(partial(transform, index, direction))

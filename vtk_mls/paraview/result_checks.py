@@ -34,8 +34,7 @@ class ChecksResults:
     _noted, _noted_time = frozenset(), None  # what it said last, and the time of the last update
 
     def RequestData(self, request, inInfo, outInfo):
-        if warning := frame_mismatch(self, inInfo):
-            self._warn(warning)
+        self._check_frames(inInfo)
         result = super().RequestData(request, inInfo, outInfo)
         output = vtkDataSet.GetData(outInfo)
         time = pipeline.requested_time(outInfo.GetInformationObject(0))
@@ -49,6 +48,25 @@ class ChecksResults:
                     _display(f"{type(self).__name__}: {sentence}\n")
             self._noted = notes.keys()
         return result
+
+    def _check_frames(self, in_info):
+        """Warn if the frames certainly differ.
+
+        They differ if the image on port 0 comes directly from a reader of ParaView that places it
+        elsewhere than its file says, and the control points on port 1 come directly from a file.
+        """
+        reader, handles = _single_producer(self, 0), _single_producer(self, 1)
+        if hasattr(reader, "GetCurrentFileName"):  # of a series of files
+            reader = reader.GetReader()
+        is_read = getattr(reader, "GetClassName", str)() in _READERS
+        if not is_read or getattr(handles, "GetMode", str)() != "file":
+            return
+        geometry = ImageGeometry.of_information(in_info[0].GetInformationObject(0))
+        if _is_misplaced(geometry, reader.GetFileName()):
+            self._warn(
+                f"`Input`: ParaView's own reader does not place {reader.GetFileName()} in LPS, "
+                "where `ControlPoints` are; open it with MLS Image Reader"
+            )
 
     def _notes(self, in_info, output):
         transform, data = self._requested_deformation(in_info), input_dataset(in_info)
@@ -114,30 +132,6 @@ class _Material:
     def _contrast(self, index):
         x, y, z = index.T
         return np.abs(self._values[z, y, x].astype(float) - self._background)
-
-
-def frame_mismatch(algorithm, in_info):
-    """A warning if the frames certainly differ, else "".
-
-    The frames differ if the image on port 0 comes directly from a reader of ParaView that places
-    it elsewhere than its file says, and the control points on port 1 come directly from a file.
-    `in_info` is the argument of RequestData.
-    """
-    reader, handles = _single_producer(algorithm, 0), _single_producer(algorithm, 1)
-    if hasattr(reader, "GetCurrentFileName"):  # of a series of files
-        reader = reader.GetReader()
-    if getattr(reader, "GetClassName", str)() not in _READERS:
-        return ""
-    if getattr(handles, "GetMode", str)() != "file":
-        return ""
-    file = reader.GetFileName()
-    geometry = ImageGeometry.of_information(in_info[0].GetInformationObject(0))
-    if not _is_misplaced(geometry, file):
-        return ""
-    return (
-        f"`Input`: ParaView's own reader does not place {file} in LPS, where `ControlPoints` are; "
-        "open it with MLS Image Reader"
-    )
 
 
 def producers(algorithm, ports=None):
