@@ -54,11 +54,6 @@ class Property:
         return self.name.removesuffix("s")
 
     @property
-    def label(self):
-        """In ParaView's panel."""
-        return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", self.name)
-
-    @property
     def initial(self):
         """The value of a new algorithm."""
         return self.default

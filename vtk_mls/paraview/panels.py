@@ -244,7 +244,9 @@ def names_in_errors(table, has_control_points):
     names = {"DeformedControlPoints": "`Deformed Control Points`"}
     for prop in table:
         option = prop.option.removesuffix("_points")  # rest, deformed
-        label = options.named(option).label if option in _TITLED + _TITLED_OF_CUTS else prop.label
+        label = prop.option.replace("_", " ").title()
+        if option in _TITLED + _TITLED_OF_CUTS:
+            label = options.named(option).label
         names |= dict.fromkeys((prop.name, option), f"`{label}`")
     points = ("ControlPoints", *("rest", "deformed", "weights") * bool(has_control_points))
     return names | dict.fromkeys(points, "`Control Points`")
