@@ -22,7 +22,7 @@ if getattr(sys.modules.get("vtk_mls"), "__file__", None) is None:
     sys.path.append(str(_above.parent if (_above / "__init__.py").exists() else _above))
     import vtk_mls
 
-from vtk_mls.paraview import color_maps, watch
+from vtk_mls.paraview import displays, watch
 from vtk_mls.paraview.proxies import (  # noqa: F401  ParaView finds them here
     MLSControlPoints,
     MLSDeform,
@@ -31,7 +31,7 @@ from vtk_mls.paraview.proxies import (  # noqa: F401  ParaView finds them here
     MLSLandmarkReport,
 )
 
-color_maps.add_defaults()
+displays.add_default_colors()
 watch.start()
 
 paraview_plugin_version = vtk_mls.__version__

@@ -15,7 +15,7 @@ from vtk_mls.commands import demo
 from vtk_mls.editor.distortion import Distortion
 from vtk_mls.editor.scene import Scene
 from vtk_mls.files import control_point_files
-from vtk_mls.rendering.first_handles import handles_on
+from vtk_mls.rendering.surfaces import handles_on
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.objects import configured, output_of
 

@@ -31,15 +31,14 @@ from vtk_mls.files.field_files import FieldContent, read_transform, write_transf
 from vtk_mls.files.landmarks import Landmarks, paired
 from vtk_mls.files.paths import check_replaceable, existing_file, replacing
 from vtk_mls.files.vtk_io import failures_named
-from vtk_mls.filters.cut_inputs import surfaces
+from vtk_mls.filters.map_inputs import surfaces
 from vtk_mls.model import arguments
 from vtk_mls.model.cuts import Surface
 from vtk_mls.model.handles.handle import Handle
 from vtk_mls.model.handles.handle_cells import cells_of_handles, handles_of_cells
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
-from vtk_mls.vtk.control_point_polydata import fill_polydata, path_of
-from vtk_mls.vtk.handle_datasets import cells_of
+from vtk_mls.vtk.control_point_polydata import cells_of, fill_polydata, path_of
 
 __all__ = [
     "control_points",

@@ -24,7 +24,7 @@ from vtk_mls.editor import State
 from vtk_mls.editor.label_picking import are_regions
 from vtk_mls.files import metadata
 from vtk_mls.rendering import transfer_functions
-from vtk_mls.rendering.image_values import scalar_image
+from vtk_mls.rendering.transfer_functions import scalar_image
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 

@@ -15,7 +15,7 @@ from vtk_fixtures import add_array, make_image
 
 from vtk_mls import Plane
 from vtk_mls.filters import MLSControlPoints, MLSDeform, MLSDisplacementField
-from vtk_mls.filters.void_arrays import CAN_HIDE_CELLS
+from vtk_mls.filters.derived_arrays import CAN_HIDE_CELLS
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.objects import configured
 

@@ -10,7 +10,7 @@ from vtkmodules.vtkCommonDataModel import VTK_TETRA, vtkPolyData
 from vtk_mls import Deformation, Grid
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
 from vtk_mls.queries import certificate, fold_free
-from vtk_mls.vtk.cell_quality import scaled_jacobians
+from vtk_mls.vtk.cells import scaled_jacobians
 from vtk_mls.vtk.control_point_polydata import fill_polydata
 
 COUNT = 8  # cells along each axis

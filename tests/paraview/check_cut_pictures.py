@@ -7,7 +7,7 @@ import numpy as np
 from paraview import simple
 from scene import REST, control_points, data, screenshot, wavelet
 
-from vtk_mls.filters.void_arrays import CAN_HIDE_CELLS
+from vtk_mls.filters.derived_arrays import CAN_HIDE_CELLS
 
 FOLDER = Path(sys.argv[1])
 WIDTH, HEIGHT, SCALE = 500, 450, 13.0

@@ -5,7 +5,7 @@ from paraview import simple
 from scene import array, control_points, data, grid, wavelet
 
 import vtk_mls
-from vtk_mls.filters import void_arrays
+from vtk_mls.filters import derived_arrays
 
 # Handles on both sides, pulled apart.
 REST = np.array([(-4.0, 0.0, 3.0), (4.0, 0.0, 3.0), (-4.0, 0.0, -6.0), (4.0, 0.0, -6.0)])
@@ -60,7 +60,7 @@ hidden = cells_of_surface(deform)  # must not crash
 deform.HideVoid = 0
 visible = cells_of_surface(deform)
 # Before VTK 9.3 no cells can be hidden.
-assert visible < hidden or (visible == hidden and not void_arrays.CAN_HIDE_CELLS)
+assert visible < hidden or (visible == hidden and not derived_arrays.CAN_HIDE_CELLS)
 face = simple.Contour(Input=deform, ContourBy=["POINTS", "VoidDistance"], Isosurfaces=[0.0])
 assert data(face).GetNumberOfCells() > 50
 simple.Delete(face)

@@ -25,7 +25,7 @@ from vtkmodules.vtkRenderingCore import (
 )
 
 from vtk_mls import KINDS, Deformation, DeviceError
-from vtk_mls.rendering import DeformedMesh, coarse_forward, deformed_mesh
+from vtk_mls.rendering import DeformedMesh, deformed_mesh
 from vtk_mls.vtk import arrays, splitting
 from vtk_mls.vtk.objects import configured, output_of
 
@@ -258,7 +258,7 @@ def test_the_interpolated_map_has_an_error_of_at_most_half_a_pixel(moved, cut, i
         normals = arrays.to_numpy(drawn.GetPointData().GetNormals())
         found.append((scene.picture(), places_of(drawn).copy(), normals.copy()))
     (coarse, x, n), (fine, y, m) = found
-    assert 0 < np.abs(x - y).max() < 2 * coarse_forward._MAX_ERROR * 4.8
+    assert 0 < np.abs(x - y).max() < 2 * deformed_mesh._MAX_ERROR * 4.8
     cosine = (n * m).sum(axis=1) / np.linalg.norm(n, axis=1) / np.linalg.norm(m, axis=1)
     assert np.quantile(cosine, 0.01) > np.cos(np.radians(3))
     apart = np.abs(coarse - fine).max(axis=2)
@@ -297,7 +297,7 @@ def test_points_far_from_all_others_are_exact(interpolated):
     drawn = places_of(scene.actor.GetMapper().GetInput())
     expected = x + deformation().forward_field(x).displacement
     np.testing.assert_allclose(drawn[5:7], expected[5:7], atol=1e-4)
-    assert np.nanmax(np.abs(drawn - expected)) < 2 * coarse_forward._MAX_ERROR * 4.8
+    assert np.nanmax(np.abs(drawn - expected)) < 2 * deformed_mesh._MAX_ERROR * 4.8
 
 
 def test_cell_normals_are_computed_from_the_interpolated_shape(interpolated):

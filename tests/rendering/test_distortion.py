@@ -15,9 +15,8 @@ from vtk_mls import Deformation, Grid, Plane
 from vtk_mls.rendering import (
     DeformedMesh,
     DeformedVolume,
-    coarse_forward,
     deformed_mesh,
-    mesh_paint,
+    rest_lines,
     rest_surface,
     volume_colors,
 )
@@ -105,7 +104,7 @@ def test_the_interpolated_map_gives_the_change_of_volume(opengl, monkeypatch):
     d, mesh, calls = Deformation(CORNERS, moved, device=FAST), ball(CENTER, 15, 24), []
     _, exact = deformed(mesh, d)
     monkeypatch.setattr(
-        coarse_forward.CoarseForward,
+        deformed_mesh.CoarseForward,
         "_is_exact",
         lambda self, field: calls.append(1) or _none(self),
     )
@@ -189,11 +188,11 @@ def test_lines_are_painted_on_meshes(opengl):
     scene = front(Scene(actor))
     drawn = DeformedMesh(actor)
     drawn.update(Deformation(CORNERS, CORNERS + SHIFT, device=FAST), has_distortion=True)
-    mesh_paint.show(actor, actor.GetMapper(), LINES)
+    rest_lines.show(actor, actor.GetMapper(), LINES)
     picture = scene.picture()
     assert (brightness(picture, ON_LINES) < 120).all()
     assert (brightness(picture, BETWEEN) > 220).all()
-    mesh_paint.show(actor, actor.GetMapper(), None)
+    rest_lines.show(actor, actor.GetMapper(), None)
     assert (brightness(scene.picture(), ON_LINES) > 220).all()
 
 

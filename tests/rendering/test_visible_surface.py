@@ -8,7 +8,7 @@ from vtkmodules.vtkRenderingCore import vtkActor, vtkPolyDataMapper
 
 from vtk_mls import Deformation, Grid
 from vtk_mls.rendering import DeformedVolume
-from vtk_mls.rendering.visible_surface import VisibleSurface
+from vtk_mls.rendering.surfaces import VisibleSurface
 from vtk_mls.vtk.objects import configured
 
 pytestmark = pytest.mark.usefixtures("opengl")

@@ -20,7 +20,6 @@ from vtk_mls.rendering import (
     RenderingError,
     deformed_volume,
     shader,
-    volume_checks,
 )
 from vtk_mls.vtk.objects import configured
 
@@ -113,7 +112,7 @@ def test_a_window_without_graphics_card(is_smart, monkeypatch, messages):
             return 0
 
     if is_smart:
-        monkeypatch.setattr(volume_checks, "vtkGPUVolumeRayCastMapper", Unsupported)
+        monkeypatch.setattr(deformed_volume, "vtkGPUVolumeRayCastMapper", Unsupported)
     _, scene, drawn = drawn_volume(
         image_of(VALUES), mapper=smart_mapper() if is_smart else Unsupported()
     )

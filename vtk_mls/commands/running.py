@@ -16,7 +16,7 @@ from vtk_mls.base.messages import message_handlers, warn
 from vtk_mls.commands import property_options, series
 from vtk_mls.commands.supervision import step
 from vtk_mls.files import control_point_files
-from vtk_mls.filters import limit_inputs, updating
+from vtk_mls.filters import map_inputs, updating
 from vtk_mls.filters.initial_transforms import split_chain
 from vtk_mls.model.cuts import BY_NUMBERS
 from vtk_mls.model.kinds import splines
@@ -273,18 +273,18 @@ def _limits(options):
     mask = None
     if options.mask_ball is not None:
         numbers = property_options.numbers(BALL, options.mask_ball, 5)
-        mask = limit_inputs.ball_mask(numbers, f"`{BALL}`")
+        mask = map_inputs.ball_mask(numbers, f"`{BALL}`")
     if options.mask is not None:
         image = read_image(MASK, options.mask)
         if mask is not None:
             raise ValueError(
                 f"a deformation has one mask, got `{BALL}` and `{MASK}`; multiply them to one image"
             )
-        mask = limit_inputs.image_mask(image, f"`{options.mask}`")
+        mask = map_inputs.image_mask(image, f"`{options.mask}`")
     planes = [(FIXED, text, FixedFace) for text in options.fixed_planes]
     planes += [(SLIDING, text, SlidingFace) for text in options.sliding_planes]
     faces = [
-        limit_inputs.face(kind, property_options.numbers(flag, text, 7), f"`{flag}`")
+        map_inputs.face(kind, property_options.numbers(flag, text, 7), f"`{flag}`")
         for flag, text, kind in planes
     ]
     return {"mask": mask, "constraints": faces}

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from vtk_mls.rendering.material import material_at
 from vtk_mls.rendering.rest_lines import RestLines
+from vtk_mls.rendering.surfaces import material_at
 from vtk_mls.rendering.volume_colors import tinted
 
 MODES = "nothing", "deformed grid", "change of volume", "grid and volume"

@@ -15,7 +15,7 @@ from vtk_mls.editor.shape_edits import ShapeEdits
 from vtk_mls.editor.slices import ALL, ONLY_3D, SLICES
 from vtk_mls.editor.state import State
 from vtk_mls.model.options import ALPHA, NU
-from vtk_mls.rendering.first_handles import handles_on
+from vtk_mls.rendering.surfaces import handles_on
 
 _TIMER_MILLISECONDS = 15
 _LATTICE_COUNTS = 3, 4, 5, 2  # handles along each axis

@@ -11,10 +11,10 @@ from vtk_mls.vtk.control_point_polydata import (
     DISPLACEMENT,
     LABEL,
     WEIGHT,
+    cells_of,
     fill_polydata,
     path_of,
 )
-from vtk_mls.vtk.handle_datasets import cells_of
 from vtk_mls.vtk.shape_surfaces import surface_of
 
 

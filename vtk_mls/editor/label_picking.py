@@ -5,7 +5,7 @@ from vtkmodules.vtkCommonCore import vtkPoints
 
 from vtk_mls import Labels
 from vtk_mls.base.interpolation import sample
-from vtk_mls.rendering.material import material_at
+from vtk_mls.rendering.surfaces import material_at
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.objects import configured, output_of
 

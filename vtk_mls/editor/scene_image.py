@@ -8,8 +8,8 @@ from vtk_mls.base.sampling import corner_median, corners_of
 from vtk_mls.editor import label_picking
 from vtk_mls.files import metadata
 from vtk_mls.rendering import transfer_functions
-from vtk_mls.rendering.image_values import colors_of, scalar_image
 from vtk_mls.rendering.surfaces import VolumeSurface
+from vtk_mls.rendering.transfer_functions import colors_of, scalar_image
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 

@@ -9,7 +9,7 @@ from vtkmodules.vtkFiltersGeometry import vtkGeometryFilter
 from vtkmodules.vtkRenderingCore import vtkActor, vtkDataSetMapper, vtkPolyDataMapper
 
 from vtk_mls import Deformation, Solid
-from vtk_mls.rendering import DeformedMesh, mesh_paint, volume_colors
+from vtk_mls.rendering import DeformedMesh, rest_lines, volume_colors
 from vtk_mls.rendering.rest_surface import DETERMINANT
 from vtk_mls.rendering.surfaces import SurfaceLocator
 from vtk_mls.vtk.objects import configured
@@ -124,7 +124,7 @@ class SceneMesh:
         if not isinstance(mapper, vtkPolyDataMapper):
             mapper = mapper.GetPolyDataMapper()  # None before the first picture
         if lines is not self._lines and mapper is not None:
-            mesh_paint.show(self._actor, mapper, lines)
+            rest_lines.show(self._actor, mapper, lines)
             self._lines = lines
 
     @cached_property

@@ -1,10 +1,8 @@
 """Base of the filters: errors, aborts, progress and composite inputs."""
 
 import numpy as np
-from vtkmodules.util.misc import calldata_type
 from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
 from vtkmodules.vtkCommonCore import (
-    VTK_STRING,
     vtkInformation,
     vtkInformationVector,
     vtkObject,
@@ -278,8 +276,7 @@ def _finish(algorithm, event):
             info.Set(vtkDemandDrivenPipeline.DATA_NOT_GENERATED(), 1)
 
 
-@calldata_type(VTK_STRING)
-def _ignore_error(executive, event, text):
+def _ignore_error(executive, event):
     """Ignore the executive's error after its algorithm has reported one."""
     executive.GetAlgorithm()._restore_executive_errors()
 

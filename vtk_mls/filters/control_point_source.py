@@ -9,14 +9,13 @@ from vtk_mls.base.validation import short_repr
 from vtk_mls.files import control_point_files, metadata
 from vtk_mls.filters import pipeline, property_tables
 from vtk_mls.filters.algorithm import Algorithm
-from vtk_mls.filters.handle_arrows import fill_arrows
-from vtk_mls.filters.own_control_points import OwnControlPoints, as_float_rows
+from vtk_mls.filters.map_inputs import as_float_rows, listed_control_points
 from vtk_mls.filters.properties import with_properties
-from vtk_mls.vtk.control_point_polydata import fill_polydata
+from vtk_mls.vtk.control_point_polydata import fill_arrows, fill_polydata
 
 
 @with_properties(property_tables.CONTROL_POINTS)
-class MLSControlPoints(OwnControlPoints, Algorithm):
+class MLSControlPoints(Algorithm):
     """Makes the control-point polydata that the other filters take on input port 1.
 
     Points are p (float64), each a vertex, or a node of a line if a file has curves; the point
@@ -49,7 +48,7 @@ class MLSControlPoints(OwnControlPoints, Algorithm):
             defaults = (self._lattice(),)
         elif mode == "file":
             *defaults, labels, cells, _ = self._read_pairs(time)
-        rest, deformed, weights = self._listed_control_points(*defaults)
+        rest, deformed, weights = listed_control_points(self, *defaults)
         points, arrows = vtkPolyData.GetData(outInfo), vtkPolyData.GetData(outInfo, 1)
         fill_polydata(points, rest, deformed, weights, labels, cells)
         fill_arrows(arrows, rest, deformed)
@@ -60,7 +59,6 @@ class MLSControlPoints(OwnControlPoints, Algorithm):
         return 1
 
     def _read_pairs(self, time):
-        """`Pairs` of the files at a time."""
         if not self.GetFileName():
             raise ValueError("`FileName` must name a file with control points: choose one")
         space = property_tables.SPACE.checked(self)
@@ -72,7 +70,6 @@ class MLSControlPoints(OwnControlPoints, Algorithm):
             raise ValueError(f"`FileName`: {error}") from error
 
     def _lattice(self):
-        """p that fill the box."""
         dimensions = property_tables.LATTICE_DIMENSIONS.checked(self)
         bounds = as_float_rows("Bounds", self.GetBounds(), ())
         if bounds.shape != (6,) or not (bounds[::2] <= bounds[1::2]).all():
@@ -86,8 +83,7 @@ class MLSControlPoints(OwnControlPoints, Algorithm):
 def lattice(dimensions, bounds):
     """Places (nx * ny * nz, 3) that fill a box regularly, x fastest.
 
-    Along an axis with a single one it is in the middle of `bounds` (xmin, xmax, ymin, ymax, zmin,
-    zmax).
+    `bounds` are (xmin, xmax, ymin, ymax, zmin, zmax); a single one is in the middle of its axis.
     """
     axes = [
         np.linspace(low, high, count) if count > 1 else [(low + high) / 2]

@@ -19,7 +19,7 @@ from vtk_mls.base.errors import InputError
 from vtk_mls.base.sampling import AUTOMATIC
 from vtk_mls.files.block_files import blocks
 from vtk_mls.filters import (
-    gradients,
+    derived_arrays,
     initial_transforms,
     parallel,
     pipeline,
@@ -28,8 +28,12 @@ from vtk_mls.filters import (
 )
 from vtk_mls.filters.algorithm import CachedValue, run_all
 from vtk_mls.filters.deforming_filter import DeformingFilter, input_dataset
-from vtk_mls.filters.image_resampling import ImageOptions, Resampling, automatic_backgrounds
-from vtk_mls.filters.lattices import lattice_blocks
+from vtk_mls.filters.image_resampling import (
+    ImageOptions,
+    Resampling,
+    automatic_backgrounds,
+    lattice_blocks,
+)
 from vtk_mls.filters.properties import with_properties
 from vtk_mls.filters.reference_input import PORT, ReferenceInput
 from vtk_mls.model.options import MAX_STEPS
@@ -299,10 +303,7 @@ class MLSDeform(ReferenceInput, DeformingFilter):
         backgrounds = self.series_backgrounds or self.corner_backgrounds
         resampling = Resampling(options, deformation, image, output, sampling, backgrounds)
         resampling.used_backgrounds = self.used_backgrounds
-        tasks = resampling.tasks()
-        tasks += self._overlap_tasks(deformation, output, sampling.target)
-        tasks += self._step_tasks(deformation, output, sampling.target)
-        return tasks + self._jacobian_tasks(deformation, output, sampling.target)
+        return resampling.tasks() + self._grid_tasks(deformation, output, sampling.target)
 
     def _lattice_block(self, image):
         """The `LatticeBlock` of an image among blocks, or None; all blocks are up to date now."""
@@ -316,7 +317,7 @@ class MLSDeform(ReferenceInput, DeformingFilter):
 
     def _direction_arrays(self):
         names = self.GetGradientVectorArrays(), self.GetPushForwardArrays()
-        return gradients.DirectionArrays(*names, self.GetNormalizeGradient())
+        return derived_arrays.DirectionArrays(*names, self.GetNormalizeGradient())
 
     def _image_options(self, image, block=None):
         gradient_array = self.GetGradientArray()
@@ -355,7 +356,6 @@ class MLSDeform(ReferenceInput, DeformingFilter):
         self._boxes.append(((low, high), joined))
 
     def _sampling(self, source, target):
-        """The `Sampling` from the grid `source` to the grid `target`."""
         background = AUTOMATIC if self.GetAutomaticBackground() else self.GetBackground()
         values = self.GetInterpolation(), background, self.GetVoidValues()
         return Sampling(source, target, *values)

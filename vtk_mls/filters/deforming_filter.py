@@ -15,18 +15,15 @@ from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm
 from vtk_mls import Chain, Deformation, RegionHandle
 from vtk_mls.base.errors import InputError
 from vtk_mls.filters import (
-    cut_inputs,
-    gradients,
+    derived_arrays,
     initial_transforms,
-    limit_inputs,
+    map_inputs,
     parallel,
     pipeline,
     property_tables,
-    void_arrays,
 )
 from vtk_mls.filters.algorithm import Algorithm, CachedValue, inputs
 from vtk_mls.filters.largest_blend import Blends
-from vtk_mls.filters.own_control_points import OwnControlPoints
 from vtk_mls.filters.properties import with_properties
 from vtk_mls.model import options
 from vtk_mls.model.handles.handle_cells import handles_of_cells
@@ -34,8 +31,7 @@ from vtk_mls.model.handles.handle_paths import blended_path
 from vtk_mls.queries.handle_warnings import handle_warnings
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
-from vtk_mls.vtk.control_point_polydata import DISPLACEMENT, PATH, WEIGHT, as_polydata, path_of
-from vtk_mls.vtk.handle_datasets import cells_of
+from vtk_mls.vtk.control_point_polydata import PATH, as_polydata, cells_of, path_of
 
 # Ports: control points, cuts, mask, deformed control points. Processes share all but masks.
 _PORTS, _POINT_SETS, _SHARED = (1, 2, 3, 4), (1, 4), (1, 2, 4)
@@ -47,7 +43,7 @@ _AT_REST = (
 
 
 @with_properties(property_tables.DEFORMING)
-class DeformingFilter(OwnControlPoints, Algorithm):
+class DeformingFilter(Algorithm):
     """Base of the filters that have control points and cuts.
 
     Control points are a vtkPointSet (polydata, an unstructured grid, ...) on input port 1, if
@@ -67,7 +63,7 @@ class DeformingFilter(OwnControlPoints, Algorithm):
     rigid region.
 
     Cuts are those of the properties CutType and Cuts, and the surfaces of any number of polydata on
-    input port 2 (see `cut_inputs.surfaces`): polygons and triangle strips, each connected surface a
+    input port 2 (see `map_inputs.surfaces`): polygons and triangle strips, each connected surface a
     cut; lines and vertices are ignored. They are in the undeformed volume and go with the material,
     or stay in the deformed space, as CutFrame says. Material on one side of a cut follows the
     control points of that side, and where the cut opens there is nothing: the output's point array
@@ -178,9 +174,7 @@ class DeformingFilter(OwnControlPoints, Algorithm):
         counts = {port: self.GetNumberOfInputConnections(port) for port in _SHARED}
         connections = [(port, index) for port in counts for index in range(counts[port])]
         state = self._upstream(connections, info)
-        if not connections:
-            self._collected = None
-        if not connections or (self._collected is not None and self._collected[0] == state):
+        if self._collected is not None and self._collected[0] == state:
             return
 
         def update():
@@ -191,7 +185,7 @@ class DeformingFilter(OwnControlPoints, Algorithm):
             ]
 
         try:
-            data = dict(zip(connections, parallel.gather_polydata(update)))
+            data = dict(zip(connections, parallel.gather_polydata(update))) if connections else {}
         except ValueError as error:
             data = error
         self._collected = state, data
@@ -276,7 +270,7 @@ class DeformingFilter(OwnControlPoints, Algorithm):
             raise ValueError(
                 "`DeformedControlPoints` is what `ControlPoints` is, moved: connect that, too"
             )
-        names = control_point_arrays(self, *control_points) if control_points else ()
+        names = map_inputs.control_point_arrays(self, *control_points) if control_points else ()
         shapes = property_tables.HANDLE_SHAPES_CHOICE.checked(self)
         cuts, limits = self._all_cuts(surfaces), self._all_limits(masks)
         cut_frame = options.CUT_FRAME.checked(self.GetCutFrame(), "CutFrame")
@@ -334,32 +328,32 @@ class DeformingFilter(OwnControlPoints, Algorithm):
         own = [mask] if isinstance(mask, vtkImageData) else []
 
         def make():
-            planar = limit_inputs.faces(*planes)
-            return limit_inputs.one_mask(ball, mask, images), (*planar, *faces)
+            planar = map_inputs.faces(*planes)
+            return map_inputs.one_mask(ball, mask, images), (*planar, *faces)
 
         key = ball, mask, faces, planes, _stamps([*images, *own])
         return self._limits_cache.of(key, make)
 
     def _all_cuts(self, surfaces):
         """The cuts of properties and port 2; the same objects until one of them changes."""
-        own = cut_inputs.own_values(self)
+        own = map_inputs.own_values(self)
 
         def make():
-            cuts = [cut for polydata in surfaces for cut in cut_inputs.surfaces(polydata)]
-            return *cut_inputs.own_cuts(*own), *self.GetCuts(), *cuts
+            cuts = [cut for polydata in surfaces for cut in map_inputs.surfaces(polydata)]
+            return *map_inputs.own_cuts(*own), *self.GetCuts(), *cuts
 
         return self._cuts_cache.of((own, self.GetCuts(), _stamps(surfaces)), make)
 
     def _own_control_points(self):
         """p, q and weights by properties; without any, one control point at rest."""
-        rest, deformed, weights = self._listed_control_points()
+        rest, deformed, weights = map_inputs.listed_control_points(self)
         if np.abs(rest).max(initial=0) > np.finfo(np.float32).max:
             raise ValueError(
                 f"`RestPoints` must be places, got {rest[0].tolist()}: the input had no bounds yet "
                 "when they were laid over it; update the input, then lay or set them anew"
             )
-        cuts = cut_inputs.own_cuts(*cut_inputs.own_values(self))
-        rest, is_ignored = cut_inputs.off_cuts(cuts, rest, deformed, self.GetCutFrame())
+        cuts = map_inputs.own_cuts(*map_inputs.own_values(self))
+        rest, is_ignored = map_inputs.off_cuts(cuts, rest, deformed, self.GetCutFrame())
         if is_ignored.all() and not self.GetHandles():
             return _ANCHOR, _ANCHOR, None
         mask = ~is_ignored
@@ -387,23 +381,21 @@ class DeformingFilter(OwnControlPoints, Algorithm):
                 argument="ControlPoints" if self.GetNumberOfInputConnections(1) else "RestPoints",
             )
 
-    def _overlap_tasks(self, deformation, output, grid):
-        """Functions of a Progress that add the array of the overlap."""
-        has_overlap = deformation.cuts and self.GetGenerateOverlap()
-        return [partial(void_arrays.add_overlap, output, deformation, grid)] if has_overlap else []
+    def _grid_tasks(self, transform, output, grid, is_field=False):
+        """Functions of a Progress that add arrays to an image on a grid; they read "Void"."""
+        tasks, options = [], self._jacobian_options()
+        if transform.cuts and self.GetGenerateOverlap():
+            tasks.append(partial(derived_arrays.add_overlap, output, transform, grid))
+        if step_tasks := self._step_tasks(transform, output):
+            tasks += [partial(_add_folds, output, transform, grid, is_field), *step_tasks]
+        if any(options):
+            tasks.append(partial(_add_jacobian, output, transform, grid, options))
+        return tasks
 
-    def _step_tasks(self, transform, output, grid=None, is_field=False):
-        """Functions of a Progress that add the number of automatic steps, and folds on a grid."""
+    def _step_tasks(self, transform, output):
+        """Functions of a Progress that add the number of automatic steps."""
         _, deformation = initial_transforms.split_chain(transform)
-        if deformation.steps != 0:
-            return []
-        folds = [] if grid is None else [partial(_add_folds, output, transform, grid, is_field)]
-        return [*folds, partial(_add_steps, output, deformation)]
-
-    def _jacobian_tasks(self, deformation, output, grid):
-        """Functions of a Progress that add the arrays of the Jacobian; they read "Void"."""
-        options = self._jacobian_options()
-        return [partial(_add_jacobian, output, deformation, grid, options)] if any(options) else []
+        return [partial(_add_steps, output, deformation)] if deformation.steps == 0 else []
 
     def _jacobian_options(self):
         """Whether the Jacobian and its determinant are generated."""
@@ -430,28 +422,7 @@ def _add_jacobian(output, deformation, grid, options, progress):
     mapping, adding = progress.divided(3, 1)
     jacobian = deformation.jacobian_field(grid, mapping)
     adding.report(0)
-    gradients.add_jacobian(output, jacobian, void, *options)
-
-
-def _array_name(algorithm, index, polydata):
-    """Name of the array or active attribute selected by SetInputArrayToProcess, or None."""
-    info = algorithm.GetInputArrayInformation(index)
-    if info.Has(vtkDataObject.FIELD_NAME()):
-        return info.Get(vtkDataObject.FIELD_NAME())
-    if info.Has(vtkDataObject.FIELD_ATTRIBUTE_TYPE()):
-        kind = info.Get(vtkDataObject.FIELD_ATTRIBUTE_TYPE())
-        active = polydata.GetPointData().GetAbstractAttribute(kind)
-        return active.GetName() if active else None
-    return None
-
-
-def control_point_arrays(algorithm, polydata):
-    """Names of the arrays of control points with q - p and, or None, with weights."""
-    displacement = _array_name(algorithm, 0, polydata) or DISPLACEMENT
-    weight = _array_name(algorithm, 1, polydata) or WEIGHT
-    if weight == WEIGHT and not polydata.GetPointData().HasArray(weight):
-        weight = None
-    return displacement, weight
+    derived_arrays.add_jacobian(output, jacobian, void, *options)
 
 
 def input_dataset(in_info):

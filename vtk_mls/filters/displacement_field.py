@@ -9,7 +9,7 @@ from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm, vtkStreamingDemandD
 
 from vtk_mls import Grid
 from vtk_mls.files import metadata, nifti
-from vtk_mls.filters import gradients, parallel, pipeline, property_tables, void_arrays
+from vtk_mls.filters import derived_arrays, parallel, pipeline, property_tables
 from vtk_mls.filters.deforming_filter import DeformingFilter, input_dataset
 from vtk_mls.filters.properties import with_properties
 from vtk_mls.vtk import arrays
@@ -107,9 +107,7 @@ class MLSDisplacementField(DeformingFilter):
             tasks += self._step_tasks(deformation, output)
         else:
             tasks = [partial(self._fill_backward, output, deformation, grid)]
-            tasks += self._overlap_tasks(deformation, output, grid)
-            tasks += self._step_tasks(deformation, output, grid, is_field=True)
-            tasks += self._jacobian_tasks(deformation, output, grid)
+            tasks += self._grid_tasks(deformation, output, grid, is_field=True)
         self._run(tasks)
         return 1
 
@@ -117,7 +115,7 @@ class MLSDisplacementField(DeformingFilter):
         field = deformation.displacement_field(grid, progress=progress)
         _add_field(output, "BackwardDisplacement", field.displacement.reshape(-1, 3))
         if deformation.cuts:
-            void_arrays.add_void(output.GetPointData(), field.void_distance)
+            derived_arrays.add_void(output.GetPointData(), field.void_distance)
 
     def _fill_forward(self, output, deformation, grid, progress):
         options = self._jacobian_options()
@@ -135,7 +133,9 @@ class MLSDisplacementField(DeformingFilter):
         arrays.add(output.GetPointData(), "NoInverse", ~found)
         arrays.add(output.GetFieldData(), "FailedInverses", np.count_nonzero(~found))
         if with_jacobian:
-            gradients.add_jacobian(output, jacobian.reshape(*grid.shape, 3, 3), False, *options)
+            derived_arrays.add_jacobian(
+                output, jacobian.reshape(*grid.shape, 3, 3), False, *options
+            )
 
     def _share_boxes(self, info=None):
         """Tell all processes the bounds of the input's pieces; to be called like `_collect`."""

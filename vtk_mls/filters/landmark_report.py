@@ -7,7 +7,7 @@ from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm
 from vtk_mls.base.errors import InputError
 from vtk_mls.filters import property_tables
 from vtk_mls.filters.algorithm import Algorithm, inputs
-from vtk_mls.filters.deforming_filter import control_point_arrays
+from vtk_mls.filters.map_inputs import control_point_arrays
 from vtk_mls.filters.properties import with_properties
 from vtk_mls.landmarks import report, text
 from vtk_mls.landmarks.left_out import BASELINE
@@ -70,23 +70,20 @@ class MLSLandmarkReport(Algorithm):
                 )
 
         def fill(progress):
-            result = self._landmark_report(points, moved, progress)
+            try:
+                chosen = control_point_arrays(self, points)
+                p, q, weights = arrays.control_points(points, *chosen, *moved)
+                labels = arrays.texts(points.GetPointData(), LABEL)
+                names = [label or str(i + 1) for i, label in enumerate(labels)] or None
+                device = self.GetDevice() or None
+                result = report(p, q, names, weights=weights, device=device, progress=progress)
+            except InputError as error:
+                raise error.renamed(_NAMES) from error
             fill_pairs(vtkTable.GetData(outInfo, 0), result)
             fill_settings(vtkTable.GetData(outInfo, 1), result)
 
         self._run([fill])
         return 1
-
-    def _landmark_report(self, points, moved, progress):
-        try:
-            chosen = control_point_arrays(self, points)
-            p, q, weights = arrays.control_points(points, *chosen, *moved)
-            labels = arrays.texts(points.GetPointData(), LABEL)
-            names = [label or str(i + 1) for i, label in enumerate(labels)] or None
-            device = self.GetDevice() or None
-            return report(p, q, names, weights=weights, device=device, progress=progress)
-        except InputError as error:
-            raise error.renamed(_NAMES) from error
 
 
 def fill_pairs(table, result):

@@ -1,23 +1,17 @@
 """The largest share of a deformation that keeps a mesh valid."""
 
-from __future__ import annotations
-
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
-
-from vtk_mls.queries.transform import Transform
+from typing import NamedTuple
 
 STEPS = 100  # of a blend of 1
 
 
-@dataclass(frozen=True)
-class Blends:
+class Blends(NamedTuple):
     """Shares of a deformation."""
 
     blend: float  # that of the filter
-    whole: Transform  # at this blend
-    at: Callable[[float], Transform] | None = None  # at another
+    whole: object  # the Transform at this blend
+    at: object = None  # a function that gives the Transform at another
 
 
 def largest_blend(blend, inverts, progress):

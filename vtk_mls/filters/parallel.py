@@ -20,10 +20,7 @@ def is_parallel():
 
 
 def all_gather(value):
-    """A list of the values of all processes, in the order of ranks; they are pickled.
-
-    Every process must call this.
-    """
+    """A list of the values of all processes, by rank, pickled. Every process must call this."""
     controller = vtkMultiProcessController.GetGlobalController()
     own = pickle.dumps(value)
     lengths = _gather(controller, np.array([len(own)], np.int64).tobytes())
@@ -92,15 +89,13 @@ def _pack(polydata):
 
 
 def _merge(parts):
-    different = list(dict.fromkeys(part for part in parts if part is not None))
-    if len(different) > 1:  # each process has its own
-        different = [part for part in parts if part is not None]
-    if len(different) == 1:
-        return _unpack(different[0])
+    parts = [part for part in parts if part is not None]
+    if len(set(parts)) < 2:  # all processes have the same, or one has some
+        return _unpack(parts[0]) if parts else vtkPolyData()
     join = vtkAppendPolyData()
-    for part in different:
+    for part in parts:
         join.AddInputData(_unpack(part))
-    return output_of(join) if different else vtkPolyData()
+    return output_of(join)
 
 
 def _unpack(part):

@@ -45,10 +45,7 @@ def request_extent(info, extent):
 
 
 def requested_extent(info):
-    """The requested extent of an image, given as such or as a piece of the whole.
-
-    VTK converts pieces to extents in RequestData only.
-    """
+    """The requested extent of an image, or of a piece: VTK converts these in RequestData only."""
     if info.Get(_HAS_EXTENT) or info.Get(_PIECES) < 2:
         return info.Get(_EXTENT)
     translator, extent = vtkExtentTranslator(), [0] * 6
@@ -147,8 +144,7 @@ def request_time(info, time, input_info):
 def publish_changing_extent(info):
     """Have VTK request the whole extent anew at each time, if there are times.
 
-    For an output whose extent depends on data: VTK would go on to request the whole extent of the
-    time before.
+    For outputs whose extent depends on data: VTK would go on to request that of the time before.
     """
     if info.Has(_RANGE):
         info.Set(_KEYS.TIME_DEPENDENT_INFORMATION(), 1)

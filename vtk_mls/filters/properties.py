@@ -20,7 +20,10 @@ _WIDTH = 88  # of docstrings; those of stubs are indented further
 
 @dataclass(frozen=True)
 class Property:
-    """A property of a filter: its name, default and help."""
+    """A property of a filter: its name, default and help.
+
+    Subclasses have `values`: allowed values, in a few words.
+    """
 
     name: str  # in CamelCase: the methods are Set<name> and Get<name>
     default: object  # of the filter; it must not change a list
@@ -51,19 +54,9 @@ class Property:
         return self.name.removesuffix("s")
 
     @property
-    def label(self):
-        """In ParaView's panel."""
-        return re.sub(r"(?<=[a-z])(?=[A-Z])", " ", self.name)
-
-    @property
     def initial(self):
         """The value of a new algorithm."""
         return self.default
-
-    @property
-    def values(self):
-        """Allowed values, in a few words."""
-        raise NotImplementedError
 
     @property
     def expected(self):
@@ -200,8 +193,11 @@ class Text(Property):
         return value or ""
 
 
+@dataclass(frozen=True)
 class FileName(Text):
     """The path of a file with control points."""
+
+    default: str = field(default="", init=False)
 
     values = "the path of a file"
 
@@ -218,8 +214,11 @@ class ArrayName(Text):
     values = "a name"
 
 
+@dataclass(frozen=True)
 class Items(Property):
     """A tuple to which elements are added one by one."""
+
+    default: tuple = field(default=(), init=False)
 
     def assign(self, algorithm, value):
         getattr(algorithm, f"Clear{self.name}")()
@@ -261,28 +260,24 @@ class ArrayNames(Items):
 
 @dataclass(frozen=True)
 class Values(Items):
-    """Values of `vtk_mls`, which only Python can set; `kinds` says which."""
+    """Values of `vtk_mls`, which only Python can set."""
 
-    kinds: str = ""
-
-    @property
-    def values(self):
-        return f"each {self.kinds}"
+    values: str = ""
 
 
 @dataclass(frozen=True)
 class Value(Property):
-    """A value of `vtk_mls` or None, which only Python can set; `kinds` says which."""
+    """A value of `vtk_mls` or None, which only Python can set."""
 
-    kinds: str = ""
-
-    @property
-    def values(self):
-        return self.kinds
+    default: None = field(default=None, init=False)
+    values: str = ""
 
 
+@dataclass(frozen=True)
 class Rows(Property):
     """A list that is set as a whole, or, as ParaView does it, by its length and single elements."""
+
+    default: tuple = field(default=(), init=False)
 
     columns = ()  # of an element
     new = None  # value of an element that has not been set

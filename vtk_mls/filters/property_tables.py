@@ -40,19 +40,16 @@ CUT_FIELDS: dict[str, Property] = {}  # by the names of fields
 for _field in (field for shape in CUT_SHAPES for field in shape.fields):
     CUT_FIELDS.setdefault(_field.name, of_cut_field(_field))
 
-# All cuts.
 CUTS = Values(
     "Cuts",
-    (),
     "Cuts in addition to those of CutType and of input port 2.",
-    kinds="a `vtk_mls.Plane`, `HalfPlane` or `Surface`",
+    values="each a `vtk_mls.Plane`, `HalfPlane` or `Surface`",
 )
 
 # Control points of a filter's own.
 OWN_CONTROL_POINTS = (
     Positions(
         "DeformedPoints",
-        (),
         """Positions q to which the handles are dragged, with the mouse or here. Handles that are
         not dragged hold the material in place.""",
         more="If empty, q = p. Ignored if input port 1 is connected.",
@@ -60,7 +57,6 @@ OWN_CONTROL_POINTS = (
     ),
     Positions(
         "RestPoints",
-        (),
         """Positions p of the handles in the undeformed space, one for each deformed point. ParaView
         starts with a lattice over the bounds of the input.""",
         more="""Outside of ParaView there are no handles by default, and nothing moves. Handles that
@@ -70,7 +66,6 @@ OWN_CONTROL_POINTS = (
     ),
     Factors(
         "Weights",
-        (),
         "A positive factor for each handle. If empty, all factors are 1.",
         is_advanced=True,
         shown_when=("ControlPoints", None),
@@ -92,9 +87,8 @@ HANDLE_SHAPES_CHOICE = Choice(
 )
 HANDLES = Values(
     "Handles",
-    (),
     "Handles in addition to those of input port 1 or of RestPoints.",
-    kinds="a `vtk_mls.CurveHandle` or `RegionHandle`",
+    values="each a `vtk_mls.CurveHandle` or `RegionHandle`",
 )
 HANDLE_OPTIONS = (HANDLE_SHAPES_CHOICE, HANDLES)
 
@@ -110,23 +104,20 @@ MASK_BALL = Vector(
 )
 MASK = Value(
     "Mask",
-    None,
     """Image in the deformed space by which displacements are multiplied, with values from 0 to 1.
     In an image of integers, such as labels, every value except 0 counts as 1. Outside the image,
     nothing moves.""",
     more="Alternative: input port 3.",
-    kinds="a vtkImageData, or a `vtk_mls.BallMask`, `BoxMask` or `ImageMask`",
+    values="a vtkImageData, or a `vtk_mls.BallMask`, `BoxMask` or `ImageMask`",
 )
 FIXED_PLANES = Planes(
     "FixedPlanes",
-    (),
     """Planes that stay in place: a point, a normal, and the distance from the plane over which the
     deformation grows from zero to its full size.""",
     **_LIMIT,
 )
 SLIDING_PLANES = Planes(
     "SlidingPlanes",
-    (),
     """Planes along which material slides, such as a plane of symmetry: a point, a normal, and a
     distance. Over this distance from the plane, displacements along the normal grow from zero to
     their full size.""",
@@ -134,16 +125,14 @@ SLIDING_PLANES = Planes(
 )
 CONSTRAINTS = Values(
     "Constraints",
-    (),
     "Faces in addition to those of FixedPlanes and SlidingPlanes.",
-    kinds="a `vtk_mls.FixedFace` or `SlidingFace`",
+    values="each a `vtk_mls.FixedFace` or `SlidingFace`",
 )
 LIMITS = (MASK_BALL, MASK, FIXED_PLANES, SLIDING_PLANES, CONSTRAINTS)
 
 # What moves the material before.
 INITIAL_TRANSFORM = TransformFile(
     "InitialTransform",
-    "",
     """Transform that moves the material first, so that the handles correct it. It is a file of ITK,
     ANTs or 3D Slicer with an affine transform or a displacement field, as used to resample images.
     Handles at rest, and cuts in the rest frame, lie in the space after this transform.""",
@@ -160,7 +149,6 @@ INTERPOLATION = Choice(
 )
 LABEL_ARRAYS = ArrayNames(
     "LabelArrays",
-    (),
     """Arrays with labels, whose values must not be mixed. The nearest value is taken, whatever the
     interpolation is.""",
     more="""Arrays that the field data LabelArrays of the input names are also labels. `vtk_mls.io`
@@ -227,12 +215,11 @@ GIVEN_GRID = (
 )
 REFERENCE = Value(
     "Reference",
-    None,
     """Image whose grid the output image gets, with its directions. The values of the image are not
     used.""",
     more="""Alternative: input port 5, which is ignored if this is set. Both override OutputGrid. A
     warning says if no material of the input arrives there. Meshes are an error.""",
-    kinds="a vtkImageData or a `vtk_mls.Grid`",
+    values="a vtkImageData or a `vtk_mls.Grid`",
 )
 
 # What a cut has torn.
@@ -289,7 +276,6 @@ GRADIENT_ARRAY = ArrayName(
 )
 GRADIENT_VECTOR_ARRAYS = ArrayNames(
     "GradientVectorArrays",
-    (),
     """Arrays of the input that are gradients and are transformed as such (covariantly). Active
     normals are always transformed.""",
     components=3,
@@ -297,7 +283,6 @@ GRADIENT_VECTOR_ARRAYS = ArrayNames(
 )
 PUSH_FORWARD_ARRAYS = ArrayNames(
     "PushForwardArrays",
-    (),
     """Arrays of vectors that move with the material, such as velocities, and are transformed as
     such (contravariantly).""",
     components=3,
@@ -387,10 +372,7 @@ SAMPLING = (
     REFERENCE,
 )
 DEFORM = (*_SHARED, *SAMPLING, *VOID, OVERLAP, *VECTORS, *JACOBIAN, *CELL_QUALITY, *COMPUTING)
-# MLSDisplacementField
 DISPLACEMENT_FIELD = (*_SHARED, INVERSE, SAMPLE_DIMENSIONS, OVERLAP, *JACOBIAN, *COMPUTING)
-
-# MLSLandmarkReport
 LANDMARK_REPORT = (next(prop for prop in COMPUTING if prop.name == "Device"),)
 
 # MLSControlPoints
@@ -413,7 +395,6 @@ SPACE = Choice(
 FILES = (
     FileName(
         "FileName",
-        "",
         """File with control points. Markups of 3D Slicer (.fcsv, .mrk.json) and other landmarks are
         p. Tables px,py,pz,qx,qy,qz[,weight] (.csv, .txt) and files of BigWarp have pairs.
         DeformedPoints overrides the q of the file if it is not empty.""",
@@ -421,7 +402,6 @@ FILES = (
     ),
     FileName(
         "DeformedFileName",
-        "",
         """File with the deformed positions q of the control points, such as markups. May be empty.
         They are paired with p by label, or else by order.""",
         **_FILE,
@@ -431,7 +411,6 @@ FILES = (
 LISTS = (
     Positions(
         "DeformedPoints",
-        (),
         """Positions q to which the control points are dragged, with the mouse or here, one for each
         control point. If empty, they stay at rest.""",
         more="Used in every mode.",
@@ -439,7 +418,6 @@ LISTS = (
     ),
     Positions(
         "RestPoints",
-        (),
         "Positions p of the control points in the undeformed space.",
         unit="world coordinates",
     ),
@@ -466,7 +444,6 @@ LATTICE = (
 )
 WEIGHTS = Factors(
     "Weights",
-    (),
     "A positive factor for each control point. If empty, all factors are 1.",
     more="Used in every mode.",
     is_advanced=True,

@@ -46,8 +46,8 @@ class ReferenceInput:
         elif isinstance(value, Grid):
             geometry = ImageGeometry.of_grid(value)
         else:
-            kinds = property_tables.REFERENCE.kinds
-            raise TypeError(f"`Reference` must be {kinds}, got {short_repr(value)}")
+            expected = property_tables.REFERENCE.values
+            raise TypeError(f"`Reference` must be {expected}, got {short_repr(value)}")
         if geometry.is_empty:
             raise InputError("is an empty image; it must have a point", argument="Reference")
         return geometry

@@ -23,19 +23,19 @@ from vtkmodules.vtkCommonDataModel import (
 from vtkmodules.vtkFiltersCore import vtkCellCenters
 from vtkmodules.vtkFiltersGeneral import vtkRectilinearGridToPointSet
 
-from vtk_mls.filters import gradients, void_arrays
+from vtk_mls.filters import derived_arrays
 from vtk_mls.filters.algorithm import run_all
 from vtk_mls.filters.largest_blend import largest_blend
 from vtk_mls.queries.overlap import sizes
 from vtk_mls.queries.vector_fields import contravariant, covariant
 from vtk_mls.vtk import arrays
-from vtk_mls.vtk.cell_quality import scaled_jacobians
 from vtk_mls.vtk.cells import (
     FACES,
     convert_integer_points,
     is_empty,
     make_boxes_free,
     positions_of,
+    scaled_jacobians,
     set_positions,
     without_empty,
 )
@@ -114,7 +114,7 @@ class MeshCache:
 class MeshOptions:
     """How the arrays of a mesh are transformed, and which are added."""
 
-    directions: gradients.DirectionArrays
+    directions: derived_arrays.DirectionArrays
     has_jacobian: bool = False  # adds "Jacobian"
     has_determinant: bool = False  # "JacobianDeterminant" and the number of inverted cells
     has_quality: bool = False  # "CellQuality" and "CellQualityBefore"
@@ -184,7 +184,7 @@ class Warp:
         if self.keeps_whole:
             torn = crossed(self.output, self.deformation.cuts)
             arrays.add(cells, "Void", torn)
-            void_arrays.hide(cells, torn)
+            derived_arrays.hide(cells, torn)
         moved = self.before + field.displacement
         set_positions(self.output, moved, self.output.GetPoints().GetDataType())
         displacement, found = self._from_rest(field)

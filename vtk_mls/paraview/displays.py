@@ -1,6 +1,9 @@
-"""The displays of ParaView: copies of their settings, and colors for our own mappers."""
+"""The displays of ParaView: copies of their settings, default colors, and those of our mappers."""
+
+import json
 
 import numpy as np
+from paraview.modules.vtkRemotingServerManager import vtkSMSettings
 from vtkmodules.vtkCommonDataModel import (
     vtkCompositeDataSet,
     vtkDataAssembly,
@@ -8,6 +11,8 @@ from vtkmodules.vtkCommonDataModel import (
 )
 
 from vtk_mls.paraview.server_manager import indexed_blocks, input_of, pending_value, pending_values
+from vtk_mls.rendering import volume_colors
+from vtk_mls.rendering.rest_surface import DETERMINANT
 
 # All but the representation itself.
 _COPIED = (
@@ -22,6 +27,7 @@ _COPIED = (
     *("BlockColorArrayNames", "BlockLookupTables", "BlockMapScalars", "BlockUseSeparateColorMaps"),
     "BlockInterpolateScalarsBeforeMappings",
 )
+_PRIORITY = 1.5  # of default colors: above the settings of the site, below those of the user
 _HIERARCHY = "Hierarchy"
 _BLOCK_SETTINGS = ("Assembly", "BlockSelectors", "BlockColors", "BlockOpacities")
 _BLOCK_COLORS = "vtkBlockColors"
@@ -159,3 +165,21 @@ class BlockSettings:
 def _values(display, name):
     prop = display.GetProperty(name)
     return pending_values(prop) if prop else []
+
+
+def add_default_colors():
+    """Make the editor's colors of JacobianDeterminant ParaView's default: red in folds.
+
+    Unless the user has set others for arrays of this name. The range does not follow the data, so
+    that white always is the volume at rest.
+    """
+    points = volume_colors.table()
+    table = {
+        "RGBPoints": points.ravel().tolist(),
+        "ColorSpace": 0,  # RGB
+        "NumberOfTableValues": volume_colors.TABLE_SIZE,
+        "ScalarRangeInitialized": 1,
+        "AutomaticRescaleRangeMode": -1,  # never
+    }
+    settings = {"array_lookup_tables": {DETERMINANT: {"PVLookupTable": table}}}
+    vtkSMSettings.GetInstance().AddCollectionFromString(json.dumps(settings), _PRIORITY)

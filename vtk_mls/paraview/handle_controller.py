@@ -10,24 +10,22 @@ import time
 
 import numpy as np
 
-from vtk_mls.paraview import first_placement, handle_lists, panels, undo
-from vtk_mls.paraview.deferred_drags import DeferredDrags
+from vtk_mls.paraview import handle_lists, panels, undo
+from vtk_mls.paraview.handle_drags import DeferredDrags, SurfaceMouse
 from vtk_mls.paraview.handle_lists import LISTS, OTHER_LIST
 from vtk_mls.paraview.handle_markers import HandleMarkers, remove_line
-from vtk_mls.paraview.live import SWITCH, Live
-from vtk_mls.paraview.observers import Observers
+from vtk_mls.paraview.live import MAP_PROPERTIES, SWITCH, Live
 from vtk_mls.paraview.optional_inputs import OptionalInputs
-from vtk_mls.paraview.pending_filter import MAP_PROPERTIES
 from vtk_mls.paraview.server_manager import (
     EDITED,
+    Observers,
     find_proxy,
     is_pending,
     is_remote,
     pending_value,
+    render_later,
     views_of,
 )
-from vtk_mls.paraview.surface_mouse import SurfaceMouse
-from vtk_mls.paraview.views import render_later
 
 _SOURCE = "MLSControlPoints"
 _BEFORE_PLANES = 0.6  # priority of handles, where the mouse also hits the plane of a cut, at 0.5
@@ -49,7 +47,7 @@ class HandleController:
         self._widget_ids, self._surface_mice = set(), []
         self._markers, self._observers = HandleMarkers(), Observers()
         self._live = Live(proxy) if proxy.GetProperty(SWITCH) else None
-        first_placement.place(proxy, selected)
+        handle_lists.place(proxy, selected)
         if proxy.GetXMLName() == _SOURCE:
             _add_deformed_points(proxy)
         proxy.UpdateVTKObjects()
@@ -119,10 +117,7 @@ class HandleController:
             self._observers.add(proxy.GetProperty(name), EDITED, callback)
 
     def _edit_callback(self, method):
-        """An observer of a property that calls `method(property, proxy)`.
-
-        Events that it causes itself are ignored.
-        """
+        """An observer that calls `method(property, proxy)`, except for events that this causes."""
 
         def callback(prop, event):
             if self._is_busy:
@@ -197,7 +192,7 @@ class HandleController:
 
     def _restored(self, restored, proxy):
         if restored.GetElement(0):
-            first_placement.place(proxy)
+            handle_lists.place(proxy)
             self._store_rows(proxy)
 
     def _layout_edited(self, prop, proxy):

@@ -1,19 +1,42 @@
-"""The lists of control points of a proxy, pending edits included, as arrays of rows."""
+"""The lists of control points of a proxy: pending edits, as arrays of rows, and the first ones.
+
+ParaView places the handles of a filter as a lattice over the bounds of its input. If the material
+does not fill the bounds, they move to the material. The handles of a source of control points move
+to the bounds of the selection. Scripts outside the GUI get ParaView's lattice and default cube.
+"""
 
 from contextlib import suppress
 
 import numpy as np
 from vtkmodules.vtkCommonCore import vtkObject
+from vtkmodules.vtkCommonDataModel import vtkDataSet, vtkImageData
 
 from vtk_mls.files import control_point_files
 from vtk_mls.filters.control_point_source import lattice
-from vtk_mls.paraview.server_manager import EDITED, input_of, pending_value, pending_values
+from vtk_mls.paraview import undo
+from vtk_mls.paraview.server_manager import (
+    EDITED,
+    blocks_of,
+    input_data,
+    input_of,
+    is_remote,
+    pending_value,
+    pending_values,
+)
+from vtk_mls.rendering.surfaces import SurfaceLocator, VolumeSurface, handles_on
+from vtk_mls.rendering.transfer_functions import presets_of, scalar_image
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.arrays import ImageGeometry
 
 LISTS = ("RestPoints", "DeformedPoints", "Weights")
 OTHER_LIST = {"RestPoints": "DeformedPoints", "DeformedPoints": "RestPoints"}
 DRAGGED = {"deformed": "DeformedPoints", "rest": "RestPoints"}  # by the values of Drag
 _FILE_PROPERTIES = ("FileName", "DeformedFileName", "Space")
 LAYOUT_PROPERTIES = ("Mode", "LatticeDimensions", "Bounds", *_FILE_PROPERTIES)
+_COUNT = 3  # first handles along each axis
+_MAX_CELLS = 10**6  # of a mesh; the search for closest points takes a second
+_MIN_EMPTY_SHARE = 0.5  # of the faces of an image
+_BACKGROUND_RANGE = 0.02  # of the range of values
 
 
 def pending_lists(proxy):
@@ -88,3 +111,87 @@ def lattice_bounds(proxy):
         return pending_values(proxy.GetProperty("Bounds"))
     source, port = input_of(proxy)
     return source.GetDataInformation(port).GetBounds()
+
+
+def place(proxy, selected=None):
+    """Place the handles of a proxy with default values, unless a script has set them."""
+    if proxy.GetSessionProxyManager().GetInLoadXMLState() or undo.is_running():
+        return
+    if proxy.GetProperty("Bounds"):
+        _place_over(proxy, selected)
+    elif not is_remote(proxy) and input_of(proxy):
+        _place_on_material(proxy)
+
+
+def _place_over(source, selected):
+    """Set the cube and the lattice of a source to the bounds of the selection."""
+    rest, box = source.GetProperty("RestPoints"), source.GetProperty("Bounds")
+    if selected is None or not (rest.IsValueDefault() and box.IsValueDefault()):
+        return
+    bounds = np.array(selected.GetDataInformation().GetBounds())
+    low, high = bounds[::2], bounds[1::2]
+    if (low > high).any():
+        return  # no data yet
+    corners = np.where(pending_rows(rest) > 0, high, low)
+    _set(box, bounds)
+    _set(rest, list(dict.fromkeys(map(tuple, corners.tolist()))))  # fewer for flat data
+
+
+def _place_on_material(proxy):
+    """Move the handles of ParaView's lattice to the material of the input."""
+    rest, deformed = proxy.GetProperty("RestPoints"), proxy.GetProperty("DeformedPoints")
+    rows = pending_rows(rest)
+    expected = lattice((_COUNT,) * 3, lattice_bounds(proxy))
+    is_lattice = len(rows) == len(expected) and np.allclose(rows[np.lexsort(rows.T)], expected)
+    if not (is_lattice and np.array_equal(rows, pending_rows(deformed))):
+        return  # set by a script
+    positions = None
+    with suppress(ValueError):  # images without point values
+        positions = _positions_on_material(blocks_of(input_data(proxy)))
+    if positions is not None:
+        _set(rest, positions)
+        _set(deformed, positions)
+
+
+def _positions_on_material(blocks):
+    """Positions (n, 3) of handles; None if the lattice over the bounds is suitable."""
+    materials = [_material_of(block) for block in blocks]
+    if not materials or None in materials:
+        return None
+    boxes = np.array([box for _, box in materials])
+    box = np.array([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
+    return handles_on([material for material, _ in materials], box, _COUNT)
+
+
+def _material_of(data):
+    """An object with closest points of the material, and the corners (2, 3) of a box around it.
+
+    None for data that fill their bounds or are too large for a search.
+    """
+    if isinstance(data, vtkImageData):
+        image = scalar_image(data)
+        grid = ImageGeometry.of_image(image).grid
+        values = arrays.to_numpy(image.GetPointData().GetScalars()).reshape(grid.shape)
+        if not _has_empty_faces(values):
+            return None
+        surface = VolumeSurface(grid, values, presets_of(values.ravel(), False)[0])
+        return surface, surface.bounds
+    if not isinstance(data, vtkDataSet) or not 0 < data.GetNumberOfCells() <= _MAX_CELLS:
+        return None
+    return SurfaceLocator(data), np.reshape(data.GetBounds(), (3, 2)).T
+
+
+def _has_empty_faces(values):
+    """Whether most of an image's (nz, ny, nx) faces are background, such as air around a head."""
+    if min(values.shape) < 2:
+        return False
+    ends = [np.take(values, (0, -1), axis=axis).ravel() for axis in range(3)]
+    faces = np.concatenate(ends).astype(float)
+    value_range = float(np.nanmax(values)) - float(np.nanmin(values))
+    distance = np.abs(faces - np.nanmedian(faces))
+    is_background = ~(distance > _BACKGROUND_RANGE * value_range)
+    return is_background.mean() >= _MIN_EMPTY_SHARE
+
+
+def _set(prop, values):
+    prop.SetElements(np.ravel(values).tolist(), np.size(values))

@@ -1,8 +1,7 @@
 """Markers of handles in ParaView's views: dragged, selected, and numbered ones differ.
 
 ParaView's widget draws each handle by an actor of its own, all in one style, and a line through
-them that drags all at once. Here the widget's handles are picked but not drawn; one actor draws all
-markers.
+them that drags all at once. Here its handles are picked but not drawn; one actor draws all markers.
 """
 
 import numpy as np
@@ -10,15 +9,20 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_UNSIGNED_CHAR
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkFiltersSources import vtkSphereSource
-from vtkmodules.vtkRenderingCore import vtkActor, vtkActor2D, vtkGlyph3DMapper, vtkPolyDataMapper
+from vtkmodules.vtkRenderingCore import (
+    vtkActor,
+    vtkActor2D,
+    vtkGlyph3DMapper,
+    vtkPolyDataMapper,
+    vtkPropCollection,
+)
 from vtkmodules.vtkRenderingLabel import vtkLabeledDataMapper
 
-from vtk_mls.filters.handle_arrows import fill_arrows
-from vtk_mls.paraview.observers import Observers
-from vtk_mls.paraview.panel_widgets import actors_of
+from vtk_mls.paraview.server_manager import Observers
 from vtk_mls.rendering.projection import Projection
 from vtk_mls.vtk.arrays import add, from_numpy
 from vtk_mls.vtk.cells import set_positions
+from vtk_mls.vtk.control_point_polydata import fill_arrows
 from vtk_mls.vtk.objects import configured
 
 _DRAGGED_COLOR = (1.0, 0.67, 0.0)
@@ -156,3 +160,10 @@ class _Spheres:
 def remove_line(widget, event):
     """Remove the line between a widget's handles, so that it is neither drawn nor picked."""
     actors_of(widget.GetRepresentation())[0].SetMapper(None)
+
+
+def actors_of(representation):
+    """The actors of an enabled widget's representation."""
+    actors = vtkPropCollection()
+    representation.GetActors(actors)
+    return [actors.GetItemAsObject(index) for index in range(actors.GetNumberOfItems())]

@@ -168,7 +168,6 @@ def _program(folder, name):
 
 
 def _output_of(command, variables):
-    """All that a program prints."""
     streams = {"stdin": subprocess.DEVNULL, "stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
     words = [str(word) for word in command]
     options = {**streams, "env": variables, "text": True, "timeout": _TIMEOUT, "check": False}

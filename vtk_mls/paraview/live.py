@@ -2,33 +2,50 @@
 
 The deformed input is drawn in place of ParaView's own prop of the filter, or of the input before
 the first Apply. This does not change the pipeline: states, Undo and the panel ignore it. It is
-updated once a frame for any number of edits, to keep up with the mouse. Other views are rendered
-when a drag ends.
+updated once a frame for any number of edits, to keep up with the mouse; other views after a drag.
 """
 
 from contextlib import suppress
 
+import numpy as np
 from vtkmodules.vtkCommonCore import vtkOutputWindow
+from vtkmodules.vtkCommonDataModel import vtkImageData
 
+from vtk_mls import Deformation, Grid
+from vtk_mls.filters import MLSDeform, properties
+from vtk_mls.filters import property_tables as tables
 from vtk_mls.paraview.displays import BlockSettings
 from vtk_mls.paraview.live_image import LiveBox, LiveImage, LiveSlice, LiveVolume
-from vtk_mls.paraview.live_mesh import LiveEdges, LiveOutline, LiveSurface
-from vtk_mls.paraview.observers import Observers
-from vtk_mls.paraview.pending_filter import PendingFilter, has_pending_map
+from vtk_mls.paraview.live_prop import LiveEdges, LiveOutline, LiveSurface
 from vtk_mls.paraview.server_manager import (
+    Observers,
     blocks_of,
     find_proxy,
     input_data,
     input_of,
+    is_pending,
     is_remote,
     pending_value,
+    pending_values,
     proxies_in,
+    render_later,
     views_of,
 )
-from vtk_mls.paraview.views import render_later
+from vtk_mls.vtk.arrays import ImageGeometry
 
 SWITCH = "Live"
 _PROP_TYPES = (LiveVolume, LiveImage, LiveSlice, LiveBox, LiveSurface, LiveEdges, LiveOutline)
+_GRID = tables.OUTPUT_GRID, *tables.GIVEN_GRID
+_IN_PYTHON = properties.Value, properties.Values
+_TABLE = [prop for prop in tables.DEFORM if not isinstance(prop, _IN_PYTHON)]
+_MAP = *tables.MAP, *tables.CUTTING, *tables.HANDLE_OPTIONS, *tables.LIMITS
+# Properties that change the deformation or the grid.
+MAP_PROPERTIES = [
+    *(prop.name for prop in _TABLE if prop in _MAP),
+    tables.INITIAL_TRANSFORM.name,
+    *(prop.name for prop in (*tables.OWN_CONTROL_POINTS, *_GRID)),
+]
+_SOURCE = "MLSControlPoints"
 
 
 class Live:
@@ -162,3 +179,109 @@ def _displays(proxy, view):
         elif source == input_of(proxy):
             of_input.append(display)
     return of_filter or of_input
+
+
+class PendingFilter:
+    """The deformation by edits that wait for Apply.
+
+    `deformation` is None without valid edits, and with an InitialTransform; edits change `version`.
+    """
+
+    def __init__(self):
+        self._filter = MLSDeform()
+        self.deformation, self.version = None, None
+
+    def update(self, proxy):
+        """Copy the pending values of a proxy of MLSDeform.
+
+        TypeError, ValueError or RuntimeError if a value is wrong, as Apply reports it; the last
+        deformation stays.
+        """
+        self._set_properties(proxy)
+        transform = self._filter.updated_deformation()
+        self.deformation = transform if isinstance(transform, Deformation) else None
+        self.version = self.deformation, self._filter.GetMTime()
+
+    def geometry(self, image):
+        """ImageGeometry of a whole deformed vtkImageData."""
+        return self._filter.output_geometry(ImageGeometry.of_image(image), lambda: self.deformation)
+
+    def limits(self, image):
+        """The Grid within which a volume, a vtkImageData, is drawn; None for all of it.
+
+        A fitted grid contains all of it; that of a Reference can have other directions.
+        """
+        if self._filter.has_reference() or self._filter.GetOutputGrid() == "fitted":
+            return None
+        return self.geometry(image).grid
+
+    def image(self, image, extent):
+        """The part of a deformed vtkImageData in an extent, bit for bit as Apply computes it."""
+        self._filter.SetInputDataObject(0, image)
+        output = vtkImageData()
+        if not self._filter.UpdateExtent(extent):
+            raise ValueError("the image cannot be deformed")  # the filter reported the reason
+        output.ShallowCopy(self._filter.GetOutput())
+        return output
+
+    def coarse_image(self, image, max_points):
+        """A whole deformed vtkImageData on a grid of about `max_points` points."""
+        grid = self.geometry(image).grid
+        steps = np.subtract(grid.dimensions, 1)
+        factor = np.cbrt(np.prod(grid.dimensions) / max_points)
+        fewer = np.maximum(np.floor(steps / factor).astype(int), np.minimum(steps, 1))
+        spacing = grid.spacing * steps / np.maximum(fewer, 1) + (steps == 0)
+        self._filter.SetReference(Grid(fewer + 1, grid.origin, spacing, grid.direction))
+        try:
+            return self.image(image, (0, fewer[0], 0, fewer[1], 0, fewer[2]))
+        finally:
+            self._filter.SetReference(None)
+
+    def _set_properties(self, proxy):
+        for prop in _TABLE:
+            prop.assign(self._filter, _setter_value(prop, proxy))
+        if self._filter.GetBackground():  # as in `proxies`
+            self._filter.SetAutomaticBackground(False)
+        source = proxy.GetProperty("ControlPoints").GetProxy(0)
+        client = proxy.GetClientSideObject()
+        self._filter.series_backgrounds = client.corner_backgrounds
+        self._filter.DisconnectControlPoints()
+        if _has_pending_lists(source):
+            for prop in tables.OWN_CONTROL_POINTS:
+                prop.assign(self._filter, _setter_value(prop, source))
+        elif source:
+            self._filter.SetInputConnection(1, client.GetInputConnection(1, 0))
+            for index in range(2):
+                info = client.GetInputArrayInformation(index)
+                self._filter.SetInputArrayToProcess(index, info)
+        for port in (2, 3, 4, 5):
+            self._filter.RemoveAllInputConnections(port)
+            for index in range(client.GetNumberOfInputConnections(port)):
+                self._filter.AddInputConnection(port, client.GetInputConnection(port, index))
+
+
+def has_pending_map(proxy):
+    """Whether pending edits of an MLSDeform change the deformation or the grid."""
+    if any(is_pending(proxy.GetProperty(name)) for name in MAP_PROPERTIES):
+        return True
+    return _has_pending_lists(proxy.GetProperty("ControlPoints").GetProxy(0))
+
+
+def _has_pending_lists(source):
+    return (
+        source is not None
+        and source.GetXMLName() == _SOURCE
+        and any(is_pending(source.GetProperty(prop.name)) for prop in tables.OWN_CONTROL_POINTS)
+    )
+
+
+def _setter_value(prop, proxy):
+    """The pending value of a property, as the filter's setter takes it."""
+    values = pending_values(proxy.GetProperty(prop.name))
+    if isinstance(prop, (properties.Positions, properties.Planes)):
+        return np.reshape(values, (-1, len(prop.columns))).tolist()
+    if isinstance(prop, (properties.Vector, properties.Rows, properties.ArrayNames)):
+        return values
+    if isinstance(prop, properties.ArrayName):
+        return "" if values[0] == "none" else values[0]
+    return bool(values[0]) if isinstance(prop, properties.Flag) else values[0]

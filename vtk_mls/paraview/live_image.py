@@ -9,8 +9,13 @@ from vtkmodules.vtkRenderingCore import vtkPolyDataMapper, vtkVolume
 from vtkmodules.vtkRenderingVolume import vtkGPUVolumeRayCastMapper
 
 from vtk_mls.paraview.displays import apply_colors, color_array, set_scalar_mode
-from vtk_mls.paraview.live_mesh import FEATURE_EDGES, SURFACES, feature_edges
-from vtk_mls.paraview.live_prop import LiveProp, representation_of
+from vtk_mls.paraview.live_prop import (
+    FEATURE_EDGES,
+    SURFACES,
+    LiveProp,
+    feature_edges,
+    representation_of,
+)
 from vtk_mls.paraview.server_manager import pending_value
 from vtk_mls.rendering import DeformedVolume
 from vtk_mls.rendering.pace import MapPace, adjust_rays, usual_step

@@ -229,7 +229,6 @@ _REFERENCE = data_input(
 
 
 def _group(props, label, *hints, **attributes):
-    """Properties under a title."""
     names = (xml("Property", name=prop.name) for prop in props)
     return xml("PropertyGroup", *names, *hints, label=label, **attributes)
 
@@ -245,7 +244,9 @@ def names_in_errors(table, has_control_points):
     names = {"DeformedControlPoints": "`Deformed Control Points`"}
     for prop in table:
         option = prop.option.removesuffix("_points")  # rest, deformed
-        label = options.named(option).label if option in _TITLED + _TITLED_OF_CUTS else prop.label
+        label = prop.option.replace("_", " ").title()
+        if option in _TITLED + _TITLED_OF_CUTS:
+            label = options.named(option).label
         names |= dict.fromkeys((prop.name, option), f"`{label}`")
     points = ("ControlPoints", *("rest", "deformed", "weights") * bool(has_control_points))
     return names | dict.fromkeys(points, "`Control Points`")

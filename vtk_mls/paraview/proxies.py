@@ -8,8 +8,7 @@ from paraview.util.vtkAlgorithm import smhint, smproperty, smproxy
 from vtk_mls import filters
 from vtk_mls.base.errors import InputError
 from vtk_mls.paraview import image_reader, panels
-from vtk_mls.paraview.frame_check import frame_mismatch, producers
-from vtk_mls.paraview.losses import NotesLosses
+from vtk_mls.paraview.result_checks import ChecksResults, producers
 
 _MENU = smhint.xml('<ShowInMenu category="MLS Deformation"/>')
 
@@ -53,20 +52,11 @@ class _Recovers:
         return 1
 
 
-class _ChecksFrames:
-    """A filter that warns if image and control points are in different frames."""
-
-    def RequestData(self, request, inInfo, outInfo):
-        if warning := frame_mismatch(self, inInfo):
-            self._warn(warning)
-        return super().RequestData(request, inInfo, outInfo)
-
-
 @smproxy.filter(name="MLSDeform", label="MLS Deform", support_reload=False)
 @_MENU
 @_SHOW_MOUSE_HELP
 @_panel(panels.DEFORM)
-class MLSDeform(_Recovers, _ChecksFrames, NotesLosses, filters.MLSDeform):
+class MLSDeform(_Recovers, ChecksResults, filters.MLSDeform):
     """`vtk_mls.filters.MLSDeform` as a ParaView filter."""
 
     def GetAutomaticBackground(self):
@@ -82,7 +72,7 @@ class MLSDeform(_Recovers, _ChecksFrames, NotesLosses, filters.MLSDeform):
 @_MENU
 @_SHOW_MOUSE_HELP
 @_panel(panels.DISPLACEMENT_FIELD)
-class MLSDisplacementField(_Recovers, _ChecksFrames, NotesLosses, filters.MLSDisplacementField):
+class MLSDisplacementField(_Recovers, ChecksResults, filters.MLSDisplacementField):
     """`vtk_mls.filters.MLSDisplacementField` as a ParaView filter."""
 
 

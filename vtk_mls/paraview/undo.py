@@ -16,8 +16,7 @@ _observed_stack = None
 def add(label, owner, before, after):
     """Push an edit on the stack, unless it is applied at once or comes from Undo or Redo.
 
-    Undo and Redo call `owner.restore` with the state before or after the edit; the menu shows the
-    label.
+    Undo and Redo call `owner.restore` with the state before or after it; the menu shows the label.
     """
     if vtkPVGeneralSettings.GetInstance().GetAutoApply() or is_running():
         return

@@ -11,13 +11,13 @@ from paraview.modules.vtkRemotingServerManager import vtkSMProxyManager
 from vtkmodules.vtkCommonCore import vtkOutputWindow
 
 from vtk_mls.base import messages
-from vtk_mls.paraview import handle_lists, panels, traces, undo
-from vtk_mls.paraview.displays import copy_settings_of_input
+from vtk_mls.paraview import handle_lists, panels, undo
+from vtk_mls.paraview.displays import copied_settings, copy_settings_of_input
 from vtk_mls.paraview.handle_controller import HandleController
-from vtk_mls.paraview.observers import Observers
-from vtk_mls.paraview.panel_widgets import PanelWidgets
+from vtk_mls.paraview.handle_markers import actors_of
 from vtk_mls.paraview.server_manager import (
     EDITED,
+    Observers,
     pending_values,
     proxies_in,
     registered_proxies,
@@ -25,7 +25,8 @@ from vtk_mls.paraview.server_manager import (
 )
 
 _WITH_HANDLES = ("MLSDeform", "MLSDisplacementField", "MLSControlPoints")
-_is_watching = False
+_FIRST_HANDLES = ("RestPoints", "DeformedPoints", "Bounds")
+_is_watching = _are_traces_extended = False
 _sessions = {}  # _Session by the ids of ParaView's sessions
 
 
@@ -77,7 +78,7 @@ class _Session:
         self._manager, self._observers = manager, Observers()
         self._controllers = {}  # HandleController by the ids of proxies
         self._source_ids, self._view_ids, self._display_ids = set(), set(), set()
-        self._panel_widgets = PanelWidgets(manager, _WITH_HANDLES, self._observers)
+        self._panel_widgets = PanelWidgets(manager, self._observers)
         for event in ("RegisterEvent", "UnRegisterEvent"):
             self._observers.add(manager, event, self._proxies_changed)
         self._proxies_changed(manager, None)
@@ -94,7 +95,7 @@ class _Session:
             controller.show_pending(is_dragging)
 
     def _proxies_changed(self, manager, event):
-        traces.extend(_WITH_HANDLES)
+        _extend_traces()
         sources = self._sources()
         for deleted in self._controllers.keys() - sources.keys():
             self._controllers.pop(deleted).end()
@@ -172,3 +173,88 @@ def _shows_cut(widget, proxy):
         == pending_values(proxy.GetProperty(f"Cut{name}"))
         for name in ("Origin", "Normal")
     )
+
+
+def _extend_traces():
+    """Add what the plugin sets for the user where a trace creates a proxy, from the next trace on.
+
+    *Only User-Modified Properties*, the default of *Start Trace*, leaves out what no panel has set:
+    the first handles, and the settings that a display has from that of the input.
+    """
+    global _are_traces_extended
+    smtrace = sys.modules.get("paraview.smtrace")  # imported when a trace starts
+    if smtrace is None or _are_traces_extended:
+        return
+    _are_traces_extended = True
+
+    class Accessor(smtrace.RealProxyAccessor):
+        def trace_ctor(self, ctor, filter, *arguments, **keywords):
+            proxy, usual = self.get_object().SMProxy, filter.should_trace_in_create
+            has_handles = proxy.GetXMLName() in _WITH_HANDLES
+            names = _FIRST_HANDLES if has_handles else copied_settings(proxy)
+
+            def should_trace(accessor):
+                prop = accessor.get_object()
+                is_set = prop.GetXMLName() in names and (has_handles or not prop.IsValueDefault())
+                return is_set or usual(accessor)
+
+            filter.should_trace_in_create = should_trace
+            return super().trace_ctor(ctor, filter, *arguments, **keywords)
+
+    smtrace.RealProxyAccessor.register_create_callback(Accessor)
+
+
+class PanelWidgets:
+    """The widgets that ParaView's views show for the selected source: they come back with it.
+
+    When another source is selected, ParaView hides the widgets of a panel twice. It restores the
+    visibility that it saved the second time, so the widgets would stay hidden. Here the visibility
+    is restored at once, unless the user hid it. This draws nothing: the widget is disabled then.
+    """
+
+    def __init__(self, manager, observers):
+        self._manager, self._observers = manager, observers
+        self._owners = {}  # ids of sources, or None, by the ids of representations
+        self._is_restoring = False
+
+    def add(self, widget):
+        """Restore the visibility of a widget, a proxy of a vtk3DWidgetRepresentation."""
+        visibility = widget.GetProperty("Visibility")
+        representation = visibility.GetParent()
+        if representation.GetGlobalID() in self._owners:
+            return
+        self._owners[representation.GetGlobalID()] = None
+        self._observers.add(visibility, "ModifiedEvent", self._visibility_changed)
+        self._visibility_changed(visibility, None)
+        if "ImplicitPlane" in representation.GetXMLName():
+            plane = widget.GetClientSideObject().GetWidget()
+            self._observers.follow_widget(plane, self._plane_enabled)
+
+    def _plane_enabled(self, plane, event):
+        """Draw the edges of a plane as lines: tubes would hide the gap of a cut."""
+        if self._selected_id() is None:
+            return
+        for actor in actors_of(plane.GetRepresentation()):
+            algorithm = actor.GetMapper().GetInputAlgorithm()
+            if algorithm.IsA("vtkTubeFilter"):
+                actor.GetMapper().SetInputConnection(algorithm.GetInputConnection(0, 0))
+
+    def _visibility_changed(self, visibility, event):
+        if self._is_restoring:
+            return
+        representation_id = visibility.GetParent().GetGlobalID()
+        selected_id = self._selected_id()
+        if visibility.GetElement(0):
+            self._owners[representation_id] = selected_id
+        elif self._owners[representation_id] not in (None, selected_id):
+            self._is_restoring = True
+            visibility.SetElement(0, 1)
+            self._is_restoring = False
+
+    def _selected_id(self):
+        """Id of the selected source; None if its widgets are not ours to restore."""
+        source = selected_source(self._manager)
+        if source and source.IsA("vtkSMOutputPort"):
+            source = source.GetSourceProxy()
+        is_ours = source and source.GetXMLName() in _WITH_HANDLES
+        return source.GetGlobalID() if is_ours else None

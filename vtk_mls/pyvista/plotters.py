@@ -6,7 +6,7 @@ import numpy as np
 import pyvista
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
-from vtk_mls.filters import cut_inputs, property_tables
+from vtk_mls.filters import map_inputs, property_tables
 from vtk_mls.pyvista import options as arguments
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.control_point_polydata import DISPLACEMENT, WEIGHT, path_of
@@ -174,7 +174,7 @@ def _state(control_points, cuts, options):
         raise TypeError(f"`{min(unknown)}` is no option of the editor; there are {listed}")
     shapes = []
     for cut in arguments.as_cuts(cuts):
-        shapes += cut_inputs.surfaces(cut) if isinstance(cut, vtkPolyData) else [cut]
+        shapes += map_inputs.surfaces(cut) if isinstance(cut, vtkPolyData) else [cut]
     if all(argument is None for argument in control_points):
         state = State([(0, 0, 0)], [(1, 0, 0)], cuts=shapes, **options)
         state.deformation()  # raises errors now instead of at the first drag

@@ -6,7 +6,7 @@ TYPE_CHECKING = False  # as type checkers understand it
 if TYPE_CHECKING:
     from vtk_mls.rendering.deformed_mesh import DeformedMesh
     from vtk_mls.rendering.deformed_volume import DeformedVolume
-    from vtk_mls.rendering.volume_checks import RenderingError
+    from vtk_mls.rendering.shader import RenderingError
 
 __all__ = ["DeformedMesh", "DeformedVolume", "RenderingError"]
 
@@ -14,6 +14,6 @@ __all__ = ["DeformedMesh", "DeformedVolume", "RenderingError"]
 _MODULES = {
     "DeformedMesh": "deformed_mesh",
     "DeformedVolume": "deformed_volume",
-    "RenderingError": "volume_checks",
+    "RenderingError": "shader",
 }
 __getattr__, __dir__ = lazy.names(__name__, _MODULES)

@@ -8,15 +8,17 @@ import numpy as np
 from vtkmodules.vtkCommonCore import reference, vtkCommand
 from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkRenderingCore import vtkAbstractVolumeMapper, vtkRenderer, vtkVolume
+from vtkmodules.vtkRenderingVolume import vtkGPUVolumeRayCastMapper
+from vtkmodules.vtkRenderingVolumeOpenGL2 import vtkSmartVolumeMapper
 
 from vtk_mls import Deformation, Grid
-from vtk_mls.rendering import shader, volume_checks, volume_paint
-from vtk_mls.rendering.map_box import MapBox
-from vtk_mls.rendering.map_layers import layers
+from vtk_mls.rendering import shader, volume_paint
+from vtk_mls.rendering.map_layers import MapBox, layers
 from vtk_mls.rendering.rest_lines import RestLines
-from vtk_mls.rendering.volume_checks import RenderingError
+from vtk_mls.rendering.shader import RenderingError
 from vtk_mls.vtk.arrays import ImageGeometry
 
+_ON_CARD = vtkSmartVolumeMapper.DefaultRenderMode, vtkSmartVolumeMapper.GPURenderMode
 _MAX_GROWTHS = 8  # of the box in one update
 # By vtkVolume: its image, deformation and a reference to its DeformedVolume.
 _drawn = WeakKeyDictionary()
@@ -60,7 +62,7 @@ class DeformedVolume:
         self.failure: str | None = None
         _check_is_free(volume, self)
         self._volume, self._renderer = volume, renderer
-        self._mapper = volume_checks.checked_mapper(volume)
+        self._mapper = _checked_mapper(volume)
         self._producer = _producer_of(self._mapper)
         self._texture, self._box, self._stretched = shader.MapTexture(), None, None
         self._deformation, self._nodes, self._within = None, None, None
@@ -97,11 +99,11 @@ class DeformedVolume:
             raise RenderingError(self.failure)
         _check_is_free(self._volume, self)
         self._check_is_alone()
-        volume_checks.check_mode(self._mapper)
+        _check_mode(self._mapper)
         self._deformation, self._nodes, self._within = deformation, nodes, within
         if self._source is None:
             image = _image_of(self._producer)
-            volume_checks.check_image(image)
+            _check_image(image)
             self._source, self._source_time = image, image.GetMTime()
         box = self._box
         if box is None or not box.ends_at(within):
@@ -187,7 +189,13 @@ class DeformedVolume:
         window = self._renderer.GetRenderWindow()
         renderers = window.GetRenderers() if window else [self._renderer]
         volumes = (volume for renderer in renderers for volume in renderer.GetVolumes())
-        volume_checks.check_own_mapper(self._volume, [*volumes, *_drawn])
+        mapper = self._volume.GetMapper()
+        others = [volume for volume in (*volumes, *_drawn) if volume is not self._volume]
+        if any(volume.GetMapper() is mapper for volume in others):
+            raise ValueError(
+                "`volume` shares its mapper with another vtkVolume, which would be drawn in a "
+                "wrong place; give each a mapper of its own"
+            )
 
     def _follow_source(self):
         """Update after a change of the mapper's input."""
@@ -208,8 +216,8 @@ class DeformedVolume:
             return
         try:
             self._check_is_alone()
-            volume_checks.check_mode(self._mapper)
-            volume_checks.check_support(self._volume, renderer.GetRenderWindow())
+            _check_mode(self._mapper)
+            _check_support(self._volume, renderer.GetRenderWindow())
             self._follow_source()
             unit = self._texture.bind(renderer.GetRenderWindow())
         except (ValueError, TypeError, RuntimeError, MemoryError) as error:
@@ -299,3 +307,55 @@ def _placement(box, dimensions, layer_count):
         "mls_spacing": np.abs(values.spacing),
         "mls_voxel": float(np.abs(values.spacing).mean()),
     }
+
+
+def _checked_mapper(volume):
+    """The mapper of a volume, if it can draw a deformation."""
+    mapper = volume.GetMapper()
+    if not isinstance(mapper, (vtkGPUVolumeRayCastMapper, vtkSmartVolumeMapper)):
+        raise TypeError(
+            "`volume` must have a vtkGPUVolumeRayCastMapper or a vtkSmartVolumeMapper, "
+            f"got {type(mapper).__name__}"
+        )
+    if mapper.GetNumberOfInputConnections(0) != 1:
+        raise ValueError("the mapper of `volume` must have one input, got none or several")
+    _check_mode(mapper)
+    return mapper
+
+
+def _check_mode(mapper):
+    """Raise ValueError if a mapper is set to draw without the graphics card."""
+    if isinstance(mapper, vtkGPUVolumeRayCastMapper):
+        return
+    mode = mapper.GetRequestedRenderMode()
+    if mode not in _ON_CARD:
+        names = (name for name, value in vars(vtkSmartVolumeMapper).items() if value == mode)
+        name = next(name for name in names if name.endswith("RenderMode"))
+        raise ValueError(
+            "the mapper of `volume` must draw on the graphics card, "
+            f"got {name}; call its SetRequestedRenderModeToGPU()"
+        )
+
+
+def _check_support(volume, window):
+    """Raise RenderingError if VTK cannot draw a volume on the graphics card."""
+    mapper = volume.GetMapper()
+    if not isinstance(mapper, vtkGPUVolumeRayCastMapper):
+        mapper = vtkGPUVolumeRayCastMapper()
+    if not mapper.IsRenderSupported(window, volume.GetProperty()):
+        raise RenderingError(
+            "`volume` must be drawn on the graphics card, which VTK cannot do in this window; "
+            "draw the resampled volume instead"
+        )
+
+
+def _check_image(image):
+    """Raise TypeError or ValueError if an image cannot be drawn deformed."""
+    if not isinstance(image, vtkImageData):
+        raise TypeError(
+            f"`volume` must show a vtkImageData, got {type(image).__name__}; resample it to one"
+        )
+    if min(image.GetDimensions()) < 2:
+        raise ValueError(
+            f"`volume` must have at least two points along each axis, got {image.GetDimensions()}"
+        )

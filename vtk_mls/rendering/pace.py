@@ -78,8 +78,7 @@ def adjust_rays(mapper, window):
 def pixels_per_ray(seconds, limit, max_pixels):
     """Pixels per ray along each axis, an integer, as VTK rebuilds its shader at each change.
 
-    `seconds` are those of a picture with a ray for each pixel, inf if unknown, and `limit` those of
-    this one.
+    `seconds` are those of a picture with a ray per pixel, inf if unknown, `limit` those of this.
     """
     return float(np.clip(np.ceil(np.sqrt(seconds / limit)), 1, max_pixels))
 

@@ -17,10 +17,7 @@ class Projection:
         self._origin = np.array(renderer.GetOrigin(), float)
 
     def pixels(self, points):
-        """Pixels and depths (n, 3) of `points` (n, 3); NaN behind the eye.
-
-        Depths grow from -1 to 1 away from the eye.
-        """
+        """Pixels and depths (n, 3) of `points` (n, 3), -1 to 1 away from the eye; NaN behind it."""
         clip = np.c_[points, np.ones(len(points))] @ self._matrix.T
         with np.errstate(all="ignore"):
             visible = np.where(clip[:, 3:] > 0, clip[:, :3] / clip[:, 3:], np.nan)

@@ -7,7 +7,7 @@ from vtkmodules.vtkCommonDataModel import vtkDataSetAttributes, vtkPolyData
 from vtkmodules.vtkFiltersGeometry import vtkDataSetSurfaceFilter
 
 from vtk_mls.base.progress import SILENT
-from vtk_mls.filters import gradients, warping
+from vtk_mls.filters import derived_arrays, warping
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.cells import convert_integer_points, is_empty, set_positions, without_empty
 from vtk_mls.vtk.objects import output_of
@@ -60,7 +60,7 @@ class RestSurface:
         positions = self.positions + field.displacement
         set_positions(output, positions, self.surface.GetPoints().GetDataType())
         data = output.GetPointData(), output.GetCellData()
-        normals = gradients.DirectionArrays((), (), False)
+        normals = derived_arrays.DirectionArrays((), (), False)
         point_arrays, cell_arrays = (normals.of(attributes) for attributes in data)
         if point_arrays:
             parts = jacobians(deformation, positions, self.positions, material)

@@ -9,8 +9,6 @@ data, `a` the void distance.
 from vtkmodules.vtkCommonCore import VTK_FLOAT, vtkOutputWindow, vtkStringOutputWindow
 from vtkmodules.vtkRenderingOpenGL2 import vtkTextureObject
 
-from vtk_mls.rendering.volume_checks import RenderingError
-
 # VTK declares uniforms that are set by name, but declares a sampler as an integer.
 _UNIFORMS = """
 uniform sampler3D mls_map;
@@ -125,6 +123,10 @@ _REPLACEMENTS = {
 _PREFIX = "mls_"  # of the names of uniforms
 
 
+class RenderingError(RuntimeError):
+    """The graphics driver or VTK cannot draw the deformation."""
+
+
 def install(shader):
     """Add the shader code to a vtkShaderProperty."""
     for tag, text in _REPLACEMENTS.items():
@@ -198,7 +200,7 @@ class MapTexture:
         window = self._texture.GetContext()
         if window is not None:
             self._texture.ReleaseGraphicsResources(window)
-        self._texture = vtkTextureObject() if window is not None else self._texture
+            self._texture = vtkTextureObject()
 
 
 class CapturedMessages:

@@ -1,24 +1,31 @@
-"""Surfaces of meshes and volumes that rays meet, and the points on them nearest to others."""
+"""Surfaces of meshes, volumes and views that rays meet, and points on them nearest to others."""
 
 from functools import cached_property
 
 import numpy as np
-from vtkmodules.vtkCommonCore import mutable, vtkIdList
-from vtkmodules.vtkCommonDataModel import vtkPolyData, vtkStaticCellLocator
+from vtkmodules.vtkCommonCore import mutable, vtkCommand, vtkFloatArray, vtkIdList
+from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPolyData, vtkStaticCellLocator
 from vtkmodules.vtkFiltersGeometry import vtkGeometryFilter
 from vtkmodules.vtkFiltersModeling import vtkSelectEnclosedPoints
+from vtkmodules.vtkRenderingVolume import vtkVolumeMapper
 
 from vtk_mls.base.interpolation import sample
 from vtk_mls.base.linear_algebra import unit
-from vtk_mls.rendering import transfer_functions
-from vtk_mls.rendering.material import material_at
-from vtk_mls.rendering.volume_ray import light_along
+from vtk_mls.files.block_files import leaves
+from vtk_mls.filters.control_point_source import lattice
+from vtk_mls.rendering import deformed_volume, transfer_functions
+from vtk_mls.rendering.projection import Projection
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.arrays import ImageGeometry
 from vtk_mls.vtk.objects import configured, output_of
+from vtk_mls.vtk.transforms import matrix_of
 
-STEP = 0.5  # between samples along a ray, in voxels
+STEP, _MAX_STEPS = 0.5, 2000  # between samples along a ray, in voxels; number of them
 _SURFACE_OPACITY = 0.5  # accumulated along a ray up to the surface that the mouse picks
 _MIN_OPACITY = 0.05  # of a whole ray; with less than 1, the surface is at half of it
 _MAX_SAMPLES = 64  # along each axis, for the search of visible voxels
+_MIN_DISTANCE = 0.2  # between first handles, relative to the steps of their lattice
+_MIN_STEP = 0.05  # of a lattice along an axis of flat data, relative to the longest step
 _TOLERANCE = 1e-6  # of ray intersections, relative to the length of the ray
 
 
@@ -164,3 +171,165 @@ class SurfaceLocator:
         closest, cell = [0.0] * 3, mutable(0)
         self._locator.FindClosestPoint(point, closest, cell, mutable(0), mutable(0.0))
         return closest, int(cell)
+
+
+def opaque_at(volume, start, end):
+    """Where a ray becomes half opaque, in VTK's composite blending.
+
+    The fraction of the ray from `start` to `end`, world coordinates; None if it does not become
+    opaque, as with other blend modes, and for volumes that are no images.
+    """
+    mapper, image, deformation = _drawn(volume)
+    if image is None or mapper.GetBlendMode() != vtkVolumeMapper.COMPOSITE_BLEND:
+        return None
+    array, is_cell_data = deformed_volume.scalars_of(mapper, image)
+    if array is None:
+        return None
+    grid = ImageGeometry.of_image(image).grid
+    grid = grid.cells if is_cell_data else grid
+    values = arrays.to_numpy(array).reshape(*grid.shape, -1)[..., -1]  # that give the opacity
+    to_data = np.linalg.inv(matrix_of(volume.GetMatrix()))
+    ends = np.stack([start, end]) @ to_data[:3, :3].T + to_data[:3, 3]
+    function = volume.GetProperty().GetScalarOpacity(0)
+    unit_distance = volume.GetProperty().GetScalarOpacityUnitDistance(0)
+
+    def opacity_at(points):
+        origins, has_material = material_at(deformation, points)
+        index = grid.index_of(origins)
+        inside = grid.covers(index) & has_material
+        samples = sample(values, index[inside], "linear", 0, grid)
+        opacity = np.zeros(len(points))
+        opacity[inside] = [function.GetValue(value) for value in samples.ravel().tolist()]
+        return opacity
+
+    step, corners = STEP * min(grid.spacing), _corners(grid, deformation)
+    light = light_along(opacity_at, ends, corners, step, unit_distance)
+    if light is None:
+        return None
+    t, transmitted = light
+    is_opaque = transmitted[-1] <= 1 - _SURFACE_OPACITY
+    return np.interp(_SURFACE_OPACITY, 1 - transmitted, t) if is_opaque else None
+
+
+def light_along(opacity_at, ends, corners, step, unit):
+    """Transmitted light along a ray: fractions of the ray (n,), and the light there (n,) from 1 on.
+
+    `opacity_at(points)` is per `unit` of distance, `ends` (2, 3) are those of the ray, and
+    `corners` (2, 3) those of the box that contains the volume. Samples are `step` apart, or more if
+    there would be too many. None if the ray misses the box.
+    """
+    near, far = _passage(ends, corners)
+    length = np.linalg.norm(ends[1] - ends[0])
+    count = int(np.clip((far - near) * length / step, 0, _MAX_STEPS))
+    if count == 0:
+        return None
+    t = np.linspace(near, far, count + 1)
+    middles = (t[1:] + t[:-1]) / 2
+    opacity = opacity_at(ends[0] + middles[:, None] * (ends[1] - ends[0]))
+    transmitted = (1 - np.clip(opacity, 0, 1)) ** ((far - near) * length / count / unit)
+    return t, np.cumprod([1, *transmitted])
+
+
+def _drawn(volume):
+    """The mapper of a volume, its image or None, and its Deformation or None."""
+    mapper = volume.GetMapper()
+    if drawn := deformed_volume.drawn_as(volume):
+        return mapper, *drawn
+    data = mapper.GetDataObjectInput() if isinstance(mapper, vtkVolumeMapper) else None
+    if data is not None:  # the first block, if there are several
+        data = next(iter(leaves(data)), None)
+    return mapper, data if isinstance(data, vtkImageData) else None, None
+
+
+def _corners(grid, deformation):
+    corners = grid.corners()
+    if deformation is None:
+        return np.stack([corners.min(axis=0), corners.max(axis=0)])
+    corners = np.concatenate([corners, deformation.handle_set.positions[1]])
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    return np.stack([low - (high - low), high + (high - low)])
+
+
+def _passage(ends, corners):
+    """The fractions at which a ray enters and leaves a box."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        t = (corners - ends[0]) / (ends[1] - ends[0])
+    near, far = np.nanmax(t.min(axis=0)), np.nanmin(t.max(axis=0))
+    return max(near, 0.0), max(min(far, 1.0), max(near, 0.0))
+
+
+def material_at(deformation, points):
+    """Origins of `points` (m, 3), world coordinates, and which of them have material: (m,) bool.
+
+    They have none in voids between the faces of cuts. The Deformation None is the identity.
+    """
+    if deformation is None:
+        return points, np.ones(len(points), bool)
+    has_material = ~deformation.void(points) if deformation.cuts else np.ones(len(points), bool)
+    return deformation.backward(points), has_material
+
+
+class VisibleSurface:
+    """The visible surface of a view at the time of construction.
+
+    The window of the renderer is rendered once without showing the picture. Props in `without`,
+    such as a marker that the mouse drags along it, are not part of the surface.
+    """
+
+    def __init__(self, renderer, without=()):
+        self._volumes = [volume for volume in renderer.GetVolumes() if volume.GetVisibility()]
+        hidden = [prop for prop in without if prop.GetVisibility()]
+        for prop in hidden:
+            prop.VisibilityOff()
+        observer = renderer.AddObserver(vtkCommand.EndEvent, self._read_depths)
+        window = renderer.GetRenderWindow()
+        swaps = window.GetSwapBuffers()
+        window.SetSwapBuffers(False)
+        window.Render()
+        window.SetSwapBuffers(swaps)
+        renderer.RemoveObserver(observer)
+        for prop in hidden:
+            prop.VisibilityOn()
+
+    def _read_depths(self, renderer, event):
+        self._origin, self._size = np.array(renderer.GetOrigin()), np.array(renderer.GetSize())
+        last = (self._origin + self._size - 1).tolist()
+        depth = vtkFloatArray()
+        renderer.GetRenderWindow().GetZbufferData(*self._origin.tolist(), *last, depth)
+        self._depth = arrays.to_numpy(depth).reshape(self._size[::-1])
+        self._projection = Projection(renderer)
+
+    def at(self, x, y):
+        """The position (3,) of the surface at a pixel, from the lower left corner of the window.
+
+        On the first mesh or where a volume becomes opaque, whichever is nearer; None without both.
+        """
+        column, row = np.array([x, y]) - self._origin
+        if not (0 <= column < self._size[0] and 0 <= row < self._size[1]):
+            return None
+        depth = float(self._depth[row, column])
+        start, end = self._projection.world([[x + 0.5, y + 0.5]] * 2, np.array([-1, 2 * depth - 1]))
+        found = [opaque_at(volume, start, end) for volume in self._volumes]
+        first = min((fraction for fraction in found if fraction is not None), default=1.0)
+        if first == 1 and depth == 1:
+            return None
+        return start + first * (end - start)
+
+
+def handles_on(items, bounds, count):
+    """First handles: points (n, 3) of a lattice; those outside the data move to the nearest there.
+
+    `items` have a method `nearest`, `bounds` (2, 3) are corners of the lattice, and `count` is the
+    number of points along each axis. Flat or narrow data get fewer points.
+    """
+    nodes = lattice((count,) * 3, bounds.T.ravel())
+    nearest = np.stack([item.nearest(nodes) for item in items])
+    distances = np.linalg.norm(nearest - nodes, axis=2)
+    points = nearest[distances.argmin(axis=0), np.arange(len(nodes))]
+    steps = np.ptp(bounds, axis=0) / (count - 1)
+    scaled = points / np.maximum(steps, _MIN_STEP * (steps.max() or 1.0))
+    rows = [0]
+    for row, point in enumerate(scaled):
+        if np.linalg.norm(scaled[rows] - point, axis=1).min() > _MIN_DISTANCE:
+            rows.append(row)
+    return points[rows]

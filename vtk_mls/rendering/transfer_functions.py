@@ -1,8 +1,13 @@
-"""Presets of colors and opacities for images, chosen from their values."""
+"""Values of images along the axes of the world, and presets of colors and opacities for them."""
 
 from dataclasses import dataclass
 
 import numpy as np
+from vtkmodules.vtkCommonCore import VTK_BIT, VTK_DOUBLE, VTK_UNSIGNED_CHAR
+from vtkmodules.vtkCommonDataModel import vtkImageData
+
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.arrays import ImageGeometry
 
 _MAX_SAMPLES = 1 << 20
 _MAX_LABELS = 512
@@ -14,8 +19,7 @@ _AIR, _BONE = -400, 300  # Hounsfield units below and above which a CT image has
 class TransferFunctionPreset:
     """Colors (value, red, green, blue) and opacities (value, opacity) as functions of values.
 
-    Opacities are those of a layer one voxel thick; if it `is_nearest`, values must not be
-    interpolated.
+    Opacities are those of a layer one voxel thick; with `is_nearest` nothing is interpolated.
     """
 
     name: str
@@ -168,3 +172,46 @@ def _threshold(values, low, high):
     with np.errstate(all="ignore"):
         variance = below * above * (total / below - (total[-1] - total) / above) ** 2
     return float(edges[1 + np.nan_to_num(variance[:-1]).argmax()])
+
+
+def colors_of(image):
+    """Colors (nz, ny, nx, 3), 0 to 255, along axes of the world; None for other values."""
+    values = arrays.to_numpy(_numeric_array(image))
+    if values.ndim == 1 or values.dtype != np.uint8 or values.shape[1] not in (3, 4):
+        return None
+    _, reorder = arrays.along_world_axes(ImageGeometry.of_image(image).grid)
+    return reorder(values[:, :3].reshape(*image.GetDimensions()[::-1], 3))
+
+
+def scalar_image(image):
+    """A copy of a vtkImageData with one scalar per point and axes along those of the world.
+
+    The scalars are the active ones, or the first array; the mean of several components. Axes are
+    permuted and mirrored, as VTK 9.7 lights volumes without their direction matrix: if that mirrors
+    axes, as in most NIfTI files, surfaces towards the light are dark. Without numbers at its
+    points, ValueError.
+    """
+    array = _numeric_array(image)
+    values, vtk_type = arrays.to_numpy(array), array.GetDataType()
+    if values.ndim > 1:
+        values, vtk_type = values.mean(axis=1, dtype=float), VTK_DOUBLE
+    elif vtk_type == VTK_BIT:
+        vtk_type = VTK_UNSIGNED_CHAR
+    values = values.reshape(image.GetDimensions()[::-1])
+    grid, reorder = arrays.along_world_axes(ImageGeometry.of_image(image).grid)
+    copy = vtkImageData()
+    ImageGeometry.of_grid(grid).apply_to(copy)
+    scalars = arrays.from_numpy(np.ascontiguousarray(reorder(values)).ravel(), vtk_type)
+    scalars.SetName(array.GetName() or "values")
+    copy.GetPointData().SetScalars(scalars)
+    return copy
+
+
+def _numeric_array(image):
+    """The active scalars, or the first array of numbers."""
+    data = image.GetPointData()
+    candidates = [data.GetScalars(), *map(data.GetArray, range(data.GetNumberOfArrays()))]
+    numeric = [array for array in candidates if array is not None and arrays.is_numeric(array)]
+    if not numeric:
+        raise ValueError("the image has no values at its points to show; only those of cells")
+    return numeric[0]

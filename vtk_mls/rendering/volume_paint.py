@@ -6,7 +6,7 @@ It uses the functions and uniforms of `shader`. A sample is painted before it is
 import numpy as np
 
 from vtk_mls.rendering import volume_colors
-from vtk_mls.rendering.mesh_paint import LINE_COLOR
+from vtk_mls.rendering.rest_lines import LINE_COLOR
 
 _TAG = "//VTK::ComputeColor::Dec"
 _LINE_WIDTH = 0.035  # of a step of the grid

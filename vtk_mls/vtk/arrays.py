@@ -275,8 +275,7 @@ def set_values(attributes, values, source):
     """Fill point or cell data with one of `values` per array of `source`, also point or cell data.
 
     They are (n,), (n, components), or as `image_values` gives them; an index that is negative
-    leaves a string empty. `source` gives types, names, component names, lookup tables and the
-    active attributes.
+    leaves a string empty. `source` gives types, names, component names, lookup tables and roles.
     """
     for new, old in zip(values, all_arrays(source)):
         if new.ndim > 2:
@@ -332,8 +331,7 @@ def control_points(polydata, displacement, weight=None, moved=None):
 
     `displacement` names the point vectors q - p, `weight` a point array with factors. The points of
     `moved`, a vtkPointSet, are q, in the same order, in place of displacements. ValueError if there
-    is no point, an array is missing or has the wrong shape, or `moved` has another number of
-    points.
+    is no point, an array is missing or has a wrong shape, or `moved` has more or fewer points.
     """
     count = polydata.GetNumberOfPoints()
     if count == 0:

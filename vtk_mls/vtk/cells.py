@@ -1,4 +1,4 @@
-"""Points and cells of meshes as numpy arrays, and back."""
+"""Points and cells of meshes as numpy arrays, and back; the quality of cells."""
 
 import numpy as np
 from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_FLOAT, VTK_UNSIGNED_CHAR, vtkPoints
@@ -18,7 +18,8 @@ from vtkmodules.vtkCommonDataModel import (
     vtkUnstructuredGrid,
 )
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm
-from vtkmodules.vtkFiltersCore import vtkAppendFilter, vtkTriangleFilter
+from vtkmodules.vtkFiltersCore import vtkAppendFilter, vtkPointDataToCellData, vtkTriangleFilter
+from vtkmodules.vtkFiltersVerdict import vtkCellQuality
 
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.objects import configured, output_of
@@ -35,6 +36,7 @@ FACES = (  # getters for polyhedra; since VTK 9.4 the older ones return copies
 )
 # For each type of box along the axes, the type of any box, and the order of its points.
 BOXES = {VTK_PIXEL: (VTK_QUAD, (0, 1, 3, 2)), VTK_VOXEL: (VTK_HEXAHEDRON, (0, 1, 3, 2, 4, 5, 7, 6))}
+_MAX_QUALITY = 2  # that of inverted wedges is down to -1.2
 # Cell arrays of vtkPolyData in the order of its cell data, and the cell types of any size.
 _KINDS = {
     "Verts": VTK_POLY_VERTEX,
@@ -233,3 +235,35 @@ def _faces(grid, rows):
     is_selected = np.isin(np.arange(len(sizes) - 1), rows)
     selected = connectivity[np.repeat(is_selected, sizes[:-1])]
     return cell_array(selected, np.concatenate([[0], np.cumsum(sizes[rows])])), faces
+
+
+def scaled_jacobians(mesh, positions):
+    """VTK's scaled Jacobian (m,) of the cells of a vtkPointSet with its points at `positions`.
+
+    At most 1, for regular cells; 0 or less for solid cells that are inside out at a corner, and for
+    concave quads. NaN for cells that are no triangles, quads, tetrahedra, hexahedra, wedges or
+    pyramids, and for those with a point that is not finite.
+    """
+    moved = mesh.NewInstance()
+    moved.CopyStructure(mesh)
+    set_positions(moved, positions, VTK_DOUBLE)
+    result = np.full(mesh.GetNumberOfCells(), np.nan)
+    filled = without_empty(moved)
+    if filled.GetNumberOfCells() == 0:
+        return result
+    quality = configured(vtkCellQuality(), UndefinedQuality=np.nan, UnsupportedGeometry=np.nan)
+    quality.SetQualityMeasureToScaledJacobian()
+    data = output_of(quality, InputData=filled).GetCellData()
+    values = arrays.to_numpy(data.GetArray("CellQuality")).copy()
+    values[np.abs(values) > _MAX_QUALITY] = np.nan  # 1e30 if all corners are at one place
+    if not np.isfinite(positions).all():
+        values[~_are_finite(filled, positions)] = np.nan
+    result[~is_empty(moved)] = values
+    return result
+
+
+def _are_finite(mesh, positions):
+    """Which cells have finite points only: (m,) bool. Others have any quality by VTK."""
+    arrays.add(mesh.GetPointData(), "sum", positions.sum(axis=1, dtype=np.float64))
+    means = output_of(vtkPointDataToCellData(), InputData=mesh)
+    return np.isfinite(arrays.to_numpy(means.GetCellData().GetArray("sum")))

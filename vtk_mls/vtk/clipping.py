@@ -127,8 +127,7 @@ def _clip_one_by_one(grid):
 def _tetrahedra(grid, inside_out):
     """Tetrahedra and wedges divided into tetrahedra.
 
-    Pieces of cells for which `inside_out` (n,) is true get negative volumes; cells are identified
-    by the array `_CELL`.
+    Pieces of cells, by the array `_CELL`, that `inside_out` (n,) marks get negative volumes.
     """
     is_solid = _has_size(grid)
     steps = [(is_solid, partial(_divide_solid, inside_out)), (~is_solid, _divide_flat)]

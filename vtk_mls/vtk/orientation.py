@@ -185,8 +185,7 @@ class _Margins:
     def _areas(self, points, at_corners=False):
         """Areas of polygons along the normals that the map carries: J_G^T n (Eq. 29).
 
-        A list of measures: the vector areas; and if `at_corners`, those that the edges at each
-        corner span.
+        A list of measures: the vector areas, and if `at_corners` those of the edges at each corner.
         """
         before, after = (x[points].astype(np.float64) for x in self._rows)
         normal = _vector_area(before)

@@ -31,10 +31,7 @@ def surface_of(shape):
 
 
 def triangles_of(algorithm):
-    """Points (n, 3) and triangles (m, 3) of the polygons that an algorithm makes.
-
-    Coincident points are merged.
-    """
+    """Points (n, 3) and triangles (m, 3) of an algorithm's polygons; coincident points are one."""
     clean = configured(vtkCleanPolyData(), ConvertLinesToPoints=False, ConvertPolysToLines=False)
     configured(clean, ToleranceIsAbsolute=True, AbsoluteTolerance=0)
     clean.SetInputConnection(algorithm.GetOutputPort())

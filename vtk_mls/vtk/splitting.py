@@ -8,8 +8,7 @@ within one cell are ignored.
 Clipping returns two separate meshes. To join them away from the cut, each point gets a key, which
 is equal for points to be merged; VTK merges points with the keys as coordinates.
 
-Points without cells, poly-vertices, and cells that clipping cannot divide (some flat ones) stay as
-they are.
+Points without cells, poly-vertices, and flat cells that clipping cannot divide stay as they are.
 """
 
 import numpy as np
@@ -108,8 +107,7 @@ def split(mesh, cuts, progress=SILENT):
 def crossed(mesh, cuts):
     """Whether a cut crosses a line between two points of a cell: (n,) bool.
 
-    For cells with many points only lines between consecutive points count; vertices are not
-    crossed.
+    Of cells with many points only lines between consecutive points count, of vertices none.
     """
     filled = ~is_empty(mesh)
     result = np.zeros(len(filled), bool)

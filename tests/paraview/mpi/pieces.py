@@ -27,7 +27,7 @@ from vtkmodules.vtkParallelCore import vtkMultiProcessController
 import vtk_mls
 from vtk_mls.filters import MLSControlPoints, MLSDeform, MLSDisplacementField
 from vtk_mls.filters.algorithm import Algorithm
-from vtk_mls.filters.cut_inputs import surfaces
+from vtk_mls.filters.map_inputs import surfaces
 from vtk_mls.filters.parallel import all_gather
 
 controller = vtkMultiProcessController.GetGlobalController()

@@ -3,7 +3,7 @@
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
 from vtk_mls import landmarks
-from vtk_mls.rendering.image_values import scalar_image
+from vtk_mls.rendering.transfer_functions import scalar_image
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 

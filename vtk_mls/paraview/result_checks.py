@@ -1,30 +1,40 @@
-"""Lines about results that look right at first: folds, and material outside of the output."""
+"""Lines about results that look right at first: frames that differ, folds, and lost material.
+
+Control points of files are in LPS, and so are the images of MLS Image Reader. ParaView's own
+readers of medical images do not convert: NIfTI stays in RAS, and NRRD loses directions and space.
+"""
+
+import os
+from functools import lru_cache
 
 import numpy as np
 from paraview.modules.vtkRemotingSettings import vtkPVGeneralSettings
 from vtkmodules.vtkCommonCore import vtkOutputWindow
 from vtkmodules.vtkCommonDataModel import vtkDataSet, vtkImageData
 
+from vtk_mls import io
 from vtk_mls.filters import parallel, pipeline
 from vtk_mls.filters.deforming_filter import input_dataset
 from vtk_mls.queries import arrival
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 
+_READERS = ("vtkNIfTIReader", "vtkNrrdReader", "vtkPNrrdReader", "vtkMetaImageReader")
 _MIN_CONTRAST = 0.1  # of material to the background, as a fraction of the range of values
 _MIN_SHARE = 0.02  # of the material
 _SAMPLES = 24  # along each axis of an image; their third power of a mesh
 
 
-class NotesLosses:
-    """A deforming filter that says once that the map folds, or that an image loses material.
+class ChecksResults:
+    """A deforming filter that warns if image and control points are in different frames.
 
-    While time goes on, as in an animation, it says nothing.
+    It says once that the map folds, or that an image loses material, but not in an animation.
     """
 
     _noted, _noted_time = frozenset(), None  # what it said last, and the time of the last update
 
     def RequestData(self, request, inInfo, outInfo):
+        self._check_frames(inInfo)
         result = super().RequestData(request, inInfo, outInfo)
         output = vtkDataSet.GetData(outInfo)
         time = pipeline.requested_time(outInfo.GetInformationObject(0))
@@ -38,6 +48,25 @@ class NotesLosses:
                     _display(f"{type(self).__name__}: {sentence}\n")
             self._noted = notes.keys()
         return result
+
+    def _check_frames(self, in_info):
+        """Warn if the frames certainly differ.
+
+        They differ if the image on port 0 comes directly from a reader of ParaView that places it
+        elsewhere than its file says, and the control points on port 1 come directly from a file.
+        """
+        reader, handles = _single_producer(self, 0), _single_producer(self, 1)
+        if hasattr(reader, "GetCurrentFileName"):  # of a series of files
+            reader = reader.GetReader()
+        is_read = getattr(reader, "GetClassName", str)() in _READERS
+        if not is_read or getattr(handles, "GetMode", str)() != "file":
+            return
+        geometry = ImageGeometry.of_information(in_info[0].GetInformationObject(0))
+        if _is_misplaced(geometry, reader.GetFileName()):
+            self._warn(
+                f"`Input`: ParaView's own reader does not place {reader.GetFileName()} in LPS, "
+                "where `ControlPoints` are; open it with MLS Image Reader"
+            )
 
     def _notes(self, in_info, output):
         transform, data = self._requested_deformation(in_info), input_dataset(in_info)
@@ -103,3 +132,39 @@ class _Material:
     def _contrast(self, index):
         x, y, z = index.T
         return np.abs(self._values[z, y, x].astype(float) - self._background)
+
+
+def producers(algorithm, ports=None):
+    """The algorithms that a user connected to input ports of another, by default to all ports."""
+    found = []
+    for port in range(algorithm.GetNumberOfInputPorts()) if ports is None else ports:
+        for index in range(algorithm.GetNumberOfInputConnections(port)):
+            producer = algorithm.GetInputAlgorithm(port, index)
+            while producer is not None and producer.GetClassName() == "vtkPVPostFilter":
+                producer = producer.GetInputAlgorithm(0, 0)
+            found.append(producer)
+    return found
+
+
+def _single_producer(algorithm, port):
+    found = producers(algorithm, (port,))
+    return found[0] if len(found) == 1 else None
+
+
+def _is_misplaced(geometry, file):
+    """Whether an ImageGeometry certainly differs from that of the image in a file."""
+    try:
+        expected = _file_geometry(file, os.path.getmtime(file)).grid
+    except (OSError, ValueError):  # a file that only ParaView can read
+        return False
+    grid = geometry.grid
+    if grid.dimensions != expected.dimensions:
+        return True
+    distance = np.abs(grid.corners() - expected.corners()).max()
+    return bool(distance > 1e-3 * np.min(expected.spacing))
+
+
+@lru_cache(maxsize=8)
+def _file_geometry(file, modified):
+    """The ImageGeometry of an image file with this time of modification."""
+    return ImageGeometry.of_image(io.read_dataset(file))

@@ -1,9 +1,12 @@
-"""Arrays of gradients, of directions and of the Jacobian."""
+"""Arrays that an output gets: gradients, directions, the Jacobian, and the void of cuts."""
 
 from dataclasses import dataclass
 
 import numpy as np
+from vtkmodules.vtkCommonCore import vtkVersion
+from vtkmodules.vtkCommonDataModel import vtkDataSetAttributes
 
+from vtk_mls.base import buffer_pool
 from vtk_mls.vtk import arrays
 
 
@@ -32,8 +35,7 @@ class DirectionArrays:
     def of(self, attributes):
         """ "gradient", "tangent" or, for the active normals, "normal", by names of arrays.
 
-        `attributes` are point or cell data. ValueError if one of the names does not hold three
-        floats.
+        `attributes` are point or cell data. ValueError if a name does not hold three floats.
         """
         result = {}
         for argument, names, direction in (
@@ -75,3 +77,38 @@ def add_jacobian(output, jacobian, void, matrix, determinant):
 
 def _is_vectors(array):
     return array.GetNumberOfComponents() == 3 and array.GetDataTypeAsString() in ("float", "double")
+
+
+# Before VTK 9.3 vtkGeometryFilter, which ParaView 5.11 has as "Extract Surface", puts the last face
+# of each column of an image with hidden cells at the end of the z axis, whatever axis the column
+# has: beyond its memory where the image ends later along z. (Its fast mode does not.)
+CAN_HIDE_CELLS = (vtkVersion.GetVTKMajorVersion(), vtkVersion.GetVTKMinorVersion()) >= (9, 3)
+
+
+def add_void(attributes, void_distance):
+    """Add "VoidDistance" to point data, and its sign "Void".
+
+    `void_distance` (nz, ny, nx) float32, world units, is that of a `DisplacementField`.
+    """
+    arrays.add(attributes, "VoidDistance", void_distance.ravel())
+    void = buffer_pool.empty(void_distance.size, bool)
+    arrays.add(attributes, "Void", np.less(void_distance.ravel(), 0, out=void))
+
+
+def add_overlap(output, deformation, grid, progress):
+    """Add "Overlap" to the points of an image on a grid, and "OverlappingPoints"."""
+    overlaps = deformation.overlap_field(grid, progress)
+    arrays.add(output.GetPointData(), "Overlap", overlaps.ravel())
+    arrays.add(output.GetFieldData(), "OverlappingPoints", np.count_nonzero(overlaps))
+
+
+def hide(attributes, hidden):
+    """Mark points or cells as hidden, and keep the flags of their ghost array."""
+    is_points = attributes.IsA("vtkPointData")
+    flag = vtkDataSetAttributes.HIDDENPOINT if is_points else vtkDataSetAttributes.HIDDENCELL
+    ghosts = buffer_pool.empty(hidden.size, np.uint8)
+    np.multiply(hidden.ravel().view(np.uint8), np.uint8(flag), out=ghosts)
+    before = attributes.GetArray(arrays.GHOSTS)
+    if before is not None:
+        ghosts |= arrays.to_numpy(before).astype(np.uint8)
+    arrays.add(attributes, arrays.GHOSTS, ghosts)
