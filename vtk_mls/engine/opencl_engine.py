@@ -14,7 +14,7 @@ from vtk_mls.engine.launch import kernel_arguments
 from vtk_mls.engine.launch.launcher import Launcher
 from vtk_mls.engine.map.inverse import InverseSearch
 from vtk_mls.engine.map.region_map import RegionMap
-from vtk_mls.engine.sample import differences, void_corners, voxel_volumes
+from vtk_mls.engine.sample import grid_kernels
 from vtk_mls.engine.sample.sampler import Rule, Sampler, SourceMap, samplers
 from vtk_mls.queries import vector_fields
 from vtk_mls.queries.direct_inverses import direct_inverses
@@ -179,7 +179,7 @@ class Engine:
     def gradient(self, array, grid, progress=SILENT):
         if not kernel_arguments.is_for_device(array, self.device):
             return vector_fields.gradient(array, grid, progress)
-        return differences.gradient(self.launcher, array, grid, progress)
+        return grid_kernels.gradient(self.launcher, array, grid, progress)
 
     @_exclusive
     def sample(self, array, index, method, background, source, version=None):
@@ -195,11 +195,11 @@ class Engine:
 
     @_exclusive
     def void_by_corners(self, void_distance, min_distance, progress=SILENT):
-        return void_corners.void_by_corners(self.launcher, void_distance, min_distance, progress)
+        return grid_kernels.void_by_corners(self.launcher, void_distance, min_distance, progress)
 
     @_exclusive
     def doubtful_voxels(self, displacement, axes, progress=SILENT):
-        return voxel_volumes.doubtful_voxels(self.launcher, displacement, axes, progress)
+        return grid_kernels.doubtful_voxels(self.launcher, displacement, axes, progress)
 
     @_exclusive
     def void_distance_listed(self, deformation, grid, indices, progress=SILENT):
