@@ -111,7 +111,7 @@ class Sampler:
     def _all_values(self):
         """The array as an argument of kernels."""
         if self.memory.in_place or self.rule.version is None:
-            return self.memory.input_buffer(self.array).argument
+            return self.memory.argument(self.array)
         return self.memory.resident(self.array, self.rule.version)
 
     def _launch(self, piece, index, result):
