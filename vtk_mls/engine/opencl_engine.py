@@ -17,7 +17,7 @@ from vtk_mls.engine.map.region_map import RegionMap
 from vtk_mls.engine.sample import grid_kernels
 from vtk_mls.engine.sample.sampler import Rule, Sampler, SourceMap, samplers
 from vtk_mls.queries import vector_fields
-from vtk_mls.queries.direct_inverses import direct_inverses
+from vtk_mls.queries.inverses import direct_inverses
 
 _MAX_SEARCHED = 1 << 18  # points of one search for forward images
 # Points whose source indices stay in the cache of a CPU between the two kernels of a resampling.

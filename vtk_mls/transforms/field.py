@@ -12,7 +12,7 @@ from vtk_mls.base.grid import Grid, checked_grid
 from vtk_mls.base.interpolation import linear_with_slopes
 from vtk_mls.base.progress import SILENT
 from vtk_mls.base.validation import as_float, freeze
-from vtk_mls.queries.newton import newton
+from vtk_mls.queries.inverses import newton
 from vtk_mls.transforms.pointwise import PointwiseTransform
 
 _CHUNK = 1 << 18  # points whose corners are in memory at once

@@ -5,11 +5,8 @@ import numpy as np
 from vtk_mls.engine.launch import kernel_arguments
 from vtk_mls.engine.map.lattice import Lattice
 from vtk_mls.engine.map.region_map import RegionMap
-from vtk_mls.queries import first_guesses as guesses
+from vtk_mls.queries import inverses
 
-_SAMPLES = 1 << 12  # of the map, to restart Newton's method where it fails
-_MAX_RESTARTS = 4  # in the samples of a level
-_EXTRA_LEVELS = 2  # beyond that of x with samples, for v may lie there
 # Tolerances of the residuals of Broyden's method and of the whole search, local units.
 _BROYDEN_TOLERANCE, _TOLERANCE = 5e-6, 1e-5
 
@@ -36,7 +33,7 @@ class InverseSearch:
             return
         self.swapped_map = RegionMap(launcher, deformation.with_deformed_cuts, region.swapped)
         if region not in launcher.lattices:
-            launcher.lattices[region] = Lattice(guesses.usual_box(region.control_points))
+            launcher.lattices[region] = Lattice(inverses.usual_box(region.control_points))
         self.lattice = launcher.lattices[region]
 
     def forward(self, points):
@@ -51,7 +48,7 @@ class InverseSearch:
         unresolved = local.take(rows, axis=1)
         solved, residual[rows] = self._newton_restarted(unresolved)
         displacement[rows] = self._in_world(solved)
-        residual[rows[np.abs(unresolved).max(axis=0) > guesses.FARTHEST]] = np.inf
+        residual[rows[np.abs(unresolved).max(axis=0) > inverses.FARTHEST]] = np.inf
         return displacement, residual <= _TOLERANCE
 
     def _in_world(self, displacement):
@@ -109,11 +106,11 @@ class InverseSearch:
             for motion in self._motions(points):
                 restart(rows, points, motion)
         rows = unresolved()
-        rows = rows[np.abs(local.take(rows, axis=1)).max(axis=0) <= guesses.FARTHEST]  # not NaN
-        levels = guesses.levels(self.lattice.box, local[:, rows].T)
+        rows = rows[np.abs(local.take(rows, axis=1)).max(axis=0) <= inverses.FARTHEST]  # not NaN
+        levels = inverses.levels(self.lattice.box, local[:, rows].T)
         for level in np.unique(levels):
             remaining = rows[levels == level]
-            for wider in range(_EXTRA_LEVELS + 1):
+            for wider in range(inverses.EXTRA_LEVELS + 1):
                 remaining = self._restart_from_samples(level + wider, local, remaining, restart)
         return displacement, residual
 
@@ -121,7 +118,7 @@ class InverseSearch:
         """Restart at `rows` of x `local` (3, m) from samples of a level; the rows not found."""
         samples = self._get_samples(level)
         last_distance2 = np.full(len(rows), -1, np.float32)
-        for _ in range(_MAX_RESTARTS):
+        for _ in range(inverses.MAX_RESTARTS):
             if samples is None or len(rows) == 0:
                 break
             points = local.take(rows, axis=1)
@@ -137,7 +134,7 @@ class InverseSearch:
         rest, deformed = control_points.handles.positions
         rest = control_points.local(rest - control_points.mean_displacement)
         deformed = control_points.local(deformed)
-        return map(kernel_arguments.planes, guesses.motions(rest, deformed, local.T))
+        return map(kernel_arguments.planes, inverses.motions(rest, deformed, local.T))
 
     def _newton(self, local, displacement):
         """Displacements (3, m) by Newton's method from given ones, and the residuals (m,)."""
@@ -163,13 +160,13 @@ class InverseSearch:
         """
         samples = self.lattice.samples
         if level not in samples:
-            samples[level] = self._sampled(guesses.doubled(self.lattice.box, level))
+            samples[level] = self._sampled(inverses.doubled(self.lattice.box, level))
         return samples[level]
 
     def _sampled(self, box):
         """Samples over a `box` (2, 3), local units, as `_get_samples` has them."""
         control_points = self.map.control_points
-        local = guesses.cubic_grid(box, _SAMPLES).points()
+        local = inverses.cubic_grid(box, inverses.SAMPLES).points()
         world = control_points.center + control_points.scale * local
         v = local[self.map.region.holds(self.deformation.moved_planes, world)]
         if len(v) == 0:
