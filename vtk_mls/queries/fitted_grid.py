@@ -29,7 +29,9 @@ def fitted_grid(deformation, source, progress):
     for part in growing.divided(*[1] * MAX_GROWTHS):
         inside, axes = _sampled(deformation, source, (low, high), part)
         step = 0.5 * (high - low)
-        faces_low, faces_high = _touched(inside)
+        faces_low, faces_high = (
+            np.array([inside.take(end, axis).any() for axis in range(3)]) for end in (0, -1)
+        )
         if not (faces_low.any() or faces_high.any()):
             break
         low, high = low - step * faces_low, high + step * faces_high
@@ -60,14 +62,6 @@ def _sampled(deformation, source, box, progress):
 
 def _is_inside(source, points):
     return source.covers(source.index_of(points))
-
-
-def _touched(inside):
-    """Which low and which high faces of the box have a sample inside: (3,) bool each."""
-    faces = [
-        (np.take(inside, 0, axis=a).any(), np.take(inside, -1, axis=a).any()) for a in range(3)
-    ]
-    return np.array(faces).T
 
 
 def _enclosed(low, high, index):

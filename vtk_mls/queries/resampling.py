@@ -24,16 +24,22 @@ def checked_arrays(arrays, sampling):
     arrays = list(arrays)
     for array in arrays:
         validation.check_unmasked("arrays", array)
-    arrays, shape = [np.asarray(array) for array in arrays], sampling.source.shape
+    arrays = [np.asarray(array) for array in arrays]
     for array in arrays:
-        if array.ndim not in (3, 4) or array.shape[:3] != shape:
-            raise ValueError(
-                f"`arrays` must have the shape of the grid, {shape} or "
-                f"{(*shape, 'components')}, got {array.shape}"
-            )
-        if array.dtype.kind not in "iuf" or array.dtype.itemsize > 8:
-            raise TypeError(f"`arrays` must hold integers or floats, got {array.dtype}")
+        check_values("arrays", array, sampling.source)
     return arrays
+
+
+def check_values(name, array, grid):
+    """Raise an error unless an argument holds numbers at the points of a grid."""
+    shape, dtype = tuple(array.shape), np.dtype(array.dtype)
+    if len(shape) not in (3, 4) or shape[:3] != grid.shape:
+        raise ValueError(
+            f"`{name}` must have the shape of the grid, {grid.shape} or "
+            f"{(*grid.shape, 'components')}, got {shape}"
+        )
+    if dtype.kind not in "iuf" or dtype.itemsize > 8:
+        raise TypeError(f"`{name}` must hold integers or floats, got {dtype}")
 
 
 def checked_scalars(array, grid):

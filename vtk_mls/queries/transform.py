@@ -504,6 +504,20 @@ class Transform:
         displacement, void_distance = self._field_engine.displacement_field(self, grid, progress)
         return DisplacementField(displacement, grid, void_distance)
 
+    def _on_grid(self, grid, points, progress, with_jacobian):
+        """Origins (m, 3), void distances (m,) or None, and Jacobians (m, 3, 3) or None.
+
+        At the `points` (m, 3) of a grid.
+        """
+        mapping, differentiating = progress.divided(1, with_jacobian)
+        displacement, distance = self._field_engine.displacement_field(self, grid, mapping)
+        jacobian = None
+        if with_jacobian:
+            jacobian = self._engine.jacobian_field(self, grid, differentiating)
+            jacobian = jacobian.reshape(-1, 3, 3).swapaxes(1, 2)
+        distance = None if distance is None else distance.reshape(-1)
+        return points + displacement.reshape(-1, 3), distance, jacobian
+
     def _prepare(self, grid, progress):
         """Take as many steps as a grid needs, before a question about it; the Progress left."""
         return progress

@@ -39,7 +39,7 @@ class ComposedFit:
 
     def least_determinant(self):
         """The smallest determinant (m,) of the Jacobians of the steps."""
-        return np.min([fit.least_determinant() for fit in self.fits], axis=0)
+        return np.min([np.linalg.det(fit.material_jacobian()) for fit in self.fits], axis=0)
 
 
 def jacobian_of(fit):
@@ -69,10 +69,6 @@ class StepFit:
     def legs(self):
         """The points and their images."""
         return [(self.v, self.v + self.displacement())]
-
-    def least_determinant(self):
-        """The determinant (m,) of the Jacobian of the material."""
-        return np.linalg.det(self.material_jacobian())
 
     def material_jacobian(self):
         """The derivative of l by v with x fixed.

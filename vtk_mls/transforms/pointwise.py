@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vtk_mls.base.grid import Grid
 from vtk_mls.base.progress import SILENT, Progress
 from vtk_mls.queries.transform import Transform
 from vtk_mls.transforms import chain_engine
@@ -41,13 +40,7 @@ class PointwiseTransform(Transform):
         `points` are float32 or float64, and need not be finite.
         """
 
-    def _on_grid(
-        self, grid: Grid, points: NDArray[np.float64], progress: Progress, with_jacobian: bool
-    ) -> tuple[NDArray[np.float64], NDArray[Any] | None, NDArray[Any] | None]:
-        """Origins (m, 3), void distances (m,) or None, and Jacobians (m, 3, 3) or None.
-
-        At the `points` (m, 3) of a grid.
-        """
+    def _on_grid(self, grid, points, progress, with_jacobian):
         mapping, differentiating = progress.divided(1, with_jacobian)
         origins = self._origins(points, mapping)
         return origins, None, self._jacobians(points, differentiating) if with_jacobian else None

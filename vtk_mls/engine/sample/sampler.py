@@ -69,8 +69,10 @@ class Sampler:
     def pieces(self, index, count):
         """The pieces of a slab of `count` points with the indices in a buffer, in planes."""
         if self.fits:
-            if self._whole is None:
-                self._whole = self._all_values()
+            if self._whole is None and (self.memory.in_place or self.rule.version is None):
+                self._whole = self.memory.argument(self.array)
+            elif self._whole is None:
+                self._whole = self.memory.resident(self.array, self.rule.version)
             yield Piece(0, count, self._whole, self.source)
             return
         planes = self.memory.planes(index, count)
@@ -107,12 +109,6 @@ class Sampler:
             stored=piece.grid.dimensions,
             components=np.prod(self.array.shape[3:]),
         )
-
-    def _all_values(self):
-        """The array as an argument of kernels."""
-        if self.memory.in_place or self.rule.version is None:
-            return self.memory.argument(self.array)
-        return self.memory.resident(self.array, self.rule.version)
 
     def _launch(self, piece, index, result):
         array, count = self.array, piece.stop - piece.first
