@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,10 +14,8 @@ from vtk_mls.base.interpolation import linear_with_slopes
 from vtk_mls.base.validation import as_float, freeze, positive, short_repr, vector
 from vtk_mls.model.cuts import Plane, Surface
 from vtk_mls.model.handles import distance_image
+from vtk_mls.model.handles.control_points import ControlPoints
 from vtk_mls.model.shape_fields import Described, ShapeField
-
-if TYPE_CHECKING:
-    from vtk_mls.model.handles.control_points import ControlPoints
 
 _EDGE = 1e-3  # MASK_EDGE of opencl/handles/limits.cl
 _ROUNDING = 2e-6  # of positions in the kernels, local units

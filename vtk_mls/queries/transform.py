@@ -17,7 +17,7 @@ from vtk_mls.base.progress import Progress, ProgressLike, whole
 from vtk_mls.base.sampling import Sampling
 from vtk_mls.base.validation import short_repr
 from vtk_mls.queries import certificate as certificates
-from vtk_mls.queries import fields, overlap, resampling, vector_fields, void_cells
+from vtk_mls.queries import fields, resampling, vector_fields, void_cells
 from vtk_mls.queries.certificate import Certificate
 from vtk_mls.queries.fields import DisplacementField, ForwardField
 from vtk_mls.queries.fitted_grid import fitted_grid
@@ -549,7 +549,7 @@ class Transform:
         return fields.void_distance(self._engine, self, points, progress)
 
     def _overlap(self, points, progress):
-        return overlap.overlap(self._engine, self, points, progress)
+        return fields.overlap(self._engine, self, points, progress)
 
     def _nearest_face(self, points, origins):
         """`resampling.nearest_face` at `points`."""
