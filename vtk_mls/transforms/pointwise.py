@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vtk_mls.base.progress import SILENT, Progress
+from vtk_mls.base.progress import SILENT
 from vtk_mls.queries.transform import Transform
 from vtk_mls.transforms import chain_engine
 
@@ -23,22 +21,20 @@ class PointwiseTransform(Transform):
     device: Any = None
     regions = ()
 
-    @abstractmethod
-    def _origins(self, points: NDArray[np.float64], progress: Progress) -> NDArray[np.float64]:
+    def _origins(self, points, progress):
         """G(v) (m, 3) at v of `points` (m, 3)."""
+        raise NotImplementedError
 
-    @abstractmethod
-    def _jacobians(self, points: NDArray[np.float64], progress: Progress) -> NDArray[np.float64]:
+    def _jacobians(self, points, progress):
         """dG_i/dv_j (m, 3, 3) at `points` (m, 3)."""
+        raise NotImplementedError
 
-    @abstractmethod
-    def _search(
-        self, points: NDArray[Any], progress: Progress
-    ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    def _search(self, points, progress):
         """v - x (m, 3) with G(v) = x for x of `points` (m, 3), and whether it was found (m,).
 
         `points` are float32 or float64, and need not be finite.
         """
+        raise NotImplementedError
 
     def _on_grid(self, grid, points, progress, with_jacobian):
         mapping, differentiating = progress.divided(1, with_jacobian)

@@ -125,10 +125,7 @@ class Ball(Capsule):
 class Sampled(Shape):
     """A shape with a `DistanceImage`, which is made at its first use."""
 
-    @functools.cached_property
-    def image(self) -> DistanceImage:
-        """Distances, accurate to a fraction of a cell."""
-        raise NotImplementedError
+    image: DistanceImage  # accurate to a fraction of a cell
 
     def distance(self, x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         return self.image.at(x)
