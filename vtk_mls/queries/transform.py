@@ -16,11 +16,10 @@ from vtk_mls.base.messages import warn
 from vtk_mls.base.progress import Progress, ProgressLike, whole
 from vtk_mls.base.sampling import Sampling
 from vtk_mls.base.validation import short_repr
+from vtk_mls.queries import arrival, fields, resampling, vector_fields, void_cells
 from vtk_mls.queries import certificate as certificates
-from vtk_mls.queries import fields, resampling, vector_fields, void_cells
 from vtk_mls.queries.certificate import Certificate
 from vtk_mls.queries.fields import DisplacementField, ForwardField
-from vtk_mls.queries.fitted_grid import fitted_grid
 from vtk_mls.queries.void_cells import VoidCells
 
 
@@ -391,8 +390,7 @@ class Transform:
             0 outside, and in the void unless values are continued there.
         """
         with question(progress) as part:
-            sampling = Sampling.of(sampling)
-            sampling = replace(sampling, background=0.0)
+            sampling = replace(Sampling.of(sampling), background=0.0)
             checked = resampling.checked_vectors(vectors, sampling.source)
             sampling.methods(1)
             part = self._prepare(sampling.target, part)
@@ -487,7 +485,7 @@ class Transform:
         """
         checked_grid("source", source)
         with question(progress) as part:
-            return fitted_grid(self, source, part)
+            return arrival.fitted_grid(self, source, part)
 
     @property
     def _engine(self):

@@ -23,7 +23,6 @@ from vtk_mls.reference.weights import EvaluationPoints
 
 NAME = "reference (numpy, float64)"
 
-# The search for the inverse.
 _FOUND = 1e-5  # largest residual of an inverse, in local units
 _MAX_VALUES = 1 << 21  # in a temporary array
 _POINTS_OF_SEGMENT = 80  # of the quadrature
