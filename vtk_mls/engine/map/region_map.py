@@ -10,7 +10,7 @@ from vtk_mls.engine.launch.launcher import FLOAT64
 from vtk_mls.engine.map.coarse_map import CoarseMap
 from vtk_mls.engine.map.cut_tables import NO_CUTS, cut_tables
 from vtk_mls.engine.map.handle_tables import map_tables
-from vtk_mls.engine.map.origin_nodes import OriginNodes
+from vtk_mls.engine.map.nodes import OriginNodes
 
 _STEP_FILES = "one_step.cl", "steps.cl"
 _FLOAT_SHARE = 1 / 8  # of the tolerance, that errors of sums in float may have
