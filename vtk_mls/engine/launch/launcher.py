@@ -16,7 +16,6 @@ MIN_LIMIT = 1 << 20  # bytes of device memory below which work is not retried
 # cores, so that progress is reported and an abort takes effect.
 _MAX_WORK = 3e8
 _POINTS_OF_SEGMENT = 4  # control points that take as long as a segment
-FLOAT64 = (("USE_FP64", 1),)  # build constants
 
 
 class Launcher:
@@ -54,12 +53,6 @@ class Launcher:
         items = -(-count // dict(constants)["LANES"])
         local = 64 if self.device.kind == "gpu" else 16
         kernel(self.memory.queue, (-(-items // local) * local,), (local,), *arguments)
-
-    def sums(self, double):
-        """Build constants of kernels that sum in double or in float."""
-        if double:
-            return [("LANES", self.device.double_lanes), *FLOAT64]
-        return [("LANES", self.device.lanes)]
 
 
 class Memory:

@@ -117,7 +117,7 @@ def launch_cells(map_, name, grid_and_pass, cells, *arguments, constants=()):
     Its work items take so many cells along x as others take points. Vectors of them take a band
     of cells along y.
     """
-    lanes = dict(map_.launcher.sums(False))["LANES"]
+    lanes = map_.launcher.device.lanes
     band = CONSTANTS["BAND_CELLS"] if lanes > 1 else 1
     nx, ny, nz = map(int, cells)
     count = -(-nx // lanes) * lanes * -(-ny // band) * nz

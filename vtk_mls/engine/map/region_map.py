@@ -5,8 +5,7 @@ from contextlib import ExitStack
 import numpy as np
 
 from vtk_mls.engine.launch import kernel_arguments
-from vtk_mls.engine.launch.kernel_arguments import filled
-from vtk_mls.engine.launch.launcher import FLOAT64
+from vtk_mls.engine.launch.kernel_arguments import FLOAT64, filled
 from vtk_mls.engine.map.coarse_map import CoarseMap
 from vtk_mls.engine.map.cut_tables import NO_CUTS, cut_tables
 from vtk_mls.engine.map.handle_tables import map_tables

@@ -15,7 +15,7 @@ def gradient(launcher, array, grid, progress):
     """`vector_fields.gradient` of an array (nz, ny, nx) that the device can read."""
     nx, ny, nz = grid.dimensions
     result = buffer_pool.empty((*grid.shape, 3), np.float32)
-    constants = kernel_arguments.array_constants(array, launcher)
+    constants = kernel_arguments.array_constants(array, launcher.device)
     to_world = kernel_arguments.transform(grid.world_to_index.T, np.zeros(3))
     lanes = dict(constants)["LANES"]
     row = -(-nx // lanes) * lanes  # points that a launch counts
@@ -38,8 +38,8 @@ def void_by_corners(launcher, void_distance, min_distance, progress):
     nz, ny, nx = void_distance.shape
     cells = tuple(max(n - 1, 1) for n in void_distance.shape)
     result = buffer_pool.empty(cells, np.uint8)
-    constants = tuple(launcher.sums(double=False))
-    lanes = dict(constants)["LANES"]
+    lanes = launcher.device.lanes
+    constants = (("LANES", lanes),)
     for start, stop in progress.over(_slabs(launcher.memory, cells[0], nx * ny, 4 + 1, 3)):
         # the flags of a cell depend on its neighbors
         low, high = max(start - 1, 0), min(stop + 2, nz)
@@ -66,8 +66,8 @@ def doubtful_voxels(launcher, displacement, axes, progress):
     """`certificate.doubtful_voxels`."""
     nz, ny, nx, _ = displacement.shape
     result = buffer_pool.empty((nz - 1, ny - 1, nx - 1), np.uint8)
-    constants = tuple(launcher.sums(double=False))
-    lanes = dict(constants)["LANES"]
+    lanes = launcher.device.lanes
+    constants = (("LANES", lanes),)
     for start, stop in progress.over(_slabs(launcher.memory, nz - 1, nx * ny, 12 + 1, 1)):
         voxels = filled(
             "voxels_t",

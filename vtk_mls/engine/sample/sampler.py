@@ -112,7 +112,7 @@ class Sampler:
 
     def _launch(self, piece, index, result):
         array, count = self.array, piece.stop - piece.first
-        constants = (*kernel_arguments.array_constants(array, self.launcher), self.taps)
+        constants = (*kernel_arguments.array_constants(array, self.launcher.device), self.taps)
         if self._background is None:
             background = interpolation.cast(self.rule.background, array.dtype)
             values = np.empty(int(np.prod(array.shape[3:])), array.dtype)
