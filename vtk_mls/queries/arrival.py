@@ -119,6 +119,4 @@ def _is_inside(source, points):
 
 
 def _enclosed(low, high, index):
-    if len(index) == 0:
-        return low, high
-    return np.minimum(low, index.min(axis=0)), np.maximum(high, index.max(axis=0))
+    return np.vstack([low, index]).min(axis=0), np.vstack([high, index]).max(axis=0)

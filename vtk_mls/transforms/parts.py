@@ -23,7 +23,10 @@ def resampled_part(read, dtypes, transform, sampling):
     target = sampling.target
     index = transform._engine.source_index(transform, sampling)
     backgrounds = sampling.backgrounds(len(dtypes))
-    source = _needed_part(sampling, _bounds(index, sampling.source.whole))
+    bounds, whole = interpolation.NO_BOUNDS, sampling.source.whole
+    for start in range(0, len(index), _ROWS):
+        bounds = interpolation.joined_bounds(bounds, index[start : start + _ROWS], whole)
+    source = _needed_part(sampling, bounds)
     if source is None:
         return [_filled(target.shape, *pair) for pair in zip(dtypes, backgrounds)]
     size = source.size * sum(dtype.itemsize for dtype in dtypes)
@@ -48,13 +51,6 @@ def resampled_part(read, dtypes, transform, sampling):
 def slices_of(part):
     """Slices (z, y, x) of a part in an array of the whole."""
     return tuple(slice(a, a + n) for a, n in zip(part.first[::-1], part.shape))
-
-
-def _bounds(index, grid):
-    bounds = interpolation.NO_BOUNDS
-    for start in range(0, len(index), _ROWS):
-        bounds = interpolation.joined_bounds(bounds, index[start : start + _ROWS], grid)
-    return bounds
 
 
 def _needed_part(sampling, bounds):
