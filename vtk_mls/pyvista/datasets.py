@@ -143,12 +143,9 @@ def _pairs(data, result):
 def _has_same_type(dataset, output, key, name):
     """Whether both datasets have an array of one type."""
     old, new = _array(dataset, key, name), _array(output, key, name)
-    return (
-        old is not None
-        and new is not None
-        and old.GetDataType() == new.GetDataType()
-        and old.GetNumberOfComponents() == new.GetNumberOfComponents()
-    )
+    if old is None or new is None or old.GetDataType() != new.GetDataType():
+        return False
+    return old.GetNumberOfComponents() == new.GetNumberOfComponents()
 
 
 def _array(dataset, key, name):
