@@ -15,7 +15,7 @@ from vtk_mls.engine.device.device_check import CUTS, FIELDS
 from vtk_mls.engine.dispatch import engine_for
 from vtk_mls.model.map_parameters import MapParameters
 from vtk_mls.model.options import named
-from vtk_mls.queries import fold_free, region_overlap
+from vtk_mls.queries import fold_free, handle_warnings
 from vtk_mls.queries.certificate import NO_FOLDS
 from vtk_mls.queries.transform import Transform, question
 
@@ -250,7 +250,7 @@ class Deformation(Transform, MapParameters):
     @property
     def overlapping_regions(self) -> list[tuple[int, int]]:
         """Pairs of rows of `handles`: rigid regions that overlap where they were moved to."""
-        return region_overlap.overlapping_regions(self.handles)
+        return handle_warnings.overlapping_regions(self.handles)
 
     @property
     def _engine(self):

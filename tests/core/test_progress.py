@@ -57,7 +57,7 @@ def device(request, monkeypatch):
     """A device on which everything takes some steps."""
     monkeypatch.setattr("vtk_mls.reference.reference_engine._MAX_VALUES", 1 << 15)
     monkeypatch.setattr("vtk_mls.queries.fields.MAX_SLAB_POINTS", 900)
-    monkeypatch.setattr("vtk_mls.queries.fitted_grid.SAMPLES", 14)
+    monkeypatch.setattr("vtk_mls.queries.arrival.FITTED_SAMPLES", 14)
     if request.param != "reference":
         chosen = engine.on(dispatch.choose(request.param))
         monkeypatch.setattr(chosen.memory, "limit", 4 * 12 * 1024)

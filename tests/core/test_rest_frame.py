@@ -226,7 +226,7 @@ def test_guesses_on_fine_grids(key, shape, rng, monkeypatch):
     first, dimensions = (6, 3, 9), (41, 30, 19)
     part = d.displacement_field(grid.part(first, dimensions))
     here = tuple(slice(a, a + n) for a, n in zip(first[::-1], dimensions[::-1]))
-    monkeypatch.setattr("vtk_mls.engine.map.origin_nodes._NODES", 1)
+    monkeypatch.setattr("vtk_mls.engine.map.nodes._NODES", 1)
     monkeypatch.setattr("vtk_mls.engine.launch.launcher._MAX_WORK", 5e5)
     slabs = d.displacement_field(grid)
     for name in ("displacement", "void_distance"):

@@ -187,7 +187,7 @@ def test_slabs_are_the_whole(device, monkeypatch):
     np.testing.assert_array_equal(d.void_of_cells(grid).at_center, expected)
     if device != "reference":
         monkeypatch.setattr("vtk_mls.engine.launch.launcher._MAX_WORK", 1)
-        monkeypatch.setattr("vtk_mls.engine.map.origin_nodes._NODES", 1)
+        monkeypatch.setattr("vtk_mls.engine.map.nodes._NODES", 1)
         monkeypatch.setattr(engine_for(device).memory, "in_place", False)
     np.testing.assert_array_equal(d.void_of_cells(grid).at_center, expected)
     listed = np.arange(grid.size * 3 // 4, grid.size, 7)

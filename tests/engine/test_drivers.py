@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from vtk_mls.engine.device import caches, drivers, intel_runtime
+from vtk_mls.engine.device import caches, drivers
 
 
 @pytest.fixture
@@ -28,19 +28,19 @@ def test_intels_driver_gets_a_path_without_spaces(cache, monkeypatch):
     for file in (driver, needed, other):
         file.write_text(file.name)
     installed = {"intel-opencl-rt": [driver], "tbb": [needed]}
-    monkeypatch.setattr(intel_runtime, "_files", lambda package: installed.get(package, []))
-    found = intel_runtime.library()
+    monkeypatch.setattr(drivers, "_files_of", lambda package: installed.get(package, []))
+    found = drivers.intel_library()
     assert found.is_relative_to(cache / "cache")
     assert {file.name for file in found.parent.iterdir()} == {driver.name, needed.name, "driver"}
     assert os.path.samefile(found, driver)
-    assert intel_runtime.library() == found
+    assert drivers.intel_library() == found
     monkeypatch.setattr(os, "link", lambda *_: (_ for _ in ()).throw(OSError("another disk")))
     shutil.rmtree(found.parent)
-    assert intel_runtime.library().read_text() == "libintelocl.so"
+    assert drivers.intel_library().read_text() == "libintelocl.so"
     driver.rename(cache / driver.name)  # the environment is gone, and there is another
     installed["intel-opencl-rt"] = [cache / driver.name]
-    assert intel_runtime.library() == cache / driver.name
-    intel_runtime._remove_stale(found.parent.parent)
+    assert drivers.intel_library() == cache / driver.name
+    drivers._remove_stale(found.parent.parent)
     assert not found.parent.exists()
 
 
@@ -55,7 +55,7 @@ def test_intels_driver_from_pip_is_added_to_the_systems(tmp_path, monkeypatch):
     monkeypatch.delenv("OCL_ICD_VENDORS", raising=False)
     monkeypatch.setattr(sys, "prefix", str(tmp_path))
     library = tmp_path / "lib" / "libintelocl.so"
-    monkeypatch.setattr(drivers.intel_runtime, "library", lambda: library)
+    monkeypatch.setattr(drivers, "intel_library", lambda: library)
 
     def paths():
         with drivers.registered():

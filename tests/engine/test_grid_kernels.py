@@ -9,7 +9,7 @@ from pairwise import paired, rare
 
 from vtk_mls import Grid
 from vtk_mls.engine import dispatch
-from vtk_mls.engine.sample import differences, void_corners, voxel_volumes
+from vtk_mls.engine.sample import grid_kernels
 from vtk_mls.queries import certificate, vector_fields, void_cells
 
 DTYPES = ["float32", "float64", "int16", "uint64"]
@@ -74,7 +74,7 @@ def test_slabs_give_the_same_gradients(engine, rng, monkeypatch):
     grid = Grid((21, 10, 30))
     array = rng.normal(size=grid.shape).astype(np.float32)
     whole = engine.gradient(array, grid)
-    monkeypatch.setattr(differences, "MAX_LAUNCH_POINTS", 700)
+    monkeypatch.setattr(grid_kernels, "MAX_LAUNCH_POINTS", 700)
     for in_place in {engine.memory.in_place, False}:
         monkeypatch.setattr(engine.memory, "in_place", in_place)
         np.testing.assert_array_equal(engine.gradient(array, grid), whole)
@@ -120,7 +120,7 @@ def test_nan_and_infinity_decide_no_void_cell(engine, rng):
 
 def test_slabs_give_the_same_void_cells(engine, rng, monkeypatch):
     values = distances((70, 20, 33), rng)
-    monkeypatch.setattr(void_corners, "MAX_LAUNCH_CELLS", 1 << 12)
+    monkeypatch.setattr(grid_kernels, "MAX_LAUNCH_POINTS", 1 << 12)
     check_void(engine, values, 1.5)
     monkeypatch.setattr(engine.memory, "in_place", False)
     check_void(engine, values, 1.5)
@@ -157,7 +157,7 @@ def test_voxels_that_are_not_finite_are_doubtful(engine, rng):
 
 def test_slabs_give_the_same_voxels(engine, rng, monkeypatch):
     displacement = rng.normal(0, 0.2, (40, 20, 33, 3)).astype(np.float32)
-    monkeypatch.setattr(voxel_volumes, "MAX_LAUNCH_VOXELS", 1 << 12)
+    monkeypatch.setattr(grid_kernels, "MAX_LAUNCH_POINTS", 1 << 12)
     check_voxels(engine, displacement, np.eye(3))
     monkeypatch.setattr(engine.memory, "in_place", False)
     check_voxels(engine, displacement, np.eye(3))

@@ -28,7 +28,7 @@ def uploads(device_memory, monkeypatch):
 
         return note
 
-    for name in ("input_buffer", "constant"):
+    for name in ("input_buffer", "argument", "constant"):
         monkeypatch.setattr(device_memory, name, noted(getattr(device_memory, name)))
     return sizes
 

@@ -15,6 +15,7 @@ from vtk_mls.base import interpolation, validation
 from vtk_mls.base.grid import Grid
 from vtk_mls.base.sampling import AUTOMATIC, Sampling, corner_median, corners_of
 from vtk_mls.base.validation import short_repr
+from vtk_mls.queries.resampling import check_values
 from vtk_mls.queries.transform import Transform
 from vtk_mls.transforms.parts import resampled_part, slices_of
 
@@ -62,7 +63,11 @@ def resample(
         raise ValueError("`sampling` must have a whole grid as its source, got a part of one")
     if not isinstance(deformation, Transform):
         raise TypeError(f"`deformation` must be a transform, got {short_repr(deformation)}")
-    dtype = _checked_dtype(array, sampling)
+    if getattr(array, "shape", None) is None or not hasattr(array, "dtype"):
+        raise TypeError(f"`array` must have a shape and a dtype, got {short_repr(array)}")
+    validation.check_unmasked("array", array)
+    check_values("array", array, sampling.source)
+    dtype = np.dtype(array.dtype)
     (method,) = sampling.methods(1)
     sampling.warn_of_background({"the array": dtype})
     (background,) = sampling.backgrounds(1)
@@ -115,23 +120,6 @@ class _Blocks:
             (values,) = dask.compute(values, scheduler="synchronous")  # this task has one thread
         validation.check_unmasked("array", values)
         return [np.asarray(values)]
-
-
-def _checked_dtype(array: Any, sampling: Sampling) -> np.dtype[Any]:
-    """The dtype of the argument `array`, which has the shape of the source."""
-    shape, grid = getattr(array, "shape", None), sampling.source.shape
-    if shape is None or not hasattr(array, "dtype"):
-        raise TypeError(f"`array` must have a shape and a dtype, got {short_repr(array)}")
-    if len(shape) not in (3, 4) or tuple(shape[:3]) != grid:
-        raise ValueError(
-            f"`array` must have the shape of the grid, {grid} or {(*grid, 'components')}, "
-            f"got {tuple(shape)}"
-        )
-    validation.check_unmasked("array", array)
-    dtype = np.dtype(array.dtype)
-    if dtype.kind not in "iuf" or dtype.itemsize > 8:
-        raise TypeError(f"`array` must hold integers or floats, got {dtype}")
-    return dtype
 
 
 def _all_chunks(chunks: Any, components: tuple[int, ...]) -> Any:

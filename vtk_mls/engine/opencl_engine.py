@@ -14,10 +14,10 @@ from vtk_mls.engine.launch import kernel_arguments
 from vtk_mls.engine.launch.launcher import Launcher
 from vtk_mls.engine.map.inverse import InverseSearch
 from vtk_mls.engine.map.region_map import RegionMap
-from vtk_mls.engine.sample import differences, void_corners, voxel_volumes
-from vtk_mls.engine.sample.sampler import Rule, Sampler, SourceMap, samplers
+from vtk_mls.engine.sample import grid_kernels
+from vtk_mls.engine.sample.sampler import Rule, Sampler, samplers
 from vtk_mls.queries import vector_fields
-from vtk_mls.queries.direct_inverses import direct_inverses
+from vtk_mls.queries.inverses import direct_inverses
 
 _MAX_SEARCHED = 1 << 18  # points of one search for forward images
 # Points whose source indices stay in the cache of a CPU between the two kernels of a resampling.
@@ -179,7 +179,7 @@ class Engine:
     def gradient(self, array, grid, progress=SILENT):
         if not kernel_arguments.is_for_device(array, self.device):
             return vector_fields.gradient(array, grid, progress)
-        return differences.gradient(self.launcher, array, grid, progress)
+        return grid_kernels.gradient(self.launcher, array, grid, progress)
 
     @_exclusive
     def sample(self, array, index, method, background, source, version=None):
@@ -195,11 +195,11 @@ class Engine:
 
     @_exclusive
     def void_by_corners(self, void_distance, min_distance, progress=SILENT):
-        return void_corners.void_by_corners(self.launcher, void_distance, min_distance, progress)
+        return grid_kernels.void_by_corners(self.launcher, void_distance, min_distance, progress)
 
     @_exclusive
     def doubtful_voxels(self, displacement, axes, progress=SILENT):
-        return voxel_volumes.doubtful_voxels(self.launcher, displacement, axes, progress)
+        return grid_kernels.doubtful_voxels(self.launcher, displacement, axes, progress)
 
     @_exclusive
     def void_distance_listed(self, deformation, grid, indices, progress=SILENT):
@@ -280,16 +280,26 @@ class Engine:
         slabs = self.launcher.slabs(target.size, deformation, 12 + 4 + largest, max_count)
         sources = self.memory.scratch("sources", 12 * slabs[0].stop)
         competing = self._competing_distances(deformation, slabs)
-        source_map = SourceMap(self.memory, self._launches(deformation), sampling, competing)
+        launches = [
+            (map_, kernel_arguments.to_source(sampling, map_.control_points), second_pass)
+            for map_, second_pass in self._launches(deformation)
+        ]
+
+        def launch(kernel, part, index, distance, *arguments, constants=()):
+            for map_, to_source, second_pass in launches:
+                outputs = [to_source, index, *map_.void_outputs(distance), *arguments]
+                options = {"second_pass": second_pass, "coarsely": True, "constants": constants}
+                map_.launch_on_grid(kernel, target, part, *outputs, **options)
+
         for part in progress.over(slabs):
             with ExitStack() as buffers:
                 distance = competing
                 if deformation.cuts and void_distance is not None:
                     distance = buffers.enter_context(self.memory.inout_buffer(void_distance[part]))
+                if not any(array.fits for array, _ in vectors):
+                    launch("grid_source_index", part, sources, distance)
                 for array, rows in vectors:
-                    source_map.transform(array, part, sources, distance, rows[part])
-                if not vectors:
-                    source_map.find(part, sources, distance)
+                    array.transform(launch, part, sources, distance, competing, rows[part])
             yield part, sources
 
 

@@ -26,7 +26,7 @@ from vtkmodules.vtkFiltersGeneral import vtkRectilinearGridToPointSet
 from vtk_mls.filters import derived_arrays
 from vtk_mls.filters.algorithm import run_all
 from vtk_mls.filters.largest_blend import largest_blend
-from vtk_mls.queries.overlap import sizes
+from vtk_mls.queries.fields import rounding_sizes
 from vtk_mls.queries.vector_fields import contravariant, covariant
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.cells import (
@@ -303,7 +303,7 @@ def offset_from_cuts(deformation, positions, to_cut, side):
     Points on a cut move onto it and a little further, towards their cells; `to_cut` and `side` are
     those of `splitting.split`.
     """
-    size = sizes(deformation, positions)
+    size = rounding_sizes(deformation, positions)
     return to_cut + _OFF_CUT * np.where(np.isfinite(size), size, 0)[:, None] * side
 
 

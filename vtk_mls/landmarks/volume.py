@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from vtk_mls.deformation import Deformation
 from vtk_mls.landmarks.left_out import PointPairs, Settings
-from vtk_mls.queries.first_guesses import cubic_grid
+from vtk_mls.queries.inverses import cubic_grid
 
 _MAX_THINNESS = 0.1  # smallest extent of a thin set, in the largest
 _ROUNDING = 1e-9  # of the largest extent; smaller extents and motions are 0

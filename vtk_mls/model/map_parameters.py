@@ -17,7 +17,7 @@ from vtk_mls.model.cuts import Cut, Obstacle, Plane
 from vtk_mls.model.handles.handle import Handle
 from vtk_mls.model.handles.handle_set import HandleSet
 from vtk_mls.model.kinds.splines import MIN_LANDMARKS
-from vtk_mls.model.options import DEFORMATION_OPTIONS, check_options, named, with_kind
+from vtk_mls.model.options import DEFORMATION_OPTIONS, named, with_kind
 from vtk_mls.model.regions import Region, deformed_plane, split_by_planes
 
 Parameters = TypeVar("Parameters", bound="MapParameters")
@@ -83,7 +83,7 @@ class MapParameters:
                 "is empty; a deformation needs at least one control point", argument="rest"
             )
         same_count(p, q, "control points")
-        settings = check_options(given)
+        settings = {item.name: item.checked(given[item.name]) for item in DEFORMATION_OPTIONS}
         may_be_spline = len(p) >= MIN_LANDMARKS and not (cuts or arguments.has_regions(shaped))
         settings = with_kind(settings, may_be_spline)
         if settings["kind"] in kinds.KINDS and settings["smoothing"] < 0:  # automatic
@@ -97,9 +97,8 @@ class MapParameters:
             expected = "a BallMask, BoxMask or ImageMask"
             raise TypeError(f"`mask` must be {expected}, got {short_repr(mask)}")
         masks = () if mask is None else (mask,)
-        freeze(self, limits=(*masks, *faces), mask=mask, constraints=faces)
+        freeze(self, limits=(*masks, *faces), mask=mask, constraints=faces, **settings)
         freeze(self, rest=p, deformed=q, weights=factors, handles=shaped, cuts=shapes, path=places)
-        freeze(self, **settings)
         self._find_regions()
 
     def _find_regions(self):

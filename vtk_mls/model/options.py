@@ -243,11 +243,6 @@ KIND, DEGREE, ALPHA, NU, BLEND, CUT_FRAME, MAP_TOLERANCE = map(
 DEFORMATION_OPTIONS = tuple(option for option in OPTIONS if option is not BLEND)
 
 
-def check_options(values: Mapping[str, Any]) -> dict[str, Any]:
-    """`Option.checked` values of a deformation, by name; other values do not matter."""
-    return {option.name: option.checked(values[option.name]) for option in DEFORMATION_OPTIONS}
-
-
 def with_kind(values: dict[str, Any], may_be_spline: bool) -> dict[str, Any]:
     """Values of a deformation with the kinds "auto" and "tps" as "spline", or as "rigid"."""
     kind, smoothing = values["kind"], values["smoothing"]

@@ -47,7 +47,10 @@ def split_by_planes(
             f"`cuts` must have at most {MAX_PLANES} planes, got {len(planes)}; "
             "use HalfPlane or Surface for cuts with an edge"
         )
-    extent = _extent(*handles.positions)
+    positions = np.concatenate(handles.positions)
+    # for a single fixed control point its distance from the origin
+    distance = np.abs(positions - positions[0]).max()
+    extent = float(distance or np.abs(positions).max() or 1.0)  # of the coordinates, world units
     regions = []
     for sides in product((1.0, -1.0), repeat=len(planes)):
         own = handles
@@ -72,11 +75,3 @@ def deformed_plane(plane, rest, deformed) -> Plane:
     if size < 1e-6:
         return plane
     return Plane(-plane.height(offset) / size * normal, normal)
-
-
-def _extent(rest, deformed):
-    """The largest coordinate distance between control points, rest or deformed, world units."""
-    positions = np.concatenate([rest, deformed])
-    # for a single fixed control point its distance from the origin
-    distance = np.abs(positions - positions[0]).max()
-    return float(distance or np.abs(positions).max() or 1.0)

@@ -5,8 +5,12 @@ from vtkmodules.vtkCommonDataModel import vtkPolyData
 
 from vtk_mls.filters import MLSDeform, MLSDisplacementField, property_tables
 from vtk_mls.filters.updating import update
-from vtk_mls.pyvista import metadata
 from vtk_mls.pyvista import options as arguments
+
+# PyVista's names of the attributes, and how to get them; and of its lists of arrays that VTK holds
+# as uint8 and as pairs of floats.
+_ATTRIBUTES = {"POINT": "GetPointData", "CELL": "GetCellData", "NONE": "GetFieldData"}
+_BOOL, _COMPLEX = "_association_bitarray_names", "_association_complex_names"
 
 
 class Deforming:
@@ -55,9 +59,9 @@ class Deforming:
         """
         filter_ = MLSDeform()
         filter_.keeps_images = False  # numpy changes arrays without VTK's knowledge
-        filter_.flags = metadata.flags(self._dataset)
+        filter_.flags = _flags(self._dataset)
         result = self._run(filter_, (rest, deformed, weights), cuts, options)
-        metadata.copy(self._dataset, result)
+        _copy_metadata(self._dataset, result)
         return result
 
     @arguments.takes(property_tables.DISPLACEMENT_FIELD)
@@ -82,7 +86,7 @@ class Deforming:
             Naming the argument.
         """
         result = self._run(MLSDisplacementField(), (rest, deformed, weights), cuts, options)
-        metadata.copy_types(self._dataset, result)
+        _copy_types(self._dataset, result)
         return result
 
     def _run(self, algorithm, control_points, cuts, options):
@@ -98,6 +102,54 @@ class Deforming:
         arguments.apply(algorithm, options)
         update(algorithm, names=arguments.argument_names(algorithm))
         return pyvista.wrap(algorithm.GetOutput())
+
+
+def _flags(data):
+    """`__this__` of the arrays of bool of a DataSet or MultiBlock: a set."""
+    return {
+        array.__this__
+        for dataset, _ in _pairs(data, data)
+        for key in _ATTRIBUTES
+        for name in getattr(dataset, _BOOL).get(key, ())
+        if (array := _array(dataset, key, name)) is not None
+    }
+
+
+def _copy_metadata(data, result):
+    """Copy active arrays and types of arrays of a DataSet or MultiBlock to a result."""
+    for dataset, output in _pairs(data, result):
+        output.copy_meta_from(dataset, deep=True)
+    _copy_types(data, result)
+
+
+def _copy_types(data, result):
+    """Make arrays bool or complex if they are in `data` and have the same VTK type."""
+    for dataset, output in _pairs(data, result):
+        for kind in (_BOOL, _COMPLEX):
+            for key, names in getattr(dataset, kind).items():
+                same = {name for name in names if _has_same_type(dataset, output, key, name)}
+                getattr(output, kind)[key] = same
+
+
+def _pairs(data, result):
+    """The datasets of `data`, each with the dataset at the same place of `result`."""
+    if isinstance(data, pyvista.MultiBlock):
+        for pair in zip(data, result):
+            yield from _pairs(*pair)
+    elif isinstance(data, pyvista.DataSet) and isinstance(result, pyvista.DataSet):
+        yield data, result
+
+
+def _has_same_type(dataset, output, key, name):
+    """Whether both datasets have an array of one type."""
+    old, new = _array(dataset, key, name), _array(output, key, name)
+    if old is None or new is None or old.GetDataType() != new.GetDataType():
+        return False
+    return old.GetNumberOfComponents() == new.GetNumberOfComponents()
+
+
+def _array(dataset, key, name):
+    return getattr(dataset, _ATTRIBUTES[key])().GetArray(name)
 
 
 for target in (pyvista.DataSet, pyvista.MultiBlock):

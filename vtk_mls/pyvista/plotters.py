@@ -57,13 +57,6 @@ class Editing:
         TypeError, ValueError
             Naming the argument; or if the plotter has several views, an editor, or is closed.
         """
-        self._check()
-        state = _state((rest, deformed, weights), cuts, options)
-        self._edit = Edit(self._plotter, datasets, state)
-        return self._edit
-
-    def _check(self):
-        """Raise a ValueError if the plotter cannot have an editor."""
         if self._plotter.render_window is None:
             raise ValueError("the plotter is closed; make a new one to edit in")
         if len(self._plotter.renderers) > 1:
@@ -72,6 +65,9 @@ class Editing:
             )
         if self._edit is not None:
             raise ValueError("this plotter has an editor; make another plotter for another one")
+        state = _state((rest, deformed, weights), cuts, options)
+        self._edit = Edit(self._plotter, datasets, state)
+        return self._edit
 
     def __plotter_close__(self):
         if self._edit is not None:

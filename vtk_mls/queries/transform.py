@@ -16,11 +16,10 @@ from vtk_mls.base.messages import warn
 from vtk_mls.base.progress import Progress, ProgressLike, whole
 from vtk_mls.base.sampling import Sampling
 from vtk_mls.base.validation import short_repr
+from vtk_mls.queries import arrival, fields, resampling, vector_fields, void_cells
 from vtk_mls.queries import certificate as certificates
-from vtk_mls.queries import face_gradients, fields, overlap, resampling, vector_fields, void_cells
 from vtk_mls.queries.certificate import Certificate
 from vtk_mls.queries.fields import DisplacementField, ForwardField
-from vtk_mls.queries.fitted_grid import fitted_grid
 from vtk_mls.queries.void_cells import VoidCells
 
 
@@ -391,8 +390,7 @@ class Transform:
             0 outside, and in the void unless values are continued there.
         """
         with question(progress) as part:
-            sampling = Sampling.of(sampling)
-            sampling = replace(sampling, background=0.0)
+            sampling = replace(Sampling.of(sampling), background=0.0)
             checked = resampling.checked_vectors(vectors, sampling.source)
             sampling.methods(1)
             part = self._prepare(sampling.target, part)
@@ -487,7 +485,7 @@ class Transform:
         """
         checked_grid("source", source)
         with question(progress) as part:
-            return fitted_grid(self, source, part)
+            return arrival.fitted_grid(self, source, part)
 
     @property
     def _engine(self):
@@ -503,6 +501,20 @@ class Transform:
         """The `DisplacementField` on a grid, with as many steps as it needs."""
         displacement, void_distance = self._field_engine.displacement_field(self, grid, progress)
         return DisplacementField(displacement, grid, void_distance)
+
+    def _on_grid(self, grid, points, progress, with_jacobian):
+        """Origins (m, 3), void distances (m,) or None, and Jacobians (m, 3, 3) or None.
+
+        At the `points` (m, 3) of a grid.
+        """
+        mapping, differentiating = progress.divided(1, with_jacobian)
+        displacement, distance = self._field_engine.displacement_field(self, grid, mapping)
+        jacobian = None
+        if with_jacobian:
+            jacobian = self._engine.jacobian_field(self, grid, differentiating)
+            jacobian = jacobian.reshape(-1, 3, 3).swapaxes(1, 2)
+        distance = None if distance is None else distance.reshape(-1)
+        return points + displacement.reshape(-1, 3), distance, jacobian
 
     def _prepare(self, grid, progress):
         """Take as many steps as a grid needs, before a question about it; the Progress left."""
@@ -535,11 +547,11 @@ class Transform:
         return fields.void_distance(self._engine, self, points, progress)
 
     def _overlap(self, points, progress):
-        return overlap.overlap(self._engine, self, points, progress)
+        return fields.overlap(self._engine, self, points, progress)
 
     def _nearest_face(self, points, origins):
-        """`face_gradients.nearest_face` at `points`."""
-        return face_gradients.nearest_face(self, points, origins)
+        """`resampling.nearest_face` at `points`."""
+        return resampling.nearest_face(self, points, origins)
 
     def _material_samples(self, grid):
         """Positions (n, 3) of some material before and after the transform, near a grid."""

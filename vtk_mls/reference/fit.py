@@ -39,7 +39,7 @@ class ComposedFit:
 
     def least_determinant(self):
         """The smallest determinant (m,) of the Jacobians of the steps."""
-        return np.min([fit.least_determinant() for fit in self.fits], axis=0)
+        return np.min([np.linalg.det(fit.material_jacobian()) for fit in self.fits], axis=0)
 
 
 def jacobian_of(fit):
@@ -70,10 +70,6 @@ class StepFit:
         """The points and their images."""
         return [(self.v, self.v + self.displacement())]
 
-    def least_determinant(self):
-        """The determinant (m,) of the Jacobian of the material."""
-        return np.linalg.det(self.material_jacobian())
-
     def material_jacobian(self):
         """The derivative of l by v with x fixed.
 
@@ -84,7 +80,10 @@ class StepFit:
 
     def jacobians(self):
         """dl/dv at fixed origins x, and dl/dx: (m, 3, 3) each."""
-        weighted, fit = self._with_slopes
+        weighted, fit = self.weighted, self.fit
+        if len(self._at[1].handles.segments) > 0:
+            weighted = WeightedPoints(*self._at, with_slopes=True)
+            fit = weighted.control_points.kind.fit(weighted)
         influence = fit.influence()
         d_dv, d_dx = (
             # the derivative of l through the weights
@@ -98,14 +97,6 @@ class StepFit:
             before = self._unlimited_displacement()
             d_dv, d_dx = limited_jacobians(self.limits, self.v, before, d_dv, d_dx)
         return np.eye(3) + d_dv, d_dx
-
-    @property
-    def _with_slopes(self):
-        """The WeightedPoints with the slopes of segments, and the fit to them."""
-        if len(self._at[1].handles.segments) == 0:
-            return self.weighted, self.fit
-        weighted = WeightedPoints(*self._at, with_slopes=True)
-        return weighted, weighted.control_points.kind.fit(weighted)
 
     def displacement(self):
         """G(v) - v = l(v) - v, Eq. 4 (rotations) and Eq. 26 (affine and polynomial), limited."""

@@ -15,10 +15,7 @@ import numpy as np
 from vtk_mls.base import interpolation
 from vtk_mls.base.progress import SILENT
 from vtk_mls.model.regions import ON_PLANE
-from vtk_mls.queries import certificate, vector_fields, void_cells
-from vtk_mls.queries import first_guesses as guesses
-from vtk_mls.queries.direct_inverses import direct_inverses
-from vtk_mls.queries.newton import newton
+from vtk_mls.queries import certificate, inverses, vector_fields, void_cells
 from vtk_mls.queries.vector_fields import indices_of_parts, sampled_parts
 from vtk_mls.reference import rest_frame
 from vtk_mls.reference.fit import StepFit, fit_of, jacobian_of
@@ -26,11 +23,7 @@ from vtk_mls.reference.weights import EvaluationPoints
 
 NAME = "reference (numpy, float64)"
 
-# The search for the inverse.
 _FOUND = 1e-5  # largest residual of an inverse, in local units
-_SAMPLES = 1 << 12  # of the map, to restart Newton's method where it fails
-_MAX_RESTARTS = 4  # in the samples of a level
-_EXTRA_LEVELS = 2  # beyond that of x with samples, for v may lie there
 _MAX_VALUES = 1 << 21  # in a temporary array
 _POINTS_OF_SEGMENT = 80  # of the quadrature
 
@@ -86,14 +79,14 @@ def forward(deformation, points, progress=SILENT):
     for part in progress.over(_parts(len(points), deformation)):
         for region in deformation.regions:
             distance = np.abs(region.control_points.local(points[part])).max(axis=1)
-            mask = (distance <= guesses.FARTHEST) & region.holds(deformation.planes, points[part])
+            mask = (distance <= inverses.FARTHEST) & region.holds(deformation.planes, points[part])
             rows = part.start + np.flatnonzero(mask)
             if len(rows) > 0:
                 x = points[rows].astype(np.float64)
                 v, residual = _inverse(deformation, region, x)
                 close = _FOUND * _size_of(region.control_points, x)
                 displacement[rows], found[rows] = v - x, residual <= close
-        rows, direct = direct_inverses(backward_map, deformation, points[part])
+        rows, direct = inverses.direct_inverses(backward_map, deformation, points[part])
         displacement[part.start + rows], found[part.start + rows] = direct, True
     return displacement, found
 
@@ -136,18 +129,18 @@ def _inverse_of_map(deformation, region, x):
         return remaining <= tolerance[rows]
 
     if deformation.in_rest_frame and len(rows := unresolved()) > 0:
-        for motion in guesses.motions(*control_points.handles.positions, x[rows]):
+        for motion in inverses.motions(*control_points.handles.positions, x[rows]):
             restart(rows, x[rows] + motion)
-    rows, box = unresolved(), guesses.usual_box(control_points)
-    levels = guesses.levels(box, control_points.local(x[rows] - control_points.mean_displacement))
+    rows, box = unresolved(), inverses.usual_box(control_points)
+    levels = inverses.levels(box, control_points.local(x[rows] - control_points.mean_displacement))
     for level in np.unique(levels):
         remaining = rows[levels == level]
-        for extra in range(_EXTRA_LEVELS + 1):
+        for extra in range(inverses.EXTRA_LEVELS + 1):
             if len(remaining) == 0:
                 break
-            samples = _samples(deformation, region, guesses.doubled(box, level + extra))
+            samples = _samples(deformation, region, inverses.doubled(box, level + extra))
             min_distance = np.full(len(remaining), -1.0)
-            for _ in range(_MAX_RESTARTS):
+            for _ in range(inverses.MAX_RESTARTS):
                 start, distance = _nearest_sample(deformation, samples, x[remaining], min_distance)
                 is_unresolved = ~restart(remaining, start)
                 remaining, min_distance = remaining[is_unresolved], distance[is_unresolved]
@@ -167,7 +160,7 @@ def _solve_step(deformation, sides, control_points, x, candidate, origins):
         fit = StepFit(deformation, control_points, v, at and at.rows(rows))
         return fit.displacement(), fit.material_jacobian
 
-    v, residual = newton(evaluate, x, candidate, _size_of(control_points, x))
+    v, residual = inverses.newton(evaluate, x, candidate, _size_of(control_points, x))
     cut_off = _is_blocked(deformation, x, v)
     planes = [] if deformation.in_rest_frame else deformation.planes
     for plane, side in zip(planes, sides):
@@ -203,7 +196,7 @@ def _is_blocked(deformation, x, v):
 def _samples(deformation, region, box):
     """Points v (m, 3) over a `box` (2, 3), local units, with det(J) > 0; G(v) (m, 3)."""
     control_points = region.control_points
-    local = guesses.cubic_grid(box, _SAMPLES).points()
+    local = inverses.cubic_grid(box, inverses.SAMPLES).points()
     v = control_points.center + control_points.scale * local
     v = v[region.holds(deformation.moved_planes, v)]
     displacement, void_distance, jacobian = _in_region(deformation, region, v, with_jacobian=True)

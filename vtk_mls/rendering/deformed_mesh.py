@@ -11,7 +11,7 @@ from vtk_mls import Deformation
 from vtk_mls.base.interpolation import sample
 from vtk_mls.filters.algorithm import Algorithm, CachedValue
 from vtk_mls.filters.warping import stamps
-from vtk_mls.queries import first_guesses as guesses
+from vtk_mls.queries import inverses
 from vtk_mls.queries.vector_fields import covariant
 from vtk_mls.queries.void_cells import over_corners
 from vtk_mls.rendering.rest_surface import RestSurface, determinants, jacobians, state_of
@@ -201,7 +201,7 @@ class CoarseForward:
     def __init__(self, surface, cuts):
         self._surface = surface
         x = surface.positions
-        self._grid = guesses.cubic_grid(guesses.usual_bounds(x, guesses.bounds(x)), _NODES)
+        self._grid = inverses.cubic_grid(inverses.usual_bounds(x, inverses.bounds(x)), _NODES)
         self._nodes = self._grid.points()
         self._last = np.array(self._grid.dimensions) - 1
         self._cell = _cells(self._grid, x)

@@ -93,7 +93,7 @@ class Chain(PointwiseTransform):
     def _on_grid(self, grid, points, progress, with_jacobian):
         last, others = self.transforms[-1], self.transforms[:-1]
         mapping, rest = progress.divided(1, len(others))
-        points, distance, jacobian = _on_grid(last, grid, points, mapping, with_jacobian)
+        points, distance, jacobian = last._on_grid(grid, points, mapping, with_jacobian)
         if not others:
             return points, distance, jacobian
         chain = Chain(others)
@@ -148,20 +148,6 @@ class Chain(PointwiseTransform):
             to_first = to_first @ member._engine.jacobian(member, v, SILENT)
             x = v
         return nearest, direction
-
-
-def _on_grid(member, grid, points, progress, with_jacobian):
-    """`PointwiseTransform._on_grid` of any transform."""
-    if isinstance(member, PointwiseTransform):
-        return member._on_grid(grid, points, progress, with_jacobian)
-    mapping, differentiating = progress.divided(1, with_jacobian)
-    displacement, distance = member._field_engine.displacement_field(member, grid, mapping)
-    jacobian = None
-    if with_jacobian:
-        jacobian = member._engine.jacobian_field(member, grid, differentiating)
-        jacobian = jacobian.reshape(-1, 3, 3).swapaxes(1, 2)
-    distance = None if distance is None else distance.reshape(-1)
-    return points + displacement.reshape(-1, 3), distance, jacobian
 
 
 def members_of(transform: Transform) -> list[Transform]:

@@ -12,7 +12,7 @@ from vtk_mls.base.grid import Grid, checked_grid
 from vtk_mls.base.interpolation import linear_with_slopes
 from vtk_mls.base.progress import SILENT
 from vtk_mls.base.validation import as_float, freeze
-from vtk_mls.queries.newton import newton
+from vtk_mls.queries.inverses import newton
 from vtk_mls.transforms.pointwise import PointwiseTransform
 
 _CHUNK = 1 << 18  # points whose corners are in memory at once
@@ -95,22 +95,17 @@ class Field(PointwiseTransform):
 
     def _displacement(self, points, progress=SILENT, with_slopes=False):
         """d (m, 3) at `points` (m, 3), and its slopes (m, 3, 3) or None; 0 outside."""
-        result = np.empty(points.shape)
+        grid, result = self.grid, np.empty(points.shape)
         slopes: Any = np.empty((len(points), 3, 3)) if with_slopes else None
         for start in progress.over(range(0, len(points), _CHUNK)):
             part = slice(start, start + _CHUNK)
-            self._interpolate(points[part], result[part], slopes[part] if with_slopes else None)
+            index = grid.index_of(points[part])
+            inside = grid.covers(index)
+            within = np.where(inside[:, None], index, 0)
+            values, per_index = linear_with_slopes(self.displacement, within, with_slopes)
+            result[part] = np.where(inside[:, None], values, 0)
+            if with_slopes:
+                is_limited = (index < 0) | (index > np.array(grid.dimensions) - 1)
+                per_index *= (inside[:, None] & ~is_limited)[:, None, :]
+                np.einsum("mia,aj->mij", per_index, grid.world_to_index, out=slopes[part])
         return result, slopes
-
-    def _interpolate(self, points, result, slopes):
-        """Fill displacements (m, 3), and slopes (m, 3, 3) unless None."""
-        grid, index = self.grid, self.grid.index_of(points)
-        inside = grid.covers(index)
-        within = np.where(inside[:, None], index, 0)
-        with_slopes = slopes is not None
-        result[:], per_index = linear_with_slopes(self.displacement, within, with_slopes)
-        result[~inside] = 0
-        if with_slopes:
-            is_limited = (index < 0) | (index > np.array(grid.dimensions) - 1)
-            per_index *= (inside[:, None] & ~is_limited)[:, None, :]
-            np.einsum("mia,aj->mij", per_index, grid.world_to_index, out=slopes)

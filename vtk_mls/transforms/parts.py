@@ -22,8 +22,11 @@ def resampled_part(read, dtypes, transform, sampling):
     """
     target = sampling.target
     index = transform._engine.source_index(transform, sampling)
-    backgrounds = sampling.backgrounds(len(dtypes))
-    source = _needed_part(sampling, _bounds(index, sampling.source.whole))
+    methods, backgrounds = sampling.methods(len(dtypes)), sampling.backgrounds(len(dtypes))
+    bounds, whole = interpolation.NO_BOUNDS, sampling.source.whole
+    for start in range(0, len(index), _ROWS):
+        bounds = interpolation.joined_bounds(bounds, index[start : start + _ROWS], whole)
+    source = _needed_part(sampling, bounds, methods)
     if source is None:
         return [_filled(target.shape, *pair) for pair in zip(dtypes, backgrounds)]
     size = source.size * sum(dtype.itemsize for dtype in dtypes)
@@ -37,7 +40,6 @@ def resampled_part(read, dtypes, transform, sampling):
         return [np.concatenate(pair, axis=2 - axis) for pair in zip(*halves)]
     sample = engine_for(transform.device).sample
     results = []
-    methods = sampling.methods(len(dtypes))
     for array, dtype, method, background in zip(read(source), dtypes, methods, backgrounds):
         values = validation.native_array(array)
         values = sample(values, index, method, background, source)
@@ -50,20 +52,11 @@ def slices_of(part):
     return tuple(slice(a, a + n) for a, n in zip(part.first[::-1], part.shape))
 
 
-def _bounds(index, grid):
-    bounds = interpolation.NO_BOUNDS
-    for start in range(0, len(index), _ROWS):
-        bounds = interpolation.joined_bounds(bounds, index[start : start + _ROWS], grid)
-    return bounds
-
-
-def _needed_part(sampling, bounds):
+def _needed_part(sampling, bounds, methods):
     """The part of the source that determines all values of the target; None if nothing does."""
     low, high = bounds
     if not np.isfinite(low).all():
         return None
-    methods = sampling.interpolation
-    methods = (methods,) if isinstance(methods, str) else methods
     reach = max(interpolation.REACH[method] for method in methods)
     last = np.array(sampling.source.dimensions) - 1
     low = np.clip(np.floor(low) - reach, 0, last)

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vtk_mls.base.grid import Grid
-from vtk_mls.base.progress import SILENT, Progress
+from vtk_mls.base.progress import SILENT
 from vtk_mls.queries.transform import Transform
 from vtk_mls.transforms import chain_engine
 
@@ -24,30 +21,22 @@ class PointwiseTransform(Transform):
     device: Any = None
     regions = ()
 
-    @abstractmethod
-    def _origins(self, points: NDArray[np.float64], progress: Progress) -> NDArray[np.float64]:
+    def _origins(self, points, progress):
         """G(v) (m, 3) at v of `points` (m, 3)."""
+        raise NotImplementedError
 
-    @abstractmethod
-    def _jacobians(self, points: NDArray[np.float64], progress: Progress) -> NDArray[np.float64]:
+    def _jacobians(self, points, progress):
         """dG_i/dv_j (m, 3, 3) at `points` (m, 3)."""
+        raise NotImplementedError
 
-    @abstractmethod
-    def _search(
-        self, points: NDArray[Any], progress: Progress
-    ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    def _search(self, points, progress):
         """v - x (m, 3) with G(v) = x for x of `points` (m, 3), and whether it was found (m,).
 
         `points` are float32 or float64, and need not be finite.
         """
+        raise NotImplementedError
 
-    def _on_grid(
-        self, grid: Grid, points: NDArray[np.float64], progress: Progress, with_jacobian: bool
-    ) -> tuple[NDArray[np.float64], NDArray[Any] | None, NDArray[Any] | None]:
-        """Origins (m, 3), void distances (m,) or None, and Jacobians (m, 3, 3) or None.
-
-        At the `points` (m, 3) of a grid.
-        """
+    def _on_grid(self, grid, points, progress, with_jacobian):
         mapping, differentiating = progress.divided(1, with_jacobian)
         origins = self._origins(points, mapping)
         return origins, None, self._jacobians(points, differentiating) if with_jacobian else None

@@ -248,10 +248,12 @@ def kernel(device, name, constants):
         try:
             return _built(device, name, f"{text}\n// built anew\n")
         except Exception as error:
+            lines = [line.strip() for line in str(error).splitlines()]
+            errors = [line for line in lines if "error:" in line.lower()] or lines[:1]
             raise DeviceError(
                 f"the kernel {name} does not build on {device} with "
                 f"{', '.join(f'{constant} = {value}' for constant, value in constants)}: "
-                + _compiler_errors(error)
+                f"{'; '.join(errors)}"
             ) from error
 
 
@@ -267,11 +269,6 @@ def _built(device, name, text):
             program.get_info(cl.program_info.CONTEXT)  # before the build: pyopencl keeps no kernel
         options = ["-w", *quirks.options(device)]
         return cl.Kernel(program.build(options=options, cache_dir=caches.kernel_folder()), name)
-
-
-def _compiler_errors(error):
-    lines = [line.strip() for line in str(error).splitlines()]
-    return "; ".join([line for line in lines if "error:" in line.lower()] or lines[:1])
 
 
 def source(file, constants=()):

@@ -1,13 +1,20 @@
 """OpenCL drivers installed by pip, and the OpenCL loader that finds them."""
 
 import contextlib
+import hashlib
+import importlib.metadata
 import os
 import platform
+import shutil
 import sys
 import tempfile
 from pathlib import Path
 
-from vtk_mls.engine.device import intel_runtime, quirks
+from vtk_mls.engine.device import caches, quirks
+
+# The wheel, its dependencies, and the driver in it.
+_PACKAGES = ("intel-opencl-rt", "intel-cmplr-lib-rt", "tbb", "tcmlib")
+_LIBRARIES = ("libintelocl.so", "intelocl64.dll")
 
 
 @contextlib.contextmanager
@@ -16,7 +23,7 @@ def registered():
 
     If the user has set `OCL_ICD_VENDORS`, it stays as it is.
     """
-    library = intel_runtime.library()
+    library = intel_library()
     if library is None or "OCL_ICD_VENDORS" in os.environ:
         yield
     elif sys.platform == "win32":
@@ -28,7 +35,7 @@ def registered():
             yield
     else:
         with tempfile.TemporaryDirectory(prefix="vtk_mls-") as folder:
-            _fill(Path(folder), library)
+            _write_icds(Path(folder), library)
             with _variable("OCL_ICD_VENDORS", folder):
                 yield
 
@@ -75,7 +82,7 @@ def _is_x86():
     return platform.machine().lower() in ("x86_64", "amd64") and sys.platform != "darwin"
 
 
-def _fill(folder, library):
+def _write_icds(folder, library):
     """Write .icd files to `folder`: the system's, and one for `library` unless it is among them.
 
     The .icd file in Intel's wheel has a path of the machine that built it.
@@ -105,3 +112,67 @@ def _variable(name, value):
             del os.environ[name]
         else:
             os.environ[name] = before
+
+
+def intel_library():
+    """Path of Intel's driver for CPUs; None if pip has not installed it."""
+    for file in _files_of(_PACKAGES[0]):
+        if file.name in _LIBRARIES and file.exists():
+            return file if sys.platform == "win32" or _has_no_spaces(file) else _linked(file)
+    return None
+
+
+def _files_of(package):
+    """Paths of the installed files of a package."""
+    with contextlib.suppress(importlib.metadata.PackageNotFoundError):
+        for file in importlib.metadata.files(package) or ():
+            yield Path(os.path.realpath(file.locate()))
+
+
+def _has_no_spaces(path):
+    """Whether the runtime finds its own files: it truncates its path at the first space."""
+    return not any(letter.isspace() for letter in str(path))
+
+
+def _linked(driver):
+    """The driver at a path without spaces: hard links to its files, or else copies.
+
+    Symbolic links do not help, because the system resolves them for the runtime.
+    """
+    name = hashlib.sha256(str(driver).encode()).hexdigest()[:12]
+    paths = [caches.folder(), Path(tempfile.gettempdir())]
+    for path in filter(None, paths):
+        folder = path / "vtk_mls" / "intel" / name
+        if not _has_no_spaces(folder):
+            continue
+        with contextlib.suppress(OSError):
+            if not folder.exists():
+                _remove_stale(folder.parent)
+                _link_files(folder, driver)
+            return folder / driver.name
+    return None
+
+
+def _link_files(folder, driver):
+    temporary = folder.with_name(f"{folder.name}.{os.getpid()}")
+    temporary.mkdir(mode=0o700, parents=True)
+    for package in _PACKAGES:
+        for file in _files_of(package):
+            if file.parent == driver.parent:
+                try:
+                    os.link(file, temporary / file.name)
+                except OSError:  # another file system
+                    shutil.copy2(file, temporary / file.name)
+    (temporary / "driver").write_text(str(driver))
+    try:
+        temporary.rename(folder)
+    except OSError:  # another process was faster
+        shutil.rmtree(temporary, ignore_errors=True)
+        folder.stat()
+
+
+def _remove_stale(folder):
+    """Remove links to environments that were removed."""
+    for source in folder.glob("*/driver"):
+        if not Path(source.read_text()).exists():
+            shutil.rmtree(source.parent, ignore_errors=True)

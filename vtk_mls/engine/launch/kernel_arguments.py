@@ -16,6 +16,7 @@ _C_TYPES = {
 }
 # float32 is exact enough for values of these types and their sums
 _SUMMED_IN_FLOAT = ("int8", "uint8", "int16", "uint16", "float32")
+FLOAT64 = (("USE_FP64", 1),)  # build constants
 
 
 def _dtype(members):
@@ -115,10 +116,12 @@ def c_type(array):
     return _C_TYPES[array.dtype.name]
 
 
-def array_constants(array, launcher):
+def array_constants(array, device):
     """Build constants of kernels that read an array."""
+    in_float = array.dtype.name in _SUMMED_IN_FLOAT
     return (
-        *launcher.sums(double=array.dtype.name not in _SUMMED_IN_FLOAT),
+        ("LANES", device.lanes if in_float else device.double_lanes),
+        *(() if in_float else FLOAT64),
         ("VALUE", c_type(array)),
         ("IS_INTEGER", int(array.dtype.kind in "iu")),
         offset(array),

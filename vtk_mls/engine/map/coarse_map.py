@@ -5,7 +5,7 @@ import numpy as np
 from vtk_mls.engine.launch import kernel_arguments
 from vtk_mls.engine.launch.kernel_arguments import CONSTANTS, filled
 from vtk_mls.engine.map import nodes
-from vtk_mls.engine.map.cells import ListedCells, box_of, near_handles
+from vtk_mls.engine.map.nodes import ListedCells, box_of, near_handles
 from vtk_mls.queries.void_cells import largest_of_neighbors
 
 STEP = CONSTANTS["COARSE_STEP"]

@@ -1,17 +1,21 @@
 """The search for the inverse of the map on an OpenCL device."""
 
+import itertools
+
 import numpy as np
 
 from vtk_mls.engine.launch import kernel_arguments
-from vtk_mls.engine.map.lattice import Lattice
+from vtk_mls.engine.launch.kernel_arguments import CONSTANTS, filled
 from vtk_mls.engine.map.region_map import RegionMap
-from vtk_mls.queries import first_guesses as guesses
+from vtk_mls.queries import inverses
 
-_SAMPLES = 1 << 12  # of the map, to restart Newton's method where it fails
-_MAX_RESTARTS = 4  # in the samples of a level
-_EXTRA_LEVELS = 2  # beyond that of x with samples, for v may lie there
 # Tolerances of the residuals of Broyden's method and of the whole search, local units.
 _BROYDEN_TOLERANCE, _TOLERANCE = 5e-6, 1e-5
+# The lattice of first guesses.
+_CORNERS = np.array(list(itertools.product((0, 1), repeat=3)))[:, ::-1]  # along x first
+_LATTICE_CELLS, _LATTICE_LEVELS = CONSTANTS["LATTICE_CELLS"], CONSTANTS["LATTICE_LEVELS"]
+_NODES = _LATTICE_CELLS + 1  # along each axis of a level
+_LEVEL_CELLS, _LEVEL_NODES = _LATTICE_CELLS**3, _NODES**3
 
 
 class InverseSearch:
@@ -36,7 +40,7 @@ class InverseSearch:
             return
         self.swapped_map = RegionMap(launcher, deformation.with_deformed_cuts, region.swapped)
         if region not in launcher.lattices:
-            launcher.lattices[region] = Lattice(guesses.usual_box(region.control_points))
+            launcher.lattices[region] = Lattice(inverses.usual_box(region.control_points))
         self.lattice = launcher.lattices[region]
 
     def forward(self, points):
@@ -51,7 +55,7 @@ class InverseSearch:
         unresolved = local.take(rows, axis=1)
         solved, residual[rows] = self._newton_restarted(unresolved)
         displacement[rows] = self._in_world(solved)
-        residual[rows[np.abs(unresolved).max(axis=0) > guesses.FARTHEST]] = np.inf
+        residual[rows[np.abs(unresolved).max(axis=0) > inverses.FARTHEST]] = np.inf
         return displacement, residual <= _TOLERANCE
 
     def _in_world(self, displacement):
@@ -109,11 +113,11 @@ class InverseSearch:
             for motion in self._motions(points):
                 restart(rows, points, motion)
         rows = unresolved()
-        rows = rows[np.abs(local.take(rows, axis=1)).max(axis=0) <= guesses.FARTHEST]  # not NaN
-        levels = guesses.levels(self.lattice.box, local[:, rows].T)
+        rows = rows[np.abs(local.take(rows, axis=1)).max(axis=0) <= inverses.FARTHEST]  # not NaN
+        levels = inverses.levels(self.lattice.box, local[:, rows].T)
         for level in np.unique(levels):
             remaining = rows[levels == level]
-            for wider in range(_EXTRA_LEVELS + 1):
+            for wider in range(inverses.EXTRA_LEVELS + 1):
                 remaining = self._restart_from_samples(level + wider, local, remaining, restart)
         return displacement, residual
 
@@ -121,7 +125,7 @@ class InverseSearch:
         """Restart at `rows` of x `local` (3, m) from samples of a level; the rows not found."""
         samples = self._get_samples(level)
         last_distance2 = np.full(len(rows), -1, np.float32)
-        for _ in range(_MAX_RESTARTS):
+        for _ in range(inverses.MAX_RESTARTS):
             if samples is None or len(rows) == 0:
                 break
             points = local.take(rows, axis=1)
@@ -137,7 +141,7 @@ class InverseSearch:
         rest, deformed = control_points.handles.positions
         rest = control_points.local(rest - control_points.mean_displacement)
         deformed = control_points.local(deformed)
-        return map(kernel_arguments.planes, guesses.motions(rest, deformed, local.T))
+        return map(kernel_arguments.planes, inverses.motions(rest, deformed, local.T))
 
     def _newton(self, local, displacement):
         """Displacements (3, m) by Newton's method from given ones, and the residuals (m,)."""
@@ -163,13 +167,13 @@ class InverseSearch:
         """
         samples = self.lattice.samples
         if level not in samples:
-            samples[level] = self._sampled(guesses.doubled(self.lattice.box, level))
+            samples[level] = self._sampled(inverses.doubled(self.lattice.box, level))
         return samples[level]
 
     def _sampled(self, box):
         """Samples over a `box` (2, 3), local units, as `_get_samples` has them."""
         control_points = self.map.control_points
-        local = guesses.cubic_grid(box, _SAMPLES).points()
+        local = inverses.cubic_grid(box, inverses.SAMPLES).points()
         world = control_points.center + control_points.scale * local
         v = local[self.map.region.holds(self.deformation.moved_planes, world)]
         if len(v) == 0:
@@ -185,3 +189,57 @@ class InverseSearch:
         table = np.zeros(np.count_nonzero(usable), kernel_arguments.STRUCTS["sample_t"])
         table["v"], table["image"] = local.T[usable], (local + displacement[:3]).T[usable]
         return np.int32(len(table)), self.map.memory.constant(table)
+
+
+class Lattice:
+    """The lattice of lattice.cl: first guesses at its nodes, and samples of the map on its levels.
+
+    A launcher keeps it for each region as long as the deformation exists, so it holds arrays only.
+    Nodes are solved for when a point first lies in a cell beside them. Points determine which nodes
+    are solved for, never their values. `box` (2, 3), local units, is level 0; `samples` are kernel
+    arguments by level, as `InverseSearch` makes them.
+    """
+
+    def __init__(self, box):
+        self.box, self.samples = box, {}
+        self.record = filled("lattice_t", center=box.mean(axis=0), density=2 / np.ptp(box, axis=0))
+        self._is_solved = np.zeros(_LATTICE_LEVELS * _LEVEL_NODES, bool)
+        self._displacement = np.zeros((len(self._is_solved), 4), np.float32)
+        self._buffer = None
+
+    def unsolved_nodes(self, cells):
+        """Nodes (m,) at the corners of `cells` (n,) that have no displacement yet."""
+        is_occupied = np.zeros(_LATTICE_LEVELS * _LEVEL_CELLS + 1, bool)
+        is_occupied[cells] = True
+        is_needed = np.zeros(len(self._is_solved), bool)
+        is_needed[_corner_nodes(np.flatnonzero(is_occupied[:-1]))] = True
+        return np.flatnonzero(is_needed & ~self._is_solved)
+
+    def set_displacements(self, nodes, displacement):
+        """Store displacements (3, m), local units, at `nodes` (m,)."""
+        self._displacement[nodes, :3] = displacement.T
+        self._is_solved[nodes] = True
+        self._buffer = None
+
+    def buffer(self, memory):
+        """The displacements at the nodes, on the device; 0 at nodes without."""
+        if self._buffer is None:
+            stop = np.flatnonzero(self._is_solved).max(initial=0) + 1
+            self._buffer = memory.constant(self._displacement[:stop])
+        return self._buffer
+
+    def positions(self, nodes):
+        """Positions x (3, m) float32, local units, of `nodes` (m,)."""
+        level, node = np.divmod(nodes, _LEVEL_NODES)
+        index = np.stack(np.unravel_index(node, [_NODES] * 3)[::-1], axis=1)
+        position = (2 * index / _LATTICE_CELLS - 1) * np.exp2(level)[:, None]
+        center, half = self.box.mean(axis=0), np.ptp(self.box, axis=0) / 2
+        return kernel_arguments.planes(center + half * position)
+
+
+def _corner_nodes(cells):
+    """The nodes at the corners of `cells` (m,): (m, 8)."""
+    level, cell = np.divmod(cells, _LEVEL_CELLS)
+    k, j, i = np.unravel_index(cell, [_LATTICE_CELLS] * 3)
+    first = level * _LEVEL_NODES + i + _NODES * (j + _NODES * k)
+    return first[:, None] + _CORNERS @ [1, _NODES, _NODES**2]

@@ -5,12 +5,11 @@ from contextlib import ExitStack
 import numpy as np
 
 from vtk_mls.engine.launch import kernel_arguments
-from vtk_mls.engine.launch.kernel_arguments import filled
-from vtk_mls.engine.launch.launcher import FLOAT64
+from vtk_mls.engine.launch.kernel_arguments import FLOAT64, filled
 from vtk_mls.engine.map.coarse_map import CoarseMap
 from vtk_mls.engine.map.cut_tables import NO_CUTS, cut_tables
 from vtk_mls.engine.map.handle_tables import map_tables
-from vtk_mls.engine.map.origin_nodes import OriginNodes
+from vtk_mls.engine.map.nodes import OriginNodes
 
 _STEP_FILES = "one_step.cl", "steps.cl"
 _FLOAT_SHARE = 1 / 8  # of the tolerance, that errors of sums in float may have

@@ -1,4 +1,4 @@
-"""Sampling of arrays on an OpenCL device, and the map to where they are sampled."""
+"""Sampling of arrays on an OpenCL device."""
 
 from __future__ import annotations
 
@@ -66,11 +66,32 @@ class Sampler:
             with self.memory.input_buffer(own) as own_index:
                 self._launch(piece, own_index, result[rows])
 
+    def transform(self, launch, part, index, distance, competing, result):
+        """Fill `result` (m, 3) with the covariant vectors at the points `part` of the target.
+
+        `launch` is that of `Engine._sources`. It writes to the buffers `index` and `distance` if
+        the whole array is on the device; else these have been filled, and those of pieces differ.
+        """
+        count = part.stop - part.start
+        for piece in self.pieces(index, count):
+            if piece.stop - piece.first < count:
+                index = self.memory.scratch("sources of a piece", 12 * count)
+                distance = competing
+            points = slice(part.start + piece.first, part.start + piece.stop)
+            with self.memory.output_buffer(result[piece.first : piece.stop]) as out:
+                launch(
+                    *("grid_covariant", points, index, distance, self.record(piece)),
+                    *(np.int32(bool(self.rule.covariant)), piece.values, out),
+                    constants=(kernel_arguments.offset(self.array), self.taps),
+                )
+
     def pieces(self, index, count):
         """The pieces of a slab of `count` points with the indices in a buffer, in planes."""
         if self.fits:
-            if self._whole is None:
-                self._whole = self._all_values()
+            if self._whole is None and (self.memory.in_place or self.rule.version is None):
+                self._whole = self.memory.argument(self.array)
+            elif self._whole is None:
+                self._whole = self.memory.resident(self.array, self.rule.version)
             yield Piece(0, count, self._whole, self.source)
             return
         planes = self.memory.planes(index, count)
@@ -108,15 +129,9 @@ class Sampler:
             components=np.prod(self.array.shape[3:]),
         )
 
-    def _all_values(self):
-        """The array as an argument of kernels."""
-        if self.memory.in_place or self.rule.version is None:
-            return self.memory.input_buffer(self.array).argument
-        return self.memory.resident(self.array, self.rule.version)
-
     def _launch(self, piece, index, result):
         array, count = self.array, piece.stop - piece.first
-        constants = (*kernel_arguments.array_constants(array, self.launcher), self.taps)
+        constants = (*kernel_arguments.array_constants(array, self.launcher.device), self.taps)
         if self._background is None:
             background = interpolation.cast(self.rule.background, array.dtype)
             values = np.empty(int(np.prod(array.shape[3:])), array.dtype)
@@ -145,51 +160,6 @@ def samplers(launcher, arrays, sampling, covariant):
             zip(arrays, sampling.methods(len(arrays)), sampling.backgrounds(len(arrays)))
         )
     ]
-
-
-class SourceMap:
-    """The map of the points of a target grid to continuous indices of the source.
-
-    `maps` are the RegionMaps to launch on a grid, and whether it is the second pass; `competing` a
-    buffer for void distances, if competing regions need it to choose.
-    """
-
-    def __init__(self, memory, maps, sampling, competing):
-        self.memory, self.target, self.competing = memory, sampling.target, competing
-        self._launches = [
-            (map_, kernel_arguments.to_source(sampling, map_.control_points), second_pass)
-            for map_, second_pass in maps
-        ]
-
-    def find(self, part, index, distance):
-        """Write the indices of the points `part` of the target into a buffer, in planes.
-
-        And their void distances into the buffer `distance`, unless it is None.
-        """
-        self._launch("grid_source_index", part, index, distance)
-
-    def transform(self, vectors, part, index, distance, result):
-        """As `find`, and fill `result` (m, 3) with the covariant vectors at `part` of a Sampler."""
-        count = part.stop - part.start
-        if not vectors.fits:
-            self.find(part, index, distance)
-        for piece in vectors.pieces(index, count):
-            if piece.stop - piece.first < count:  # `find` has filled the buffers of the part
-                index = self.memory.scratch("sources of a piece", 12 * count)
-                distance = self.competing
-            points = slice(part.start + piece.first, part.start + piece.stop)
-            with self.memory.output_buffer(result[piece.first : piece.stop]) as out:
-                self._launch(
-                    *("grid_covariant", points, index, distance, vectors.record(piece)),
-                    *(np.int32(bool(vectors.rule.covariant)), piece.values, out),
-                    constants=(kernel_arguments.offset(vectors.array), vectors.taps),
-                )
-
-    def _launch(self, kernel, part, index, distance, *arguments, constants=()):
-        for map_, to_source, second_pass in self._launches:
-            outputs = [index, *map_.void_outputs(distance), *arguments]
-            options = {"second_pass": second_pass, "coarsely": True, "constants": constants}
-            map_.launch_on_grid(kernel, self.target, part, to_source, *outputs, **options)
 
 
 def _slices_needed(z, grid):

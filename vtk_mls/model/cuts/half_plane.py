@@ -7,7 +7,7 @@ sides around the edge shows.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,10 +17,8 @@ from vtk_mls.base.linear_algebra import dots, unit
 from vtk_mls.base.validation import freeze, vector
 from vtk_mls.model.cuts.cut import Obstacle, direction
 from vtk_mls.model.cuts.plane import Plane
+from vtk_mls.model.handles.control_points import ControlPoints
 from vtk_mls.model.shape_fields import ShapeField
-
-if TYPE_CHECKING:
-    from vtk_mls.model.handles.control_points import ControlPoints
 
 
 @dataclass(frozen=True, eq=False, init=False)

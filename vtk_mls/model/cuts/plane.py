@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,9 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from vtk_mls.base.linear_algebra import dots
 from vtk_mls.base.validation import freeze, vector
 from vtk_mls.model.cuts.cut import Cut, direction
-
-if TYPE_CHECKING:
-    from vtk_mls.model.handles.control_points import ControlPoints
+from vtk_mls.model.handles.control_points import ControlPoints
 
 
 @dataclass(frozen=True, eq=False, init=False)

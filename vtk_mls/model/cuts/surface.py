@@ -14,7 +14,7 @@ continuous. At a fold it crosses twice, and is not blocked.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,10 +24,8 @@ from vtk_mls.base.linear_algebra import cross, dots, transformed, unit
 from vtk_mls.base.validation import as_float, freeze
 from vtk_mls.model.cuts.cut import Obstacle
 from vtk_mls.model.cuts.plane import Plane
+from vtk_mls.model.handles.control_points import ControlPoints
 from vtk_mls.model.shape_fields import ShapeField
-
-if TYPE_CHECKING:
-    from vtk_mls.model.handles.control_points import ControlPoints
 
 # A segment through an edge or a corner counts as shifted along this arbitrary direction.
 _TIE_BREAK = np.array([0.5377, 0.2863, 0.7930])

@@ -48,7 +48,19 @@ class RegionHandle(Handle):
             raise TypeError(
                 f"`shape` must be a Ball, Capsule, Solid or Labels, got {short_repr(shape)}"
             )
-        freeze(self, shape=shape, motion=checked_motion("motion", motion))
+        matrix = as_float("motion", motion, "numbers of shape (4, 4)")
+        if matrix.shape != (4, 4) or not np.isfinite(matrix).all():
+            text = f"must be finite numbers (4, 4), got {short_repr(motion)}"
+            raise InputError(text, argument="motion")
+        turn = matrix[:3, :3]
+        error = np.abs(turn.T @ turn - np.eye(3)).max()
+        if error > _ORTHOGONAL or np.linalg.det(turn) < 0 or (matrix[3] != (0, 0, 0, 1)).any():
+            raise InputError(
+                f"must be a rotation and a translation, got a matrix that scales, shears or "
+                f"mirrors: {short_repr(np.round(turn, 4).tolist())}",
+                argument="motion",
+            )
+        freeze(self, shape=shape, motion=matrix)
 
     @property
     def swapped(self) -> RegionHandle:
@@ -133,19 +145,3 @@ class RegionStep(RegionHandle):
 def moved(motion, x):
     """Points `x` (m, 3) after a `motion` (4, 4)."""
     return np.einsum("ij,mj->mi", motion[:3, :3], x) + motion[:3, 3]
-
-
-def checked_motion(name: str, value: ArrayLike) -> NDArray[np.float64]:
-    """A rotation and translation (4, 4)."""
-    motion = as_float(name, value, "numbers of shape (4, 4)")
-    if motion.shape != (4, 4) or not np.isfinite(motion).all():
-        raise InputError(f"must be finite numbers (4, 4), got {short_repr(value)}", argument=name)
-    turn = motion[:3, :3]
-    error = np.abs(turn.T @ turn - np.eye(3)).max()
-    if error > _ORTHOGONAL or np.linalg.det(turn) < 0 or (motion[3] != (0, 0, 0, 1)).any():
-        raise InputError(
-            f"must be a rotation and a translation, got a matrix that scales, shears or "
-            f"mirrors: {short_repr(np.round(turn, 4).tolist())}",
-            argument=name,
-        )
-    return motion

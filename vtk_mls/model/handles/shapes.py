@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -54,12 +55,7 @@ class Shape(Described):
         """
         low, high = self.bounds
         corners = np.array([(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)]) / 2
-        lattice = [
-            (a, b, c, order - a - b - c)
-            for a in range(order + 1)
-            for b in range(order + 1 - a)
-            for c in range(order + 1 - a - b)
-        ]
+        lattice = [x for x in itertools.product(range(order + 1), repeat=4) if sum(x) == order]
         size = (high - low).max() / 2
         return (low + high) / 2 + size * np.array(lattice) @ corners / order
 
@@ -129,10 +125,7 @@ class Ball(Capsule):
 class Sampled(Shape):
     """A shape with a `DistanceImage`, which is made at its first use."""
 
-    @functools.cached_property
-    def image(self) -> DistanceImage:
-        """Distances, accurate to a fraction of a cell."""
-        raise NotImplementedError
+    image: DistanceImage  # accurate to a fraction of a cell
 
     def distance(self, x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         return self.image.at(x)

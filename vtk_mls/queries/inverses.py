@@ -1,8 +1,13 @@
-"""First guesses of the search for the inverse of the map: boxes, grids and displacements."""
+"""Parts of the search for the inverse of a map, which the engines share.
+
+Some points need no search. First guesses come from boxes, grids and displacements.
+"""
 
 import numpy as np
 
 from vtk_mls.base.grid import Grid
+from vtk_mls.base.linear_algebra import finite
+from vtk_mls.model.limits import are_fixed
 
 # Largest distance from the control points of inverses, in local units: the kernels' float32 squares
 # it, and takes much larger squares for unreachable.
@@ -13,6 +18,38 @@ _OUTLIER_MARGIN = 4  # sizes of the box of usual samples; points beyond are outl
 _PADDING = 0.1  # of a box, as a fraction of its largest side
 _MAX_COORDINATE = np.finfo(float).max / 8  # coordinates with finite differences
 _MAX_PAIRS = 1 << 22  # of points and control points in one array
+SAMPLES = 1 << 12  # of the map, to restart Newton's method where it fails
+MAX_RESTARTS = 4  # in the samples of a level
+EXTRA_LEVELS = 2  # beyond that of x with samples, for v may lie there
+_TOLERANCE = 1e-5  # of inverses without a search, as a fraction of the size
+_MAX_EVALUATIONS = 64  # of Newton's method
+_CONVERGED = 1e-12  # residual that ends the iteration, as a fraction of the size
+_MIN_SHARE = 0.01  # of a Newton step, by backtracking
+
+
+def direct_inverses(backward, deformation, points):
+    """Rows (k,) of `points` (m, 3) and their displacements (k, 3), world units.
+
+    A search may find another place to which the map brings the same material where it folds.
+    `backward` is the map, a function of points (k, 3).
+    """
+    indices, displacements = [np.zeros(0, np.int64)], [np.zeros((0, 3))]
+    for region in deformation.handle_set.regions:
+        low, high = region.shape.bounds
+        rows = np.flatnonzero(((points >= low) & (points <= high)).all(axis=1))
+        rows = rows[region.shape.distance(points[rows].astype(float))[0] == 0]
+        x = points[rows].astype(float)
+        v = region.moved(x)
+        # not where another region, a mask or a face is at the same place
+        tolerance = _TOLERANCE * max(r.control_points.scale for r in deformation.regions)
+        met = np.linalg.norm(backward(v) - x, axis=1) <= tolerance if len(rows) else rows == 0
+        indices.append(rows[met])
+        displacements.append((v - x)[met])
+    if deformation.limits:
+        fixed = np.flatnonzero(are_fixed(deformation.limits, points))
+        indices.append(fixed)
+        displacements.append(np.zeros((len(fixed), 3)))
+    return np.concatenate(indices), np.concatenate(displacements)
 
 
 def cubic_grid(box, nodes):
@@ -93,3 +130,32 @@ def motions(rest, deformed, points):
         for part in np.split(points, range(step, len(points), step))
     ]
     yield displacements[np.concatenate(nearest)]
+
+
+def newton(evaluate, x, guess, size):
+    """v (m, 3) with v + d(v) = x from a first guess of v, and the residuals |v + d(v) - x| (m,).
+
+    `evaluate(v, rows)` returns the displacements d (k, 3) at v (k, 3) for `rows` (k,) of x, and a
+    function without arguments for the Jacobians of v + d(v), (k, 3, 3). The tolerance is relative
+    to the lengths `size` (m,). Backtracking halves a step that does not reduce the residual.
+    """
+    candidate, v = guess.copy(), guess.copy()
+    residual, share, step = np.full(len(x), np.inf), np.ones(len(x)), np.zeros_like(x)
+    tolerance = _CONVERGED * size
+    active = np.arange(len(x))
+    for _ in range(_MAX_EVALUATIONS):
+        displacement, jacobians = evaluate(candidate[active], active)
+        error = x[active] - candidate[active] - displacement
+        distance = np.linalg.norm(error, axis=1)
+        closer = distance < residual[active]
+        v[active[closer]], residual[active[closer]] = candidate[active[closer]], distance[closer]
+        share[active] = np.where(closer, 1, share[active] / 2)
+        goes_on = (residual[active] > tolerance[active]) & (share[active] > _MIN_SHARE)
+        if not goes_on.any():
+            break
+        new = goes_on & closer
+        inverse = np.linalg.pinv(finite(jacobians()[new]))
+        step[active[new]] = (inverse @ error[new][:, :, None])[:, :, 0]
+        active = active[goes_on]
+        candidate[active] = v[active] + share[active, None] * step[active]
+    return v, residual
