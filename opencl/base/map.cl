@@ -57,9 +57,23 @@ inline real determinant_of(const mat *a) {
 
 #include STEP_FILE
 
+// d(G - v)/dv at a fixed origin, and in the rest frame by the origin.
+inline weight_jacobian_t map_weight_jacobian(const map_t *map, const fit_t *fit) {
+  real least_determinant;
+  return composed_jacobian(map, fit, &least_determinant);
+}
+
 // d(G - v)/dv of the material at v, at a fixed origin.
 inline mat material_jacobian(const map_t *map, const fit_t *fit) {
   return map_weight_jacobian(map, fit).d_dv;
+}
+
+// The void distance for the displacement d of the map, local units.
+inline real void_distance_at(const map_t *map, const fit_t *fit, vec d) {
+  const vec g = origin_of(&map->cuts, start_of(fit), d);
+  if (AT_REST) return void_distance_of(&map->cuts, g, g, fit->point.view.crossed_cuts);
+  const real distance = void_distance_of(&map->cuts, fit->point.v, g, (integer)(0));
+  return STEPS ? fast_min(fit->point.steps.void_distance, distance) : distance;
 }
 
 #include FRAME_FILE
@@ -72,12 +86,4 @@ inline vec transposed_jacobian_vec(const map_t *map, const fit_t *fit, vec n) {
 #endif
   const mat j = map_jacobian(map, fit);
   return vec_add(n, transposed_mat_vec(&j, n));
-}
-
-// The void distance for the displacement d of the map, local units.
-inline real void_distance_at(const map_t *map, const fit_t *fit, vec d) {
-  const vec g = origin_of(&map->cuts, start_of(fit), d);
-  if (AT_REST) return void_distance_of(&map->cuts, g, g, fit->point.view.crossed_cuts);
-  const real distance = void_distance_of(&map->cuts, fit->point.v, g, (integer)(0));
-  return STEPS ? fast_min(fit->point.steps.void_distance, distance) : distance;
 }

@@ -16,8 +16,3 @@ inline weight_jacobian_t composed_jacobian(const map_t *map, const fit_t *fit, r
   *determinant = determinant_of(&jacobian.d_dv);
   return jacobian;
 }
-
-// d(G - v)/dv at a fixed origin, and in the rest frame by the origin.
-inline weight_jacobian_t map_weight_jacobian(const map_t *map, const fit_t *fit) {
-  return step_jacobian(map, fit);
-}

@@ -57,8 +57,7 @@ inline mat mat_composed(const mat *a, const mat *b) {
   mat c;
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) {
-      const real product = fma(a->a[3 * i], b->a[j],
-                               fma(a->a[3 * i + 1], b->a[3 + j], a->a[3 * i + 2] * b->a[6 + j]));
+      const real product = dot3(mat_row(a, i), mat_column(b, j));
       c.a[3 * i + j] = a->a[3 * i + j] + b->a[3 * i + j] + product;
     }
   return c;
@@ -88,10 +87,4 @@ inline weight_jacobian_t composed_jacobian(const map_t *map, const fit_t *fit,
     for (int i = 0; i < 9; ++i) total.d_dx.a[i] += jacobian.d_dx.a[i] - jacobian.d_dv.a[i];
   }
   return total;
-}
-
-// d(G - v)/dv at a fixed origin, and in the rest frame by the origin.
-inline weight_jacobian_t map_weight_jacobian(const map_t *map, const fit_t *fit) {
-  real least_determinant;
-  return composed_jacobian(map, fit, &least_determinant);
 }

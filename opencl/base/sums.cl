@@ -14,12 +14,11 @@
 #define SUM WIDEST
 #endif
 
+typedef OF_LANES(SUM) sum_t;
 #if LANES == 1
-typedef SUM sum_t;
 #define TO_SUM(x) ((SUM)(x))
 #define SUM_TO_REAL(sum) ((float)(sum))
 #else
-typedef GLUE(SUM, LANES) sum_t;
 #define TO_SUM(x) __builtin_convertvector(x, sum_t)
 #define SUM_TO_REAL(sum) __builtin_convertvector(sum, real)
 #endif

@@ -51,12 +51,11 @@ HOT placed_segment_t placed_segment(const map_t *map, int i, const pivot_t *pivo
   __global const segment_t *at = segment_of(map, i);
   placed_segment_t result;
   result.t = weight->t + weight->from_nearest;
-  result.along_q = (vec){at->along_q[0], at->along_q[1], at->along_q[2]};
-  result.along_u = (vec){at->along_u[0], at->along_u[1], at->along_u[2]};
+  result.along_q = load3(at->along_q);
+  result.along_u = load3(at->along_u);
   const integer is_pivot = pivot->k == i;
   const vec none = {0, 0, 0};
-  vec q = {at->q[0] - pivot->q.x, at->q[1] - pivot->q.y, at->q[2] - pivot->q.z};
-  vec u = {at->u[0] - pivot->u.x, at->u[1] - pivot->u.y, at->u[2] - pivot->u.z};
+  vec q = vec_sub(load3(at->q), pivot->q), u = vec_sub(load3(at->u), pivot->u);
   real t = result.t;
   if (ANY(is_pivot)) {  // k is the nearest point then
     q = vec_select(q, none, is_pivot);
@@ -106,8 +105,8 @@ HOT real weight_in_group(const real weights[TERM_GROUP], const map_t *map, int f
 
 // Sets the place of a control point relative to k.
 HOT void set_pair(pair_t *pair, __global const control_point_t *at, const pivot_t *pivot) {
-  pair->q = (vec){at->q[0] - pivot->q.x, at->q[1] - pivot->q.y, at->q[2] - pivot->q.z};
-  pair->u = (vec){at->u[0] - pivot->u.x, at->u[1] - pivot->u.y, at->u[2] - pivot->u.z};
+  pair->q = vec_sub(load3(at->q), pivot->q);
+  pair->u = vec_sub(load3(at->u), pivot->u);
 }
 
 // The points of term i; returns how many.

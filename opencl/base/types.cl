@@ -14,9 +14,9 @@
 #define GLUE_(a, b) a##b
 #define GLUE(a, b) GLUE_(a, b)
 
+// OF_LANES(type) is the type of a value for each point.
 #if LANES == 1
-typedef float real;
-typedef int integer;
+#define OF_LANES(type) type
 #define ANY(condition) (condition)
 #define ALL(condition) (condition)
 #define TO_INTEGER(x) ((int)(x))
@@ -27,8 +27,7 @@ typedef int integer;
 #define LANES_AFTER(a, last) (last)
 #define FETCH(from)
 #else
-typedef GLUE(float, LANES) real;
-typedef GLUE(int, LANES) integer;
+#define OF_LANES(type) GLUE(type, LANES)
 #define ANY(condition) (GLUE(union, LANES)(condition) != 0)
 #define ALL(condition) (!ANY(!(condition)))
 #define TO_INTEGER(x) GLUE(convert_int, LANES)(x)
@@ -43,6 +42,8 @@ typedef GLUE(int, LANES) integer;
 #define LANES_AFTER(a, last) __builtin_shufflevector(a, (real)(last), EACH_LANE(AFTER, 0))
 #define FETCH(from) __builtin_prefetch((const void *)(size_t)(from))
 #endif
+typedef OF_LANES(float) real;
+typedef OF_LANES(int) integer;
 
 // A store past the caches, for results larger than these; `to` must be aligned as a vector.
 #ifdef __has_builtin
@@ -105,6 +106,14 @@ inline vec cross3(vec a, vec b) {
 inline vec vec_select(vec a, vec b, integer c) {
   return (vec){select(a.x, b.x, c), select(a.y, b.y, c), select(a.z, b.z, c)};
 }
+inline real clamp01(real x) { return fast_min(fast_max(x, (real)(0)), (real)(1)); }
+
+// The same point in all lanes.
+inline vec load3(__global const float *from) { return (vec){from[0], from[1], from[2]}; }
+
+HOT void set_lane(vec *points, int l, float3 point) {
+  LANE(points->x, l) = point.x, LANE(points->y, l) = point.y, LANE(points->z, l) = point.z;
+}
 
 // Planes: the x coordinates of `count` points, then y, then z, and so on.
 
@@ -148,6 +157,8 @@ inline void store_points(__global float *planes, vec value, long count, long fir
 #define INTERLEAVED(a, n)                                                                  \
   __builtin_shufflevector(__builtin_shufflevector(a.x, a.y, EACH_LANE(X_OR_Y, n)), a.z,    \
                           EACH_LANE(OR_Z, n))
+#else
+#define INTERLEAVED(a, n) ((n) == 0 ? a.x : (n) == 1 ? a.y : a.z)
 #endif
 inline void store_point(__global float *to, vec a, int l) {
   to[0] = LANE(a.x, l);
@@ -156,28 +167,20 @@ inline void store_point(__global float *to, vec a, int l) {
 }
 
 HOT void store_interleaved(__global float *to, vec a, int lanes) {
-#if LANES > 1
   if (lanes == LANES) {
     STORE(INTERLEAVED(a, 0), to);
     STORE(INTERLEAVED(a, LANES), to + LANES);
     STORE(INTERLEAVED(a, 2 * LANES), to + 2 * LANES);
     return;
   }
-#endif
   for (int l = 0; l < lanes; ++l) store_point(to + 3 * l, a, l);
 }
 
 // `to` has three vectors: a pointer, as the caller may have it from a struct (digit_loss.cl).
 HOT void set_interleaved(real *to, vec a) {
-#if LANES > 1
   to[0] = INTERLEAVED(a, 0);
   to[1] = INTERLEAVED(a, LANES);
   to[2] = INTERLEAVED(a, 2 * LANES);
-#else
-  to[0] = a.x;
-  to[1] = a.y;
-  to[2] = a.z;
-#endif
 }
 
 // 1 / sqrt(x) for normal x > 0, relative error 2e-7. Of Intel's runtime rsqrt() is a call, and
@@ -194,33 +197,30 @@ inline vec unit3(vec a) {
   return vec_scale(select(fast_rsqrt(square), (real)(0), vanishes), a);
 }
 
-inline vec mat_vec(const mat *m, vec v) {
-  return (vec){fma(m->a[0], v.x, fma(m->a[1], v.y, m->a[2] * v.z)),
-               fma(m->a[3], v.x, fma(m->a[4], v.y, m->a[5] * v.z)),
-               fma(m->a[6], v.x, fma(m->a[7], v.y, m->a[8] * v.z))};
+HOT vec mat_row(const mat *m, int i) {
+  return (vec){m->a[3 * i], m->a[3 * i + 1], m->a[3 * i + 2]};
+}
+HOT void set_mat_row(mat *m, int i, vec row) {
+  m->a[3 * i] = row.x, m->a[3 * i + 1] = row.y, m->a[3 * i + 2] = row.z;
+}
+HOT vec mat_column(const mat *m, int j) { return (vec){m->a[j], m->a[3 + j], m->a[6 + j]}; }
+HOT void set_mat_column(mat *m, int j, vec column) {
+  m->a[j] = column.x, m->a[3 + j] = column.y, m->a[6 + j] = column.z;
 }
 
+inline vec mat_vec(const mat *m, vec v) {
+  return (vec){dot3(mat_row(m, 0), v), dot3(mat_row(m, 1), v), dot3(mat_row(m, 2), v)};
+}
 inline vec transposed_mat_vec(const mat *m, vec v) {
-  return (vec){fma(m->a[0], v.x, fma(m->a[3], v.y, m->a[6] * v.z)),
-               fma(m->a[1], v.x, fma(m->a[4], v.y, m->a[7] * v.z)),
-               fma(m->a[2], v.x, fma(m->a[5], v.y, m->a[8] * v.z))};
+  return (vec){dot3(mat_column(m, 0), v), dot3(mat_column(m, 1), v), dot3(mat_column(m, 2), v)};
 }
 
 // m += a b^T
 inline void add_outer(mat *m, vec a, vec b) {
-  m->a[0] = fma(a.x, b.x, m->a[0]);
-  m->a[1] = fma(a.x, b.y, m->a[1]);
-  m->a[2] = fma(a.x, b.z, m->a[2]);
-  m->a[3] = fma(a.y, b.x, m->a[3]);
-  m->a[4] = fma(a.y, b.y, m->a[4]);
-  m->a[5] = fma(a.y, b.z, m->a[5]);
-  m->a[6] = fma(a.z, b.x, m->a[6]);
-  m->a[7] = fma(a.z, b.y, m->a[7]);
-  m->a[8] = fma(a.z, b.z, m->a[8]);
+  set_mat_row(m, 0, vec_madd(a.x, b, mat_row(m, 0)));
+  set_mat_row(m, 1, vec_madd(a.y, b, mat_row(m, 1)));
+  set_mat_row(m, 2, vec_madd(a.z, b, mat_row(m, 2)));
 }
-
-// m -= a b^T
-inline void subtract_outer(mat *m, vec a, vec b) { add_outer(m, vec_scale((real)(-1), a), b); }
 
 // The size that rounding of a local x is relative to.
 inline real size_of(vec x) {
@@ -237,6 +237,30 @@ inline vec identity_solve(const mat *j, vec r) {
   vec d = vec_madd(r.x, bc, vec_madd(r.y, ca, vec_scale(r.z, ab)));
   integer singular = fabs(det) < 1e-6f;
   return vec_select(vec_scale(1 / select(det, (real)(1), singular), d), r, singular);
+}
+
+// Four numbers in a cell by trilinear interpolation, and their changes along x, y and z.
+typedef struct { float4 value, by_x, by_y, by_z; } trilinear_t;
+
+// At the share (a, b, c) of a cell with the first corner at `low`; so far apart are rows and layers.
+inline trilinear_t trilinear(__global const float *low, int row, int layer, float a, float b,
+                             float c) {
+  __global const float *high = low + 4 * layer;
+  const float4 c00 = vload4(0, low), c10 = vload4(row, low), c01 = vload4(0, high),
+               c11 = vload4(row, high);
+  const float4 x00 = vload4(1, low) - c00, x10 = vload4(row + 1, low) - c10,
+               x01 = vload4(1, high) - c01, x11 = vload4(row + 1, high) - c11;
+  const float4 v00 = c00 + a * x00, v10 = c10 + a * x10, v01 = c01 + a * x01, v11 = c11 + a * x11;
+  const float4 y0 = v10 - v00, y1 = v11 - v01, w0 = v00 + b * y0, w1 = v01 + b * y1;
+  const float4 x0 = x00 + b * (x10 - x00), x1 = x01 + b * (x11 - x01);
+  return (trilinear_t){w0 + c * (w1 - w0), x0 + c * (x1 - x0), y0 + c * (y1 - y0), w1 - w0};
+}
+
+// Sets the columns of a matrix in a lane.
+inline void set_mat_lane(mat *m, int l, float3 x, float3 y, float3 z) {
+  LANE(m->a[0], l) = x.x, LANE(m->a[1], l) = y.x, LANE(m->a[2], l) = z.x;
+  LANE(m->a[3], l) = x.y, LANE(m->a[4], l) = y.y, LANE(m->a[5], l) = z.y;
+  LANE(m->a[6], l) = x.z, LANE(m->a[7], l) = y.z, LANE(m->a[8], l) = z.z;
 }
 
 // An affine transform t of x: columns for x, y, z, then the offset, three floats each.

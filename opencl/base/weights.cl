@@ -112,10 +112,6 @@ inline __global const control_point_t *control_point_of(const map_t *map, int i)
 // Whether term i is a rigid region: all its proxies.
 inline int is_region(const map_t *map, int i) { return REGIONS && i < map->params.region_count; }
 
-inline vec point_of(__global const control_point_t *at) {
-  return (vec){at->q[0], at->q[1], at->q[2]};
-}
-
 // |q - v|^2 + `smoothing2`.
 inline real straight_distance2(__global const control_point_t *at, vec v, float smoothing2) {
   real dx = at->q[0] - v.x, dy = at->q[1] - v.y, dz = at->q[2] - v.z;
@@ -130,26 +126,20 @@ inline __global const segment_t *segment_of(const map_t *map, int i) {
 inline vec segment_target(const map_t *map, int i) {
   __global const segment_t *along =
       (AT_REST && STEPS ? map->rest_segments : map->segments) + i - map->params.count;
-  const vec middle = {along->q[0] + 0.5f * along->along_q[0], along->q[1] + 0.5f * along->along_q[1],
-                      along->q[2] + 0.5f * along->along_q[2]};
+  const vec middle = vec_madd(0.5f, load3(along->along_q), load3(along->q));
   if (!AT_REST) return middle;
-  const vec mean = mean_displacement_of(&map->cuts);
-  return (vec){middle.x + (along->u[0] + 0.5f * along->along_u[0] + mean.x),
-               middle.y + (along->u[1] + 0.5f * along->along_u[1] + mean.y),
-               middle.z + (along->u[2] + 0.5f * along->along_u[2] + mean.z)};
+  const vec u = vec_madd(0.5f, load3(along->along_u), load3(along->u));
+  return vec_add(middle, vec_add(u, mean_displacement_of(&map->cuts)));
 }
 
 // Where cuts see a term: at p if they belong to the material, else at q; a segment in its middle.
 inline vec cut_target(const map_t *map, int i) {
   if (is_segment(map, i)) return segment_target(map, i);
-  if (is_region(map, i)) {
-    __global const float *anchor = map->regions[i].anchor;
-    return (vec){anchor[0], anchor[1], anchor[2]};
-  }
+  if (is_region(map, i)) return load3(map->regions[i].anchor);
   __global const control_point_t *at =
       AT_REST && STEPS ? map->rest_control_points + i : control_point_of(map, i);
-  if (!AT_REST) return point_of(at);
-  return origin_of(&map->cuts, point_of(at), (vec){at->u[0], at->u[1], at->u[2]});
+  if (!AT_REST) return load3(at->q);
+  return origin_of(&map->cuts, load3(at->q), load3(at->u));
 }
 
 HOT real control_point_distance2(const map_t *map, int i, const int of_region,
@@ -189,11 +179,10 @@ inline void pivot_on_segments(const map_t *map, real t, integer on_segment, pivo
   for (int l = 0; l < LANES; ++l) {
     if (!LANE_INT(on_segment, l)) continue;
     __global const segment_t *at = segment_of(map, LANE_INT(pivot->k, l));
-    LANE(q.x, l) = at->q[0], LANE(q.y, l) = at->q[1], LANE(q.z, l) = at->q[2];
-    LANE(u.x, l) = at->u[0], LANE(u.y, l) = at->u[1], LANE(u.z, l) = at->u[2];
-    LANE(along_q.x, l) = at->along_q[0], LANE(along_u.x, l) = at->along_u[0];
-    LANE(along_q.y, l) = at->along_q[1], LANE(along_u.y, l) = at->along_u[1];
-    LANE(along_q.z, l) = at->along_q[2], LANE(along_u.z, l) = at->along_u[2];
+    set_lane(&q, l, vload3(0, at->q));
+    set_lane(&u, l, vload3(0, at->u));
+    set_lane(&along_q, l, vload3(0, at->along_q));
+    set_lane(&along_u, l, vload3(0, at->along_u));
   }
   pivot->t = t;
   pivot->q = vec_madd(t, along_q, q);
@@ -204,19 +193,15 @@ inline void pivot_on_segments(const map_t *map, real t, integer on_segment, pivo
 // Sets the values of the control points k of the lanes.
 HOT void set_nearest(pivot_t *pivot, const map_t *map, integer k) {
   __global const control_point_t *nearest = control_point_of(map, LANE_INT(k, 0));
-  pivot->q = point_of(nearest);
+  pivot->q = load3(nearest->q);
   pivot->c = nearest->c;
-  pivot->u = (vec){nearest->u[0], nearest->u[1], nearest->u[2]};
+  pivot->u = load3(nearest->u);
   if (!ANY(k != LANE_INT(k, 0))) return;  // neighbors mostly share their nearest control point
   for (int l = 1; l < LANES; ++l) {
     nearest = control_point_of(map, LANE_INT(k, l));
-    LANE(pivot->q.x, l) = nearest->q[0];
-    LANE(pivot->q.y, l) = nearest->q[1];
-    LANE(pivot->q.z, l) = nearest->q[2];
+    set_lane(&pivot->q, l, vload3(0, nearest->q));
     LANE(pivot->c, l) = nearest->c;
-    LANE(pivot->u.x, l) = nearest->u[0];
-    LANE(pivot->u.y, l) = nearest->u[1];
-    LANE(pivot->u.z, l) = nearest->u[2];
+    set_lane(&pivot->u, l, vload3(0, nearest->u));
   }
 }
 
@@ -304,7 +289,7 @@ HOT real control_point_weight(const map_t *map, int i, const pivot_t *pivot,
 inline vec distance_slope(const map_t *map, int i, const evaluation_point_t *point) {
   __global const control_point_t *at = control_point_of(map, i);
   real d2 = straight_distance2(at, point->v, map->params.smoothing2);
-  vec to = vec_sub(point_of(at), point->v);
+  vec to = vec_sub(load3(at->q), point->v);
   if (is_region(map, i)) {
     const region_distance_t distance =
         distance_from_region(map->regions + i, map->images, point->v, 1);
@@ -314,41 +299,37 @@ inline vec distance_slope(const map_t *map, int i, const evaluation_point_t *poi
   return vec_scale(2 * map->params.alpha / fast_max(d2, 1e-30f), to);
 }
 
+// d log(w_i)/dx for the origin x of the material, in the rest frame; else the part of the damping in
+// d log(w_i)/dv.
+inline vec origin_slope(const map_t *map, int i, const evaluation_point_t *point) {
+  return damping_slope(&map->cuts, &point->view, i, cut_target(map, i));
+}
+
 // d log(w_i)/dv; of a segment by the damping alone.
 inline vec weight_slope(const map_t *map, int i, const evaluation_point_t *point) {
   const vec none = {0, 0, 0};
   const vec slope = is_segment(map, i) ? none : distance_slope(map, i, point);
-  if (!CUTS || AT_REST) return slope;
-  return vec_add(slope, damping_slope(&map->cuts, &point->view, i, cut_target(map, i)));
+  return CUTS && !AT_REST ? vec_add(slope, origin_slope(map, i, point)) : slope;
+}
+
+// The slope of the weight of k by v, or by the origin x.
+inline vec slope_of_nearest(const map_t *map, const pivot_t *pivot, const evaluation_point_t *point,
+                            const int by_origin) {
+  vec slope = {0, 0, 0};
+  for (int i = 0; i < term_count(map); ++i)
+    if (ANY(pivot->k == i))  // as a rule once
+      slope = vec_select(
+          slope, by_origin ? origin_slope(map, i, point) : weight_slope(map, i, point), pivot->k == i);
+  return slope;
 }
 
 // The slope of the pivot's weight by v, which is subtracted from all slopes: a common factor of all
 // weights has no effect.
 inline vec pivot_slope(const map_t *map, const pivot_t *pivot, const evaluation_point_t *point) {
-  if (REGIONS || SEGMENTS || (CUTS && !AT_REST)) {
-    vec slope = {0, 0, 0};
-    for (int i = 0; i < term_count(map); ++i)
-      if (ANY(pivot->k == i))  // as a rule once
-        slope = vec_select(slope, weight_slope(map, i, point), pivot->k == i);
-    return slope;
-  }
+  if (REGIONS || SEGMENTS || (CUTS && !AT_REST)) return slope_of_nearest(map, pivot, point, 0);
   // in the rest frame pivot->d2 is longer where a cut hides k
   const real d2 = AT_REST ? dot3(pivot->x, pivot->x) + map->params.smoothing2 : pivot->d2;
   return vec_scale(-2 * map->params.alpha / fast_max(d2, 1e-30f), pivot->x);
-}
-
-// d log(w_i)/dx for the origin x of the material, in the rest frame.
-inline vec origin_slope(const map_t *map, int i, const evaluation_point_t *point) {
-  return damping_slope(&map->cuts, &point->view, i, cut_target(map, i));
-}
-
-inline vec pivot_origin_slope(const map_t *map, const pivot_t *pivot,
-                              const evaluation_point_t *point) {
-  vec slope = {0, 0, 0};
-  for (int i = 0; i < term_count(map); ++i)
-    if (ANY(pivot->k == i))
-      slope = vec_select(slope, origin_slope(map, i, point), pivot->k == i);
-  return slope;
 }
 
 // Change of the fit with the weights: by v, and in the rest frame of cuts by the origin x, from which
@@ -366,6 +347,6 @@ inline weight_jacobian_t no_weight_jacobian(const map_t *map, const pivot_t *piv
   jacobian.d_dv = jacobian.d_dx = (mat){{0}};
   jacobian.near = pivot_slope(map, pivot, point);
   jacobian.near_x = (vec){0, 0, 0};
-  if (AT_REST) jacobian.near_x = pivot_origin_slope(map, pivot, point);
+  if (AT_REST) jacobian.near_x = slope_of_nearest(map, pivot, point, 1);
   return jacobian;
 }

@@ -81,8 +81,7 @@ inline real surface_detour(__global const float *cut, vec v, vec q, vec *bend) {
 
 inline real distance_to_segment(vec x, vec a, vec b) {
   vec segment = vec_sub(b, a), to = vec_sub(x, a);
-  real share = dot3(to, segment) / fast_max(dot3(segment, segment), (real)(1e-30f));
-  share = fast_min(fast_max(share, (real)(0)), (real)(1));
+  real share = clamp01(dot3(to, segment) / fast_max(dot3(segment, segment), (real)(1e-30f)));
   return distance3(to, vec_scale(share, segment));
 }
 

@@ -37,14 +37,10 @@ inline __global const float *record_of(__global const float *table, int i) {
   return table + as_int(table[1 + i]);
 }
 
-inline vec load3(__global const float *from) { return (vec){from[0], from[1], from[2]}; }
-
 inline real distance3(vec a, vec b) {
   vec d = vec_sub(a, b);
   return sqrt(dot3(d, d));
 }
-
-inline real clamp01(real x) { return fast_min(fast_max(x, (real)(0)), (real)(1)); }
 
 // The functions of a shape that uses points as they are and caches nothing (README.md, Cut shapes).
 #define PLAIN_POINTS(shape)                                                                       \

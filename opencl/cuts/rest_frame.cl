@@ -43,26 +43,11 @@ typedef struct {
   integer has_residual;  // whether `residual` and `image` are set
 } search_t;
 
-// Whether the search has converged to y, its image under the map.
-inline integer has_converged(const search_t *search, vec y) {
-  vec residual = vec_sub(y, search->x);
-  real residual2 = dot3(residual, residual), last2 = dot3(search->residual, search->residual);
-  real size = size_of(y), limit = CONVERGED_BY_RATE * size;
+// Whether the search has converged to an image of this size, by its squared residual.
+inline integer has_converged(const search_t *search, real residual2, real size) {
+  real last2 = dot3(search->residual, search->residual), limit = CONVERGED_BY_RATE * size;
   return (residual2 <= CONVERGED * CONVERGED * size * size) |
          (search->has_residual & (residual2 * residual2 <= limit * limit * last2));
-}
-
-// Whether the start already is accurate, by its image y.
-inline integer is_accurate_start(const start_t *start, vec y) {
-  vec residual = vec_sub(y, start->x);
-  real limit = ACCURATE_START * size_of(y);
-  return start->slope * start->slope * dot3(residual, residual) <= limit * limit;
-}
-
-// Whether a search with image y, `depth` behind a cut, will end behind it.
-inline integer will_end_behind(const search_t *search, vec y, real depth) {
-  vec residual = vec_sub(y, search->x);
-  return (depth > 0) & (depth * depth > MAX_DEPTH_RATIO2 * dot3(residual, residual));
 }
 
 // Sets the next x after the image y: a secant step, by two residuals.
@@ -117,9 +102,10 @@ inline integer evaluate_searches(const map_t *map, searches_t *searches, fit_t *
   fit->point.view.crossed_cuts = search->crossed_cuts;
   fit_map(map, fit);
   vec y = origin_of(cuts, searches->v, map_displacement(map, fit));
-  integer ended = has_converged(search, y) | (search->rounds >= MAX_ROUNDS - 1);
-  const start_t start = {search->x, searches->slope};
-  ended |= is_first & is_accurate_start(&start, y);
+  const vec residual = vec_sub(y, search->x);
+  const real residual2 = dot3(residual, residual), size = size_of(y), limit = ACCURATE_START * size;
+  integer ended = has_converged(search, residual2, size) | (search->rounds >= MAX_ROUNDS - 1);
+  ended |= is_first & (searches->slope * searches->slope * residual2 <= limit * limit);
   integer clear = is_first & !ended & !fit->point.view.hides_any;
   if (ANY(active & clear)) {  // no cut may hide any control point from y, either
     evaluation_point_t point;
@@ -130,7 +116,8 @@ inline integer evaluate_searches(const map_t *map, searches_t *searches, fit_t *
   integer behind = active & !searches->last & (search->crossed_cuts != 0);
   if (ANY(behind)) {
     real depth = -void_distance_of(cuts, y, y, search->crossed_cuts);
-    behind &= ended | will_end_behind(search, y, depth);
+    // those that have ended, and those that will end there
+    behind &= ended | ((depth > 0) & (depth * depth > MAX_DEPTH_RATIO2 * residual2));
     retries = behind & !searches->second;
     searches->last |= behind & searches->second;
     returns = behind & searches->second & (searches->first_depth < depth);
@@ -163,17 +150,63 @@ inline fit_t fit_at(const map_t *map, vec v) {
   return solve_origin(map, v, affine_start(map, v));
 }
 
+#include "origin_nodes.cl"
+
+// Loads point i into a lane.
+inline void load_lane(vec *x, int l, __global const float *planes, long count, long i) {
+  set_lane(x, l, (float3)(planes[i], planes[i + count], planes[i + 2 * count]));
+}
+
+// Vectors of points of a work item. GPUs have one lane, and need many work items.
+#define VECTORS (LANES > 1 ? 16 : 1)
+
+// Stores displacements at points in three planes, and void distances in a fourth. Searches start at `starts`
+// and stay on their side of the cuts; if null, at the affine map. A lane whose search ends continues with
+// the next point, so that no lane waits for the slowest. Every VECTORS-th work item does the work of
+// VECTORS items.
+inline void displace_points(const map_t *map, long count, __global const float *points,
+                            __global const float *starts, __global float *displacement) {
+  const long first = (long)get_global_id(0) * LANES;
+  if (get_global_id(0) % VECTORS != 0 || first >= count) return;
+  const int stop = (int)min(count - first, (long)(VECTORS * LANES));
+  searches_t searches = {{0}};
+  fit_t fit;
+  integer at = 0, ended = (real)(0) == 0, active = ended;
+  vec v = {0, 0, 0};
+  start_t start = {v, UNKNOWN_SLOPE};
+  for (int next = 0;;) {
+    for (int l = 0; l < LANES; ++l) {
+      if (!LANE_INT(ended, l)) continue;
+      LANE_INT(active, l) = next < stop ? -1 : 0;
+      LANE_INT(at, l) = min(next++, stop - 1);
+      load_lane(&v, l, points, count, first + LANE_INT(at, l));
+      if (starts) load_lane(&start.x, l, starts, count, first + LANE_INT(at, l));
+    }
+    if (!ANY(active)) return;
+    if (!starts) start = affine_start(map, v);
+    search_from(&searches, v, start, starts != 0, ended & active);
+    ended = evaluate_searches(map, &searches, &fit, active) & active;
+    if (!ANY(ended)) continue;
+    const vec d = map_displacement(map, &fit);
+    const real void_distance = void_distance_at(map, &fit, d);
+    for (int l = 0; l < LANES; ++l) {
+      if (!LANE_INT(ended, l)) continue;
+      __global float *to = displacement + first + LANE_INT(at, l);
+      to[0] = LANE(d.x, l);
+      to[count] = LANE(d.y, l);
+      to[2 * count] = LANE(d.z, l);
+      to[3 * count] = LANE(void_distance, l);
+    }
+  }
+}
+
 // d(G - v)/dv from both parts of the Jacobian: the origin x, from which cuts see, moves too.
 inline mat with_moving_origin(const weight_jacobian_t *jacobian) {
   mat d_dv = jacobian->d_dv, d_dx = jacobian->d_dx, by_x_less;
   for (int i = 0; i < 9; ++i) by_x_less.a[i] = -d_dx.a[i];
   for (int column = 0; column < 3; ++column) {
-    vec right = {d_dv.a[column] + d_dx.a[column], d_dv.a[3 + column] + d_dx.a[3 + column],
-                 d_dv.a[6 + column] + d_dx.a[6 + column]};
-    vec d = identity_solve(&by_x_less, right);
-    d_dv.a[column] = d.x;
-    d_dv.a[3 + column] = d.y;
-    d_dv.a[6 + column] = d.z;
+    vec right = vec_add(mat_column(&d_dv, column), mat_column(&d_dx, column));
+    set_mat_column(&d_dv, column, identity_solve(&by_x_less, right));
   }
   return d_dv;
 }

@@ -43,9 +43,9 @@ inline real coefficient_loss(const map_t *map, const fit_t *fit) {
   const int functions = functions_of(map);
   real sum = 0;
   UNROLL for (int j = 0; j < functions; ++j) {
-    const vec c = {fit->c[j].x, fit->c[j].y, fit->c[j].z};
     integer vanishes = (fit->inverse[j] == 0) & (fit->lower[AT(j, j)] != 0);
-    sum += select(magnification(fit, j) * absolute_sum(c), (real)(INFINITY), vanishes);
+    const real loss = magnification(fit, j) * absolute_sum(rounded(fit->c[j]));
+    sum += select(loss, (real)(INFINITY), vanishes);
   }
   return sum;
 }

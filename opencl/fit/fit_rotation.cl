@@ -34,24 +34,21 @@ typedef struct {
   real spread;  // of similarities
 } sums_t;
 
-// A point: q and u = p - q, relative to k.
-HOT void add_pair(sums_t *sums, real w, vec q, vec u) {
-  vec wq = vec_scale(w, q);
+// Adds a point to the sums of weights, q and u = p - q, relative to k.
+HOT void add_means(sums_t *sums, real w, vec q, vec u) {
   sums->weight += w;
   sums->q = vec_madd(w, q, sums->q);
   sums->u = vec_madd(w, u, sums->u);
-  add_outer(&sums->c, vec_add(q, u), wq);
+}
+
+// Adds a point to all sums.
+HOT void add_pair(sums_t *sums, real w, vec q, vec u) {
+  add_means(sums, w, q, u);
+  add_outer(&sums->c, vec_add(q, u), vec_scale(w, q));
   if (SIMILARITY) sums->spread = fma(w, dot3(q, q), sums->spread);
 }
 
-// A segment, whose points are q + t along_q, by the moments of its weight about the mean.
-HOT void add_segment(sums_t *sums, const placed_segment_t *at, const real m[MOMENTS]) {
-  add_pair(sums, m[0], at->q, at->u);
-  const vec wtq = vec_scale(m[2], at->along_q);
-  add_outer(&sums->c, vec_add(at->along_q, at->along_u), wtq);
-  if (SIMILARITY) sums->spread += dot3(at->along_q, wtq);
-}
-
+// Adds segments, whose points are q + t along_q, by the moments of their weights about the mean.
 inline void add_segments(sums_t *sums, const map_t *map, int first, int stop, const pivot_t *pivot,
                          const evaluation_point_t *point) {
   for (; first < stop; first += SEGMENT_GROUP) {
@@ -60,8 +57,11 @@ inline void add_segments(sums_t *sums, const map_t *map, int first, int stop, co
     for (int j = 0; j < count; ++j)
       weights[j] = segment_weight(map, first + j, pivot, point, 0, TOP);
     for (int j = 0; j < count; ++j) {
-      const placed_segment_t along = placed_segment(map, first + j, pivot, weights + j);
-      add_segment(sums, &along, weights[j].m);
+      const placed_segment_t at = placed_segment(map, first + j, pivot, weights + j);
+      add_pair(sums, weights[j].m[0], at.q, at.u);
+      const vec wtq = vec_scale(weights[j].m[2], at.along_q);
+      add_outer(&sums->c, vec_add(at.along_q, at.along_u), wtq);
+      if (SIMILARITY) sums->spread += dot3(at.along_q, wtq);
     }
   }
 }
@@ -74,37 +74,18 @@ inline void add_sums(sums_t *total, const sums_t *part) {
   if (SIMILARITY) total->spread += part->spread;
 }
 
-// Adds a control point to the sums of weights, q and u.
-HOT void add_means(sums_t *sums, real w, vec q, vec u) {
-  sums->weight += w;
-  sums->q = vec_madd(w, q, sums->q);
-  sums->u = vec_madd(w, u, sums->u);
-}
-
-// Adds the products p q^T of a control point, of a region those of its proxies.
+// Adds the products p q^T and the squares of q of a control point, of a region those of its proxies.
 HOT void add_products(sums_t *sums, const map_t *map, int i, real w, vec q, vec u) {
   add_outer(&sums->c, vec_add(q, u), vec_scale(w, q));
+  if (SIMILARITY) sums->spread = fma(w, dot3(q, q), sums->spread);
   if (!is_region(map, i)) return;
   UNROLL_ALL for (int j = 0; j < 9; ++j)
     sums->c.a[j] = fma((real)(map->regions[i].moments[j]), w, sums->c.a[j]);
-}
-
-// The same of the squares of q.
-HOT void add_squares(sums_t *sums, const map_t *map, int i, real w, vec q) {
-  if (!SIMILARITY) return;
-  sums->spread = fma(w, dot3(q, q), sums->spread);
-  if (is_region(map, i)) sums->spread = fma((real)(map->regions[i].spread), w, sums->spread);
+  if (SIMILARITY) sums->spread = fma((real)(map->regions[i].spread), w, sums->spread);
 }
 
 // A control point relative to a k that all lanes share: q, and u after the difference of the factors c.
 typedef struct { float4 q, u; } shared_pair_t;
-
-HOT void set_shared_pairs(shared_pair_t shared[TERM_GROUP], __global const control_point_t *at,
-                          int count, __global const control_point_t *k) {
-  const float4 q = vload4(0, k->q), u = vload4(0, &k->c);
-  for (int j = 0; j < count; ++j)
-    shared[j] = (shared_pair_t){vload4(0, at[j].q) - q, vload4(0, &at[j].c) - u};
-}
 
 // Both give the same floats.
 HOT pair_t shared_or_own_pair(const shared_pair_t *shared, __global const control_point_t *at,
@@ -124,8 +105,12 @@ HOT void add_group(sums_t *sums, const map_t *map, int first, int count, const p
                    const evaluation_point_t *point, const int is_shared) {
   __global const control_point_t *at = control_point_of(map, first);
   shared_pair_t shared[TERM_GROUP];
-  if (is_shared)
-    set_shared_pairs(shared, at, count, control_point_of(map, LANE_INT(pivot->k, 0)));
+  if (is_shared) {
+    __global const control_point_t *k = control_point_of(map, LANE_INT(pivot->k, 0));
+    const float4 q = vload4(0, k->q), u = vload4(0, &k->c);
+    for (int j = 0; j < count; ++j)
+      shared[j] = (shared_pair_t){vload4(0, at[j].q) - q, vload4(0, &at[j].c) - u};
+  }
   real weights[TERM_GROUP];
   set_weights(weights, map, first, count, pivot, point);
   sums_t part = {0};
@@ -140,7 +125,6 @@ HOT void add_group(sums_t *sums, const map_t *map, int first, int count, const p
     const real w = weights[j];
 #endif
     add_products(&part, map, first + j, w, pair.q, pair.u);
-    add_squares(&part, map, first + j, w, pair.q);
   }
   add_sums(sums, &part);
 }
@@ -202,7 +186,7 @@ inline void reflect(const map_t *map, fit_t *fit) {
     add_sums(&sums, &part);
   }
   vec q = vec_scale(fit->share, sums.q), p = vec_madd(fit->share, sums.u, q);
-  subtract_outer(&sums.c, p, sums.q);
+  add_outer(&sums.c, vec_scale((real)(-1), p), sums.q);
   fit->p = vec_select(fit->p, p, fit->ill_conditioned);
   fit->q = vec_select(fit->q, q, fit->ill_conditioned);
   for (int i = 0; i < 9; ++i)
@@ -250,7 +234,7 @@ inline void fit_step(const map_t *map, fit_t *fit) {
   fit->p = vec_add(q, u);
   fit->q = q;
   fit->c = sums.c;
-  subtract_outer(&fit->c, fit->p, sums.q);
+  add_outer(&fit->c, vec_scale((real)(-1), fit->p), sums.q);
   fit->ill_conditioned = (integer)(0);
   if (map->params.rank == 2) {
     real slope;
@@ -288,10 +272,7 @@ inline mat lever_of(const real flexibility[6], vec s) {
   mat lever;
   for (int axis = 0; axis < 3; ++axis) {
     const vec unit = {axis == 0, axis == 1, axis == 2};
-    const vec change = cross3(symmetric_vec(flexibility, unit), s);
-    lever.a[axis] = change.x;
-    lever.a[3 + axis] = change.y;
-    lever.a[6 + axis] = change.z;
+    set_mat_column(&lever, axis, cross3(symmetric_vec(flexibility, unit), s));
   }
   return lever;
 }
@@ -299,11 +280,8 @@ inline mat lever_of(const real flexibility[6], vec s) {
 // The columns of derivatives, turned from the frame of q by `rotation` and reflected out of that of p.
 inline void turn_columns(const fit_t *fit, const mat *rotation, mat *j) {
   for (int column = 0; column < 3; ++column) {
-    const vec d = {j->a[column], j->a[3 + column], j->a[6 + column]};
-    const vec turned = reflected(fit, fit->p_mirror, mat_vec(rotation, d));
-    j->a[column] = turned.x;
-    j->a[3 + column] = turned.y;
-    j->a[6 + column] = turned.z;
+    const vec turned = mat_vec(rotation, mat_column(j, column));
+    set_mat_column(j, column, reflected(fit, fit->p_mirror, turned));
   }
 }
 
@@ -401,14 +379,11 @@ inline influence_t influence_of(const fit_t *fit, vec n) {
   }
   influence.squares = mu * stretch;
   // R ([turn]x + stretch I)
-  UNROLL_ALL for (int i = 0; i < 9; i += 3) {
-    const real *r = flexible.rotation.a + i;
-    const vec row = {r[0], r[1], r[2]};
+  UNROLL_ALL for (int i = 0; i < 3; ++i) {
+    const vec row = mat_row(&flexible.rotation, i);
     vec turned = cross3(row, turn);
     if (SIMILARITY) turned = vec_madd(stretch, row, turned);
-    influence.form.a[i] = turned.x;
-    influence.form.a[i + 1] = turned.y;
-    influence.form.a[i + 2] = turned.z;
+    set_mat_row(&influence.form, i, turned);
   }
   const vec shared = vec_scale(fit->share, back);
   influence.offset = vec_sub(vec_scale(fit->share, n), mat_vec(&influence.form, fit->q));

@@ -51,16 +51,6 @@ inline vec rounded(sum_vec a) {
   return (vec){SUM_TO_REAL(a.x), SUM_TO_REAL(a.y), SUM_TO_REAL(a.z)};
 }
 
-inline void clear_sums(sums_t *sums) {
-  sums->weight = 0;
-  sums->u = (sum_vec){0, 0, 0};
-  UNROLL for (int j = 0; j < FUNCTIONS; ++j) {
-    sums->f[j] = 0;
-    sums->uf[j] = (sum_vec){0, 0, 0};
-  }
-  UNROLL for (int i = 0; i < GRAM_SIZE; ++i) sums->gram[i] = 0;
-}
-
 // p - q of control point i less that of k.
 inline sum_vec displacement_at(const map_t *map, int i, const pivot_t *pivot) {
   __global const control_point_t *at = control_point_of(map, i);
@@ -68,11 +58,19 @@ inline sum_vec displacement_at(const map_t *map, int i, const pivot_t *pivot) {
                    TO_SUM(at->u[2] - pivot->u.z)};
 }
 
-// Adds GROUP points: weights, displacements and functions, relative to k.
-HOT void add_values(const map_t *map, sums_t *sums, const sum_t w[GROUP], const sum_vec u[GROUP],
-                    sum_t f[GROUP][FUNCTIONS]) {
+// Adds up to GROUP control points, from `first` to `stop`: weights, displacements and functions,
+// relative to k.
+inline void add_group(const map_t *map, sums_t *sums, int first, int stop, const weighted_fit_t *fit) {
   const int functions = functions_of(map);
+  sum_t w[GROUP], f[GROUP][FUNCTIONS];
+  sum_vec u[GROUP];
   UNROLL_ALL for (int b = 0; b < GROUP; ++b) {
+    int i = min(first + b, stop - 1);
+    __global const float *values = values_at(map, i);
+    w[b] = first + b < stop ? TO_SUM(control_point_weight(map, i, &fit->pivot, &fit->point))
+                            : (sum_t)(0);
+    u[b] = displacement_at(map, i, &fit->pivot);
+    UNROLL for (int j = 0; j < functions; ++j) f[b][j] = TO_SUM(values[j] - fit->f_k[j]);
     sums->weight += w[b];
     sums->u = sum_madd(w[b], u[b], sums->u);
   }
@@ -92,22 +90,6 @@ HOT void add_values(const map_t *map, sums_t *sums, const sum_t w[GROUP], const 
       sums->gram[AT(j, l)] = product;
     }
   }
-}
-
-// Adds up to GROUP control points, from `first` to `stop`.
-inline void add_group(const map_t *map, sums_t *sums, int first, int stop, const weighted_fit_t *fit) {
-  const int functions = functions_of(map);
-  sum_t w[GROUP], f[GROUP][FUNCTIONS];
-  sum_vec u[GROUP];
-  UNROLL_ALL for (int b = 0; b < GROUP; ++b) {
-    int i = min(first + b, stop - 1);
-    __global const float *values = values_at(map, i);
-    w[b] = first + b < stop ? TO_SUM(control_point_weight(map, i, &fit->pivot, &fit->point))
-                            : (sum_t)(0);
-    u[b] = displacement_at(map, i, &fit->pivot);
-    UNROLL for (int j = 0; j < functions; ++j) f[b][j] = TO_SUM(values[j] - fit->f_k[j]);
-  }
-  add_values(map, sums, w, u, f);
 }
 
 // Adds segment i. The functions and p - q along it are sums of the polynomials of t that are
@@ -222,8 +204,7 @@ HOT values_t values_of(const map_t *map, int i, const weighted_fit_t *fit) {
 HOT void add_in_loops(const map_t *map, sums_t *sums, int first, int count, const weighted_fit_t *fit) {
   real weights[TERM_GROUP];
   set_weights(weights, map, first, count, &fit->pivot, &fit->point);
-  sums_t part;
-  clear_sums(&part);
+  sums_t part = {0};
   for (int b = 0; b < count; ++b) {
     const values_t values = values_of(map, first + b, fit);
     const sum_t w =
@@ -265,20 +246,18 @@ inline void add_control_points(const map_t *map, sums_t *sums, int first, int st
   for (; first < stop; first += GROUP) add_group(map, sums, first, stop, fit);
 }
 
+// Adds all terms.
 inline void sum_up(const map_t *map, const weighted_fit_t *fit, sums_t *sums) {
-  clear_sums(sums);
   // sums in double need no blocks
   int block = sizeof(SUM) > sizeof(float) ? map->params.count : block_of(map), first = 0;
   for (; is_region(map, first); ++first) add_region(map, sums, first, fit);
   for (int start = first; start < map->params.count; start += block) {
-    sums_t part;
-    clear_sums(&part);
+    sums_t part = {0};
     add_control_points(map, &part, start, min(start + block, map->params.count), fit);
     add_sums(map, sums, &part);
   }
   if (!SEGMENTS) return;
-  sums_t along;
-  clear_sums(&along);
+  sums_t along = {0};
   for (int start = map->params.count; start < term_count(map); start += SEGMENT_GROUP) {
     segment_weight_t weights[SEGMENT_GROUP];
     const int count = min(term_count(map) - start, SEGMENT_GROUP);
@@ -329,7 +308,7 @@ inline void fit_polynomials(const map_t *map, weighted_fit_t *fit) {
     UNROLL for (int j = 0; j < FUNCTIONS; ++j) LANE(fit->f_k[j], l) = nearest[j];
   }
   if (SEGMENTS && ANY(pivot->k >= map->params.count)) functions_on_segments(map, pivot, fit->f_k);
-  sums_t sums;
+  sums_t sums = {0};
   sum_up(map, fit, &sums);
   sum_t r = TO_SUM(pivot->r), c = TO_SUM(pivot->c);
   fit->share = r / sum_fma(r, sums.weight - c, c);
@@ -386,10 +365,7 @@ inline void set_slopes(const map_t *map, vec v, const sum_vec c[FUNCTIONS], mat 
     combine(map->kind_table, functions, m, f);
     sum_vec sum = {0, 0, 0};
     UNROLL for (int i = 0; i < functions; ++i) sum = sum_madd(TO_SUM(f[i]), c[i], sum);
-    const vec slope = rounded(sum);
-    j->a[axis] = slope.x;
-    j->a[3 + axis] = slope.y;
-    j->a[6 + axis] = slope.z;
+    set_mat_column(j, axis, rounded(sum));
   }
 }
 

@@ -18,13 +18,13 @@ typedef struct {
 // the registers.
 HOT void add_share(const map_t *map, share_sums_t *sums, int i, const fit_t *fit, real shift,
                    const real t[FUNCTIONS]) {
-  __global const float *values = values_at(map, i), *u = control_point_of(map, i)->u;
+  __global const float *values = values_at(map, i);
   real lambda = shift;
   UNROLL_ALL for (int j = 0; j < FUNCTIONS; ++j) lambda = fma(t[j], (real)(values[j]), lambda);
   lambda *= control_point_weight(map, i, &fit->pivot, &fit->point);
   sums->size += fabs(lambda);
   sums->one += lambda;
-  sums->u = vec_madd(lambda, (vec){u[0], u[1], u[2]}, sums->u);
+  sums->u = vec_madd(lambda, load3(control_point_of(map, i)->u), sums->u);
   UNROLL_ALL for (int j = 0; j < FUNCTIONS; ++j)
     sums->f[j] = fma(lambda, (real)(values[j]), sums->f[j]);
 }

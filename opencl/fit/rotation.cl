@@ -24,6 +24,11 @@ inline quaternion_t unit4(quaternion_t q) {
   return (quaternion_t){s * q.w, s * q.x, s * q.y, s * q.z};
 }
 
+inline quaternion_t select4(quaternion_t a, quaternion_t b, integer c) {
+  return (quaternion_t){select(a.w, b.w, c), select(a.x, b.x, c), select(a.y, b.y, c),
+                        select(a.z, b.z, c)};
+}
+
 // S = R^T C.
 inline mat rotated_back(const mat *change, const mat *c) {
   mat s;
@@ -78,8 +83,7 @@ inline vec symmetric_vec(const real k[6], vec v) {
 // In cofactors Eq. 22 reads (y^2 - 1)^2 = 4 |cof C|^2 + 8 det(C) y, which keeps its digits where
 // the two largest roots meet (control points near a line: both at 1).
 inline real largest_root(const mat *c, real *slope) {
-  vec r0 = {c->a[0], c->a[1], c->a[2]}, r1 = {c->a[3], c->a[4], c->a[5]},
-      r2 = {c->a[6], c->a[7], c->a[8]};
+  vec r0 = mat_row(c, 0), r1 = mat_row(c, 1), r2 = mat_row(c, 2);
   vec c0 = cross3(r1, r2), c1 = cross3(r2, r0), c2 = cross3(r0, r1);
   real det = dot3(r0, c0), cof2 = dot3(c0, c0) + dot3(c1, c1) + dot3(c2, c2);
   // y^2 = 1 + 2 sqrt(|cof C|^2 + 2 det(C) y). For det(C) > 0, with y by a polynomial of both, the root
@@ -126,16 +130,13 @@ inline quaternion_t eigenvector(const real a[10], real root) {
   real best = fabs(d00);
   integer better = fabs(d11) > best;
   best = fast_max(best, fabs(d11));
-  q = (quaternion_t){select(q.w, d01, better), select(q.x, d11, better), select(q.y, d12, better),
-                     select(q.z, d13, better)};
+  q = select4(q, (quaternion_t){d01, d11, d12, d13}, better);
   better = fabs(d22) > best;
   best = fast_max(best, fabs(d22));
-  q = (quaternion_t){select(q.w, d02, better), select(q.x, d12, better), select(q.y, d22, better),
-                     select(q.z, d23, better)};
+  q = select4(q, (quaternion_t){d02, d12, d22, d23}, better);
   better = fabs(d33) > best;
   best = fast_max(best, fabs(d33));
-  q = (quaternion_t){select(q.w, d03, better), select(q.x, d13, better), select(q.y, d23, better),
-                     select(q.z, d33, better)};
+  q = select4(q, (quaternion_t){d03, d13, d23, d33}, better);
   integer none = best < 1e-18f;
   q.w = select(q.w, (real)(1), none);
   return unit4(q);
@@ -185,19 +186,13 @@ inline quaternion_t polished(quaternion_t q, const mat *c) {
 // Below this distance to other roots (near a line, or a reflection), the eigenvector is refined.
 #define CLOSE_ROOTS 0.5f
 
-inline quaternion_t select4(quaternion_t a, quaternion_t b, integer c) {
-  return (quaternion_t){select(a.w, b.w, c), select(a.x, b.x, c), select(a.y, b.y, c),
-                        select(a.z, b.z, c)};
-}
-
 // The whole rotation, from a C of any size; the distance to other roots.
 inline quaternion_t whole_rotation(const mat *covariance, real *slope) {
-  const real *m = covariance->a;
-  const vec rows[3] = {{m[0], m[1], m[2]}, {m[3], m[4], m[5]}, {m[6], m[7], m[8]}};
-  real square = dot3(rows[0], rows[0]) + dot3(rows[1], rows[1]) + dot3(rows[2], rows[2]);
+  const vec r0 = mat_row(covariance, 0), r1 = mat_row(covariance, 1), r2 = mat_row(covariance, 2);
+  real square = dot3(r0, r0) + dot3(r1, r1) + dot3(r2, r2);
   real scale = select(fast_rsqrt(square), (real)(0), square < 1e-36f);
   mat c;
-  UNROLL_ALL for (int i = 0; i < 9; ++i) c.a[i] = scale * m[i];
+  UNROLL_ALL for (int i = 0; i < 9; ++i) c.a[i] = scale * covariance->a[i];
   real a[10] = {c.a[0] + c.a[4] + c.a[8], c.a[0] - c.a[4] - c.a[8], c.a[4] - c.a[0] - c.a[8],
                 c.a[8] - c.a[0] - c.a[4], c.a[7] - c.a[5], c.a[2] - c.a[6],
                 c.a[3] - c.a[1],          c.a[1] + c.a[3], c.a[2] + c.a[6],
@@ -225,10 +220,10 @@ inline quaternion_t unmirrored(vec p_normal, quaternion_t r, vec q_normal) {
 
 // The line of a C = s a b^T of rank 1: unit vectors with q along b and p along a.
 inline void line_of(const mat *c, vec *a, vec *b) {
-  vec row = {c->a[0], c->a[1], c->a[2]};
+  vec row = mat_row(c, 0);
   real best = dot3(row, row);
   for (int i = 1; i < 3; ++i) {
-    vec other = {c->a[3 * i], c->a[3 * i + 1], c->a[3 * i + 2]};
+    vec other = mat_row(c, i);
     real square = dot3(other, other);
     row = vec_select(row, other, square > best);
     best = fast_max(best, square);
@@ -239,19 +234,11 @@ inline void line_of(const mat *c, vec *a, vec *b) {
 
 // The twist-free rotation that turns b to a.
 inline quaternion_t line_rotation(vec a, vec b, float4 flip_axis) {
-  vec halved = {a.x + b.x, a.y + b.y, a.z + b.z};
+  vec halved = vec_add(a, b);
   integer opposite = dot3(halved, halved) < 1e-10f;
   halved = unit3(halved);
   vec axis = cross3(b, halved);
   quaternion_t q = {dot3(halved, b), axis.x, axis.y, axis.z};
-  q.w = select(q.w, (real)(0), opposite);
-  q.x = select(q.x, (real)(flip_axis.x), opposite);
-  q.y = select(q.y, (real)(flip_axis.y), opposite);
-  q.z = select(q.z, (real)(flip_axis.z), opposite);
-  integer none = dot3(a, a) < 0.5f;
-  q.w = select(q.w, (real)(1), none);
-  q.x = select(q.x, (real)(0), none);
-  q.y = select(q.y, (real)(0), none);
-  q.z = select(q.z, (real)(0), none);
-  return unit4(q);
+  q = select4(q, (quaternion_t){0, flip_axis.x, flip_axis.y, flip_axis.z}, opposite);
+  return unit4(select4(q, (quaternion_t){1, 0, 0, 0}, dot3(a, a) < 0.5f));
 }

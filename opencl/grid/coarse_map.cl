@@ -31,11 +31,10 @@ __constant float tap_slope[COARSE_STEP][TAPS] = {
 #define BAND (LANES > 1 ? BAND_CELLS : 1)
 typedef struct { int x, y, z, count; } band_t;
 
-inline long bands_along(const coarse_t *coarse) { return (coarse->cells[1] + BAND - 1) / BAND; }
-
 // Finds the band of a work item; false without one.
 inline int find_band(const coarse_t *coarse, band_t *band) {
-  const long across = (coarse->cells[0] + LANES - 1) / LANES, along = bands_along(coarse);
+  const long across = (coarse->cells[0] + LANES - 1) / LANES;
+  const long along = (coarse->cells[1] + BAND - 1) / BAND;
   const long item = get_global_id(0), row = item / across;
   if (row >= along * coarse->cells[2]) return 0;
   const int y = (int)(row % along) * BAND;
@@ -79,16 +78,6 @@ inline integer accuracy_flags(const check_t *check, const real interpolated[PLAN
   if (!CUTS) return flags;
   const integer is_void_accurate = fabs(error[PLANES - 1]) <= 0.25f * fabs(exact[PLANES - 1]);
   return select((integer)(INACCURATE | SPREADS), flags, is_void_accurate);
-}
-
-// The values of the map that nodes have: the displacement before limits, with cuts a void distance.
-inline void set_node(real values[PLANES], const map_t *map, const fit_t *fit) {
-  // of several steps nothing is interpolated if there are limits
-  const vec d = STEPS ? map_displacement(map, fit) : unlimited_displacement(map, fit);
-  values[0] = d.x;
-  values[1] = d.y;
-  values[2] = d.z;
-  if (CUTS) values[PLANES - 1] = void_distance_at(map, fit, map_displacement(map, fit));
 }
 
 inline long node_count(const coarse_t *coarse) {
@@ -259,14 +248,6 @@ inline void store_in_row(__global float *plane, real value, const row_t *row, in
   }
   for (int l = 0; l < LANES; ++l)
     if (LANE_INT(mask, l)) to[l] = LANE(value, l);
-}
-
-// The same in three planes of `count` points.
-inline void store_vec_in_row(__global float *planes, long count, vec value, const row_t *row, int n,
-                             integer mask) {
-  store_in_row(planes, value.x, row, n, mask);
-  store_in_row(planes + count, value.y, row, n, mask);
-  store_in_row(planes + 2 * count, value.z, row, n, mask);
 }
 
 // The same as interleaved points.

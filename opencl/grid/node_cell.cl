@@ -1,6 +1,5 @@
 #include "map.cl"
 #include "grid.cl"
-#include "origin_nodes.cl"
 
 #define MAX_GUESS_ERROR 0.1f  // local units
 
@@ -9,9 +8,7 @@ inline vec load_nodes(__global const node_t *nodes, integer n, int at, real *w) 
   vec value;
   for (int l = 0; l < LANES; ++l) {
     float4 node = ((__global const float4 *)(nodes + LANE_INT(n, l)))[at];
-    LANE(value.x, l) = node.x;
-    LANE(value.y, l) = node.y;
-    LANE(value.z, l) = node.z;
+    set_lane(&value, l, node.xyz);
     LANE(*w, l) = node.w;
   }
   return value;

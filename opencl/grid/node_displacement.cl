@@ -1,6 +1,5 @@
 #include "map.cl"
 #include "grid.cl"
-#include "coarse_map.cl"
 
 // Nodes: G(v) - v less its mean, before limits, local units, in three planes of `count` points; with cuts
 // the void distance in a fourth.
@@ -10,7 +9,10 @@ __kernel EXPLICIT_VECTORS void node_displacement(
   const long first = grid.first + (long)get_global_id(0) * LANES;
   if (first >= grid.stop) return;
   const fit_t fit = fit_at(&map, transformed(grid.frame, grid_index(&grid, first)));
-  real values[PLANES];
-  set_node(values, &map, &fit);
-  for (int p = 0; p < PLANES; ++p) store_plane(nodes + p * count, values[p], count, first);
+  // of several steps nothing is interpolated if there are limits
+  const vec d = STEPS ? map_displacement(&map, &fit) : unlimited_displacement(&map, &fit);
+  store_points(nodes, d, count, first);
+  if (CUTS)
+    store_plane(nodes + 3 * count, void_distance_at(&map, &fit, map_displacement(&map, &fit)), count,
+                first);
 }

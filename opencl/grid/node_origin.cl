@@ -1,6 +1,5 @@
 #include "map.cl"
 #include "grid.cl"
-#include "origin_nodes.cl"
 
 // The nodes of first guesses at the points of a grid; node_cell sets by_i.w.
 __kernel EXPLICIT_VECTORS void node_origin(

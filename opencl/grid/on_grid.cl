@@ -13,9 +13,6 @@
   const grid_t grid, const nodes_t nodes, __global const node_t *restrict node_table, \
       const coarse_t coarse, __global const int *restrict cells,                      \
       __global const long *restrict listed
-#if AT_REST
-#include "origin_nodes.cl"
-#endif
 
 // Which points a work item has: CONSECUTIVE ones, those with the indices `listed`, or those of `cells`;
 // the pointers of the others are null. A constant: tests of the pointers cost 2 to 3 % of the time of
@@ -34,7 +31,6 @@ enum {
 typedef struct {
   long first, count;  // position of the first point, number of points in the launch
   int lanes;          // 0 where there is nothing to do
-  int is_of_cells;    // whether the points are those of listed cells
   int is_scattered;   // whether the points are not consecutive, or not all in the launch
   vec index;          // in the whole grid
   integer mask;       // lanes that are in the launch
@@ -86,7 +82,7 @@ inline item_t item_of(const map_t *map, const grid_t *grid, const coarse_t *coar
   item_t item;
   item.first = (long)get_global_id(0) * LANES;
   item.count = grid->stop - grid->first;
-  item.is_scattered = item.is_of_cells = POINTS == CELLS;
+  item.is_scattered = POINTS == CELLS;
   if (POINTS == CELLS) {
     set_cell_points(&item, grid, coarse, cells);
     if (item.lanes == 0) return item;
@@ -110,15 +106,13 @@ inline item_t item_of(const map_t *map, const grid_t *grid, const coarse_t *coar
 
 // Position in the launch of lane l.
 inline long position_of(const item_t *item, int l) {
-  return item->is_of_cells ? LANE_INT(item->positions, l) : item->first + l;
+  return POINTS == CELLS ? LANE_INT(item->positions, l) : item->first + l;
 }
 
-#if LANES % 4 == 0
 // Whether the points are rows of cells, four consecutive points each.
 inline int has_rows(const item_t *item) {
-  return POINTS == CELLS && ALL(item->mask);
+  return LANES % 4 == 0 && POINTS == CELLS && ALL(item->mask);
 }
-#endif
 
 // Stores the masked lanes of a plane.
 inline void store_masked(__global float *plane, real value, const item_t *item) {
@@ -126,13 +120,11 @@ inline void store_masked(__global float *plane, real value, const item_t *item) 
     store_plane(plane, value, item->count, item->first);
     return;
   }
-#if LANES % 4 == 0
   if (has_rows(item)) {
     for (int l = 0; l < LANES; l += 4)
       vstore4(((float4 *)&value)[l / 4], 0, plane + LANE_INT(item->positions, l));
     return;
   }
-#endif
   for (int l = 0; l < item->lanes; ++l)
     if (LANE_INT(item->mask, l)) plane[position_of(item, l)] = LANE(value, l);
 }
@@ -143,7 +135,6 @@ inline void store_masked_points(__global float *points, vec value, const item_t 
     store_interleaved(points + 3 * item->first, value, item->lanes);
     return;
   }
-#if LANES % 4 == 0
   if (has_rows(item)) {
     real interleaved[3];
     set_interleaved(interleaved, value);
@@ -152,7 +143,6 @@ inline void store_masked_points(__global float *points, vec value, const item_t 
         vstore4(((float4 *)interleaved)[3 * (l / 4) + n], n, points + 3 * LANE_INT(item->positions, l));
     return;
   }
-#endif
   for (int l = 0; l < item->lanes; ++l)
     if (LANE_INT(item->mask, l)) store_point(points + 3 * position_of(item, l), value, l);
 }
@@ -170,13 +160,8 @@ inline void store_void_distance(item_t *item, const map_t *map, const fit_t *fit
   store_masked(void_distance, distance, item);
 }
 
-// The fit at the points of a work item. In the rest frame searches start from nodes.
+// The fit at the points of a work item.
 inline fit_t fit_on_grid(const map_t *map, const grid_t *grid, const item_t *item,
                          const nodes_t *nodes, __global const node_t *node_table) {
-  vec v = transformed(grid->frame, item->index);
-#if AT_REST
-  return solve_origin(map, v, start_at(map, nodes, node_table, item->index, v));
-#else
-  return fit_at(map, v);
-#endif
+  return fit_from_nodes(map, nodes, node_table, item->index, transformed(grid->frame, item->index));
 }

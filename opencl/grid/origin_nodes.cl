@@ -58,14 +58,6 @@ inline integer cell_of(const nodes_t *nodes, vec index, vec *share) {
   return TO_INTEGER(cell.x) - first[0] + nodes->nx * j;
 }
 
-// The start from nodes, or the affine one where a cut is between the two.
-inline start_t on_expected_side(const map_t *map, start_t start, start_t expected) {
-  integer is_separated = blocked(&map->cuts, start.x, expected.x);
-  start.x = vec_select(start.x, expected.x, is_separated);
-  start.slope = select(start.slope, expected.slope, is_separated);
-  return start;
-}
-
 // The start of searches for the whole-grid points `index`. Neighboring points mostly share cells.
 inline start_t start_at(const map_t *map, const nodes_t *nodes, __global const node_t *table,
                         vec index, vec v) {
@@ -100,5 +92,15 @@ inline start_t start_at(const map_t *map, const nodes_t *nodes, __global const n
     start.x = vec_select(start.x, (vec){START(x), START(y), START(z)}, same);
     start.slope = select(start.slope, (real)(slope), same);
   }
-  return on_expected_side(map, start, expected);
+  // the affine start where a cut is between the two
+  const integer is_separated = blocked(&map->cuts, start.x, expected.x);
+  start.x = vec_select(start.x, expected.x, is_separated);
+  start.slope = select(start.slope, expected.slope, is_separated);
+  return start;
+}
+
+// The fit at a point of a grid.
+inline fit_t fit_from_nodes(const map_t *map, const nodes_t *nodes, __global const node_t *table,
+                            vec index, vec v) {
+  return solve_origin(map, v, start_at(map, nodes, table, index, v));
 }

@@ -1,31 +1,23 @@
-// Source indices of the points of a grid: where their material comes from.
+// Source indices of the points of a grid: where their material comes from, and where covariant vectors are
+// sampled.
+//
+// Build constants: VECTOR_FILE, a file of the feature or of its absence.
 
 #include "on_grid.cl"
+#include VECTOR_FILE
 
-// Continuous source indices of the target indices `index`, for local displacements d.
-inline vec source_index_of(const source_t *source, vec index, vec d) {
-  vec step = transformed(source->from_displacement, d);
-  return vec_add(transformed(source->from_target, index), step);
-}
+// Arguments of the kernels: three planes of source indices, and void distances unless null, `scale` times
+// the local ones; with vectors n of an array, J^T n(G(v)) (Eq. 29), of length 1 (or 0) if `normalize`.
+#define SOURCE_ARGUMENTS                                                        \
+  const source_t source, __global float *restrict index,                        \
+      __global float *restrict void_distance, const float scale,                \
+      const array_t array, const int normalize,                                 \
+      __global const float *restrict vectors, __global float *restrict covariant
 
-// An index outside of any source where points are void.
-inline vec outside_if(vec from, integer is_void) {
+// Continuous source indices of the target indices `index`, for local displacements d; outside of any source
+// where points are void.
+inline vec source_index_of(const source_t *source, vec index, vec d, integer is_void) {
+  vec from = vec_add(transformed(source->from_target, index), transformed(source->from_displacement, d));
   from.x = select(from.x, (real)(-1e9f), is_void);
   return from;
-}
-
-// Stores vectors of the points of a work item in three planes.
-inline void store_masked_planes(__global float *planes, vec value, const item_t *item) {
-  store_masked(planes, value.x, item);
-  store_masked(planes + item->count, value.y, item);
-  store_masked(planes + 2 * item->count, value.z, item);
-}
-
-// The source indices of a work item for displacements by the map.
-inline vec source_index_of_fit(const map_t *map, const fit_t *fit, const item_t *item,
-                               const source_t *source) {
-  const vec d = map_displacement(map, fit);
-  const vec from = source_index_of(source, item->index, d);
-  if (!CUTS || source->continued) return from;
-  return outside_if(from, void_distance_at(map, fit, d) < 0);
 }

@@ -147,29 +147,16 @@ typedef struct {
 // The distance and the normal in a cell.
 inline distance_t distance_at(__global const float *values, __global const int *size,
                               image_cell_t cell) {
-  const int row = size[0], layer = size[0] * size[1];
   distance_t at;
   for (int l = 0; l < LANES; ++l) {
-    __global const float *low = values + 4 * LANE_INT(cell.first, l), *high = low + 4 * layer;
-    const float a = LANE(cell.share.x, l), b = LANE(cell.share.y, l), c = LANE(cell.share.z, l);
-    const float4 c00 = vload4(0, low), c10 = vload4(row, low), c01 = vload4(0, high),
-                 c11 = vload4(row, high);
-    const float4 x00 = vload4(1, low) - c00, x10 = vload4(row + 1, low) - c10,
-                 x01 = vload4(1, high) - c01, x11 = vload4(row + 1, high) - c11;
-    const float4 v00 = c00 + a * x00, v10 = c10 + a * x10, v01 = c01 + a * x01, v11 = c11 + a * x11;
-    const float4 y0 = v10 - v00, y1 = v11 - v01, w0 = v00 + b * y0, w1 = v01 + b * y1;
-    const float4 value = w0 + c * (w1 - w0);
-    LANE(at.value, l) = value.x;
-    LANE(at.normal.x, l) = value.y;
-    LANE(at.normal.y, l) = value.z;
-    LANE(at.normal.z, l) = value.w;
-    const float4 x0 = x00 + b * (x10 - x00), x1 = x01 + b * (x11 - x01);
-    const float4 d_dx = x0 + c * (x1 - x0), by_y = y0 + c * (y1 - y0), by_z = w1 - w0;
-    LANE(at.slope.x, l) = d_dx.x;
-    LANE(at.slope.y, l) = by_y.x;
-    LANE(at.slope.z, l) = by_z.x;
-    const float turn[9] = {d_dx.y, by_y.y, by_z.y, d_dx.z, by_y.z, by_z.z, d_dx.w, by_y.w, by_z.w};
-    for (int i = 0; i < 9; ++i) LANE(at.turn.a[i], l) = turn[i];
+    const trilinear_t in_cell =
+        trilinear(values + 4 * LANE_INT(cell.first, l), size[0], size[0] * size[1],
+                  LANE(cell.share.x, l), LANE(cell.share.y, l), LANE(cell.share.z, l));
+    const float4 x = in_cell.by_x, y = in_cell.by_y, z = in_cell.by_z;
+    LANE(at.value, l) = in_cell.value.x;
+    set_lane(&at.normal, l, in_cell.value.yzw);
+    set_lane(&at.slope, l, (float3)(x.x, y.x, z.x));
+    set_mat_lane(&at.turn, l, x.yzw, y.yzw, z.yzw);
   }
   return at;
 }
@@ -199,11 +186,5 @@ inline vec by_index(__global const float *to_index, vec slope) {
   return (vec){to_index[0] * slope.x + to_index[1] * slope.y + to_index[2] * slope.z,
                to_index[3] * slope.x + to_index[4] * slope.y + to_index[5] * slope.z,
                to_index[6] * slope.x + to_index[7] * slope.y + to_index[8] * slope.z};
-}
-
-// A vector of index steps in the local frame, where steps are of one length in all directions:
-// the transposed matrix of `to_index`, times `step` twice.
-inline vec from_steps(__global const float *to_index, float step, vec a) {
-  return vec_scale((real)(step * step), by_index(to_index, a));
 }
 #endif

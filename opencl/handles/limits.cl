@@ -14,14 +14,13 @@ typedef struct {
 
 // From 0 to 1 with two continuous derivatives, exactly 0 up to t = 0 and 1 from t = 1 on.
 inline real fade(real t, real *slope) {
-  t = fast_min(fast_max(t, (real)(0)), (real)(1));
+  t = clamp01(t);
   *slope = 30 * t * t * (1 - t) * (1 - t);
   return t * t * t * fma(t, fma((real)(6), t, (real)(-15)), (real)(10));
 }
 
 inline limit_at_t mask_of_box(__global const limit_t *limit, vec v) {
-  const vec low = {limit->low[0], limit->low[1], limit->low[2]},
-            high = {limit->high[0], limit->high[1], limit->high[2]};
+  const vec low = load3(limit->low), high = load3(limit->high);
   const vec off = {v.x - fast_min(fast_max(v.x, low.x), high.x),
                    v.y - fast_min(fast_max(v.y, low.y), high.y),
                    v.z - fast_min(fast_max(v.z, low.z), high.z)};
@@ -53,7 +52,7 @@ inline limit_at_t mask_of_image(__global const limit_t *limit, __global const fl
 
 inline limit_at_t face_of_plane(__global const limit_t *limit, vec v) {
   limit_at_t at;
-  at.normal = (vec){limit->low[0], limit->low[1], limit->low[2]};
+  at.normal = load3(limit->low);
   const real height = dot3(at.normal, v) + limit->high[0];
   real slope;
   at.factor = fade(fabs(height) / limit->falloff, &slope);
@@ -77,13 +76,8 @@ inline limit_at_t face_of_image(__global const limit_t *limit, __global const fl
   at.slope = vec_scale(slope / limit->falloff, by_index(limit->to_index, distance.slope));
   at.slope = vec_select(at.slope, none, outside);
   at.normal = distance.normal;
-  for (int i = 0; i < 9; i += 3) {
-    const vec steps = {distance.turn.a[i], distance.turn.a[i + 1], distance.turn.a[i + 2]};
-    const vec row = by_index(limit->to_index, steps);
-    at.turn.a[i] = row.x;
-    at.turn.a[i + 1] = row.y;
-    at.turn.a[i + 2] = row.z;
-  }
+  for (int i = 0; i < 3; ++i)
+    set_mat_row(&at.turn, i, by_index(limit->to_index, mat_row(&distance.turn, i)));
   return at;
 }
 
@@ -110,11 +104,8 @@ inline vec limited(const map_t *map, vec v, vec d) {
 // Takes the part of the derivatives j along the normal away, times `share`.
 inline void slide(mat *j, vec normal, real share) {
   for (int column = 0; column < 3; ++column) {
-    const vec d = {j->a[column], j->a[3 + column], j->a[6 + column]};
-    const real along = -share * dot3(normal, d);
-    j->a[column] = fma(along, normal.x, j->a[column]);
-    j->a[3 + column] = fma(along, normal.y, j->a[3 + column]);
-    j->a[6 + column] = fma(along, normal.z, j->a[6 + column]);
+    const vec d = mat_column(j, column);
+    set_mat_column(j, column, vec_madd(-share * dot3(normal, d), normal, d));
   }
 }
 

@@ -9,10 +9,9 @@
 typedef struct { real square; vec outward; } region_distance_t;
 
 inline region_distance_t distance_from_capsule(__global const region_t *region, vec v) {
-  const vec along = {region->along[0], region->along[1], region->along[2]};
-  const vec to = {v.x - region->end[0], v.y - region->end[1], v.z - region->end[2]};
+  const vec along = load3(region->along), to = vec_sub(v, load3(region->end));
   const real share = dot3(to, along) / fast_max(dot3(along, along), (real)(1e-30f));
-  const vec off = vec_madd(-fast_min(fast_max(share, (real)(0)), (real)(1)), along, to);
+  const vec off = vec_madd(-clamp01(share), along, to);
   const real length = sqrt(dot3(off, off));
   const real distance = fast_max(length - region->radius, (real)(0));
   return (region_distance_t){distance * distance,
@@ -84,7 +83,7 @@ HOT region_distance_t distance_in_image(__global const region_t *region,
                                         __global const float *images, vec v,
                                         const int with_outward) {
   vec beyond;
-  const vec last = {region->last[0], region->last[1], region->last[2]};
+  const vec last = load3(region->last);
   const vec index = limited_index(last, index_in_image(region->to_index, v), &beyond);
   const integer is_beyond = (beyond.x != 0) | (beyond.y != 0) | (beyond.z != 0);
   region_distance_t distance = {0, {0, 0, 0}};
@@ -112,8 +111,11 @@ HOT region_distance_t distance_in_image(__global const region_t *region,
       distance.outward = vec_select(distance.outward, outward, is_beyond);
     }
   }
-  distance.square *= region->step * region->step;
-  if (with_outward) distance.outward = from_steps(region->to_index, region->step, distance.outward);
+  // from index steps, which have one length in all directions, to the local frame
+  const float step2 = region->step * region->step;
+  distance.square *= step2;
+  if (with_outward)
+    distance.outward = vec_scale((real)(step2), by_index(region->to_index, distance.outward));
   return distance;
 }
 

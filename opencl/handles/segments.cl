@@ -52,13 +52,12 @@ typedef struct {
 } nearest_t;
 
 HOT nearest_t nearest_by_projection(__global const segment_t *at, real projection, real off2) {
-  const real t = fast_min(fast_max(projection, (real)(0)), (real)(1)), beyond = projection - t;
+  const real t = clamp01(projection), beyond = projection - t;
   return (nearest_t){projection, t, off2, fma(at->length2 * beyond, beyond, off2)};
 }
 
 HOT nearest_t nearest_on_segment(__global const segment_t *at, vec v) {
-  const vec along = {at->along_q[0], at->along_q[1], at->along_q[2]};
-  const vec to = {v.x - at->q[0], v.y - at->q[1], v.z - at->q[2]};
+  const vec along = load3(at->along_q), to = vec_sub(v, load3(at->q));
   const real projection = at->density * dot3(to, along);
   const vec off = vec_madd(-projection, along, to);
   return nearest_by_projection(at, projection, dot3(off, off));

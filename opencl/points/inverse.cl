@@ -114,34 +114,6 @@ inline real broyden(const map_t *map, vec x, vec *displacement, mat *response) {
   return smallest / size_of(x);
 }
 
-// Whether a cut separates x from a sample of the map, in the frame of the cuts.
-inline integer is_separated(const map_t *map, vec x, vec image, vec displacement) {
-  if (!AT_REST) return is_blocked(map, x, displacement);
-  const vec none = {0, 0, 0};
-  return blocked(&map->cuts, origin_of(&map->cuts, x, none), origin_of(&map->cuts, image, none));
-}
-
-// The displacement to the sample with the image nearest to x, but farther than `*min_distance2`,
-// which becomes its distance.
-inline vec displacement_to_nearest(const map_t *map, vec x, int count,
-                                   __global const sample_t *samples, real *min_distance2) {
-  real nearest = FLT_MAX;
-  vec displacement = {0, 0, 0};
-  for (int i = 0; i < count; ++i) {
-    __global const sample_t *at = samples + i;
-    vec miss = vec_sub(x, (vec){at->image[0], at->image[1], at->image[2]});
-    real d2 = dot3(miss, miss);
-    integer nearer = (d2 < nearest) & (d2 > *min_distance2);
-    if (!ANY(nearer)) continue;
-    vec to_sample = vec_sub((vec){at->v[0], at->v[1], at->v[2]}, x);
-    nearer &= !is_separated(map, x, vec_sub(x, miss), to_sample);
-    displacement = vec_select(displacement, to_sample, nearer);
-    nearest = select(nearest, d2, nearer);
-  }
-  *min_distance2 = nearest;
-  return displacement;
-}
-
 // The displacement at x, trilinear in the displacements at the lattice nodes, and dv/dx. Returns whether
 // x is in a cell. Nodes are numbered like cells.
 inline integer guess_at(const lattice_t *lattice, __global const float4 *nodes, vec x,
@@ -152,31 +124,16 @@ inline integer guess_at(const lattice_t *lattice, __global const float4 *nodes, 
   integer inside = lattice_cell(lattice, x, &share, &shrink, &node_index) < LATTICE_SIZE;
   for (int l = 0; l < LANES; ++l) {
     __global const float4 *node = nodes + (LANE_INT(inside, l) ? LANE_INT(node_index, l) : 0);
-    float u = LANE(share.x, l), v = LANE(share.y, l), w = LANE(share.z, l);
-    float density = 0.5f * LATTICE_CELLS * LANE(shrink, l);
-    float4 n00 = node[0], n10 = node[NODES_ALONG], d00 = node[1] - n00,
-           d10 = node[NODES_ALONG + 1] - n10;
-    node += NODES_ALONG * NODES_ALONG;
-    float4 n01 = node[0], n11 = node[NODES_ALONG], d01 = node[1] - n01,
-           d11 = node[NODES_ALONG + 1] - n11;
-    n00 += u * d00, n10 += u * d10, n01 += u * d01, n11 += u * d11;
-    float4 d0 = d00 + v * (d10 - d00), d1 = d01 + v * (d11 - d01);
-    float4 e0 = n10 - n00, e1 = n11 - n01, n0 = n00 + v * e0, n1 = n01 + v * e1;
-    float4 dx = density * lattice->density[0] * (d0 + w * (d1 - d0)),
-           dy = density * lattice->density[1] * (e0 + w * (e1 - e0)),
-           dz = density * lattice->density[2] * (n1 - n0), n = n0 + w * (n1 - n0);
-    LANE(displacement->x, l) = n.x;
-    LANE(displacement->y, l) = n.y;
-    LANE(displacement->z, l) = n.z;
-    LANE(response->a[0], l) = 1 + dx.x;
-    LANE(response->a[1], l) = dy.x;
-    LANE(response->a[2], l) = dz.x;
-    LANE(response->a[3], l) = dx.y;
-    LANE(response->a[4], l) = 1 + dy.y;
-    LANE(response->a[5], l) = dz.y;
-    LANE(response->a[6], l) = dx.z;
-    LANE(response->a[7], l) = dy.z;
-    LANE(response->a[8], l) = 1 + dz.z;
+    const trilinear_t at =
+        trilinear((__global const float *)node, NODES_ALONG, NODES_ALONG * NODES_ALONG,
+                  LANE(share.x, l), LANE(share.y, l), LANE(share.z, l));
+    const float density = 0.5f * LATTICE_CELLS * LANE(shrink, l);
+    const float4 x = density * lattice->density[0] * at.by_x,
+                 y = density * lattice->density[1] * at.by_y,
+                 z = density * lattice->density[2] * at.by_z;
+    set_lane(displacement, l, at.value.xyz);
+    set_mat_lane(response, l, x.xyz, y.xyz, z.xyz);
   }
+  UNROLL_ALL for (int i = 0; i < 9; i += 4) response->a[i] += 1;
   return inside;
 }

@@ -15,12 +15,8 @@ __kernel EXPLICIT_VECTORS void point_forward(
   relative_residual = select(relative_residual, (real)(FLT_MAX),
                              outside | is_cut_off(&map, x, displacement));
   displacement = vec_madd((real)(0), x, displacement);  // NaN stays NaN
-  int lanes = (int)min((long)LANES, points_count - first);
-  for (int l = 0; l < lanes; ++l) {
-    __global float *to = result + 3 * (first + l);
-    to[0] = fma(world.scale, LANE(displacement.x, l), -world.mean_displacement[0]);
-    to[1] = fma(world.scale, LANE(displacement.y, l), -world.mean_displacement[1]);
-    to[2] = fma(world.scale, LANE(displacement.z, l), -world.mean_displacement[2]);
-  }
+  const float *mean = world.mean_displacement;
+  displacement = vec_madd(world.scale, displacement, (vec){-mean[0], -mean[1], -mean[2]});
+  store_interleaved(result + 3 * first, displacement, (int)min((long)LANES, points_count - first));
   store_plane(residuals, relative_residual, points_count, first);
 }

@@ -7,11 +7,7 @@
 #error "VALUE or OFFSET is missing"
 #endif
 
-#if LANES == 1
-#define LOAD_VALUES(from) TO_SUM(*(from))
-#else
-#define LOAD_VALUES(from) TO_SUM(GLUE(vload, LANES)(0, from))
-#endif
+#define LOAD_VALUES(from) TO_SUM(LOAD(from))
 #define LOAD_VALUE(from) ((SUM)(*(from)))
 
 // The derivative per index at the i-th of n points, whose neighbors are a stride apart.

@@ -5,13 +5,8 @@
 #error "SAMPLE_TAPS or OFFSET is missing"
 #endif
 
-#if LANES == 1
-#define TO_OFFSET(i) ((OFFSET)(i))
-typedef OFFSET offset_t;
-#else
-#define TO_OFFSET(i) GLUE(GLUE(convert_, OFFSET), LANES)(i)
-typedef GLUE(OFFSET, LANES) offset_t;
-#endif
+#define TO_OFFSET(i) GLUE(convert_, OF_LANES(OFFSET))(i)
+typedef OF_LANES(OFFSET) offset_t;
 #define LANE_OFFSET(offset, l) (((OFFSET *)&(offset))[l])
 
 // An axis with `size` points. In memory are `stored` of them, from point `first` on; `step` is the offset

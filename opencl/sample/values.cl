@@ -9,11 +9,7 @@
 #endif
 
 // Vector of LANES values, and the conversion of sums to it; integers are rounded and clamped.
-#if LANES == 1
-#define VALUES VALUE
-#else
-#define VALUES GLUE(VALUE, LANES)
-#endif
+#define VALUES OF_LANES(VALUE)
 #define ROUNDING_0
 #define ROUNDING_1 _sat_rte
 #define CAST GLUE(GLUE(convert_, VALUES), GLUE(ROUNDING_, IS_INTEGER))
@@ -59,22 +55,12 @@ inline tap_t gathered(__global const VALUE *values, offset_t from) {
 #else
 #define TERM(to_sum, to_long, tap, pivot) (tap)
 #endif
-#if LANES == 1
-#define TO_LONG(x) ((long)(x))
-#else
-#define TO_LONG(x) GLUE(convert_long, LANES)(x)
-#endif
+#define TO_LONG(x) GLUE(convert_, OF_LANES(long))(x)
 
 #if IS_INTEGER64
-#if LANES == 1
-typedef ulong bits_t;
-#define TO_BITS(x) ((ulong)(x))
-#define TO_COUNT(x) convert_ulong_sat_rte(x)
-#else
-typedef GLUE(ulong, LANES) bits_t;
-#define TO_BITS(x) GLUE(as_ulong, LANES)(x)
-#define TO_COUNT(x) GLUE(GLUE(convert_ulong, LANES), _sat_rte)(x)
-#endif
+typedef OF_LANES(ulong) bits_t;
+#define TO_BITS(x) GLUE(as_, OF_LANES(ulong))(x)
+#define TO_COUNT(x) GLUE(GLUE(convert_, OF_LANES(ulong)), _sat_rte)(x)
 #define SIGN_long 0x8000000000000000ul
 #define SIGN_ulong 0ul
 
@@ -84,11 +70,6 @@ HOT VALUES rounded_sum(tap_t pivot, sum_t sum) {
   const bits_t bits = TO_BITS(pivot) ^ GLUE(SIGN_, VALUE), odd = bits & 1;
   sum += TO_SUM(odd);
   const bits_t up = TO_COUNT(fmax(sum, (sum_t)(0))), down = TO_COUNT(fmax(-sum, (sum_t)(0)));
-  const bits_t result = sub_sat(add_sat(bits - odd, up), down) ^ GLUE(SIGN_, VALUE);
-#if LANES == 1
-  return (VALUE)result;
-#else
-  return GLUE(GLUE(as_, VALUE), LANES)(result);
-#endif
+  return GLUE(as_, VALUES)(sub_sat(add_sat(bits - odd, up), down) ^ GLUE(SIGN_, VALUE));
 }
 #endif

@@ -1,14 +1,12 @@
 // Vectors at continuous indices of an array of three floats per point, interpolated as in resample.cl;
 // 0 outside.
 
+#define HAS_VECTORS 1
+
 #ifndef SUM  // a fit may have included it
 #include "sums.cl"
 #endif
 #include "taps.cl"
-
-inline void set_lane(vec *vectors, float4 vector, int l) {
-  LANE(vectors->x, l) = vector.x, LANE(vectors->y, l) = vector.y, LANE(vectors->z, l) = vector.z;
-}
 
 #if SAMPLE_TAPS == 1
 inline vec vectors_at(const array_t *array, __global const float *values, vec at) {
@@ -16,14 +14,14 @@ inline vec vectors_at(const array_t *array, __global const float *values, vec at
   const offset_t nearest = nearest_offset(&axes, at);
   vec result;
   for (int l = 0; l < LANES; ++l)
-    set_lane(&result, (float4)(vload3(0, values + LANE_OFFSET(nearest, l)), 0), l);
+    set_lane(&result, l, vload3(0, values + LANE_OFFSET(nearest, l)));
   return vec_select((vec){0, 0, 0}, result, are_inside(&axes, at));
 }
 #else
 #define TAP_WEIGHT(axis, tap, l) ((float)LANE_SUM((axis)->weight[tap], l))
 
 // The vector of lane l in its box of taps. A vector of a whole box is read as four values; the last is not used.
-HOT float4 vector_in(const box_t *box, const offsets_t *at, const int is_whole,
+HOT float3 vector_in(const box_t *box, const offsets_t *at, const int is_whole,
                      __global const float *values, int l) {
   float4 sum = 0;
   UNROLL_ALL for (int k = 0; k < SAMPLE_TAPS; ++k)
@@ -40,7 +38,7 @@ HOT float4 vector_in(const box_t *box, const offsets_t *at, const int is_whole,
       const float weight = TAP_WEIGHT(&box->y, j, l) * TAP_WEIGHT(&box->z, k, l);
       sum = fma((float4)(weight), along_x, sum);
     }
-  return sum;
+  return sum.xyz;
 }
 
 inline vec vectors_at(const array_t *array, __global const float *values, vec at) {
@@ -53,11 +51,11 @@ inline vec vectors_at(const array_t *array, __global const float *values, vec at
   if (ALL(is_whole & (box.z.first < axes.z.stored - SAMPLE_TAPS))) {
     taps.corner = offset_of(&axes, box.x.first, box.y.first, box.z.first);
     UNROLL_ALL for (int l = 0; l < LANES; ++l)
-      set_lane(&result, vector_in(&box, &taps, 1, values, l), l);
+      set_lane(&result, l, vector_in(&box, &taps, 1, values, l));
     return result;
   }
   taps = offsets_in(&box, &axes, at);
-  for (int l = 0; l < LANES; ++l) set_lane(&result, vector_in(&box, &taps, 0, values, l), l);
+  for (int l = 0; l < LANES; ++l) set_lane(&result, l, vector_in(&box, &taps, 0, values, l));
   return vec_select((vec){0, 0, 0}, result, are_inside(&axes, at));
 }
 #endif

@@ -98,7 +98,7 @@ def questions(n, count=HANDLES):
         vectors = np.zeros((*grid.shape, 3), np.float32)
         engine.resample(maps["rigid"], [vectors], Sampling(grid), covariant={0: False})
 
-    yield Question("gradients at voxels, rigid, linear", "grid_covariant", 36, covariant)
+    yield Question("gradients at voxels, rigid, linear", "grid_source_index", 36, covariant)
     yield Question("differences of floats", "gradient", 16, _differences)
     yield Question("void of cells by their corners", "void_by_corners", 5, _corners)
 

@@ -15,7 +15,7 @@ from vtk_mls.engine.launch.launcher import Launcher
 from vtk_mls.engine.map.inverse import InverseSearch
 from vtk_mls.engine.map.region_map import RegionMap
 from vtk_mls.engine.sample import grid_kernels
-from vtk_mls.engine.sample.sampler import Rule, Sampler, samplers
+from vtk_mls.engine.sample.sampler import NO_VECTORS, Rule, Sampler, samplers
 from vtk_mls.queries import vector_fields
 from vtk_mls.queries.inverses import direct_inverses
 
@@ -285,11 +285,14 @@ class Engine:
             for map_, second_pass in self._launches(deformation)
         ]
 
-        def launch(kernel, part, index, distance, *arguments, constants=()):
+        def launch(part, index, distance, vectors=NO_VECTORS):
+            arguments, constants = vectors
+            # limits are not applied between nodes to what turns vectors
+            coarsely = not (deformation.limits and vectors is not NO_VECTORS)
             for map_, to_source, second_pass in launches:
                 outputs = [to_source, index, *map_.void_outputs(distance), *arguments]
-                options = {"second_pass": second_pass, "coarsely": True, "constants": constants}
-                map_.launch_on_grid(kernel, target, part, *outputs, **options)
+                options = {"second_pass": second_pass, "coarsely": coarsely, "constants": constants}
+                map_.launch_on_grid("grid_source_index", target, part, *outputs, **options)
 
         for part in progress.over(slabs):
             with ExitStack() as buffers:
@@ -297,7 +300,7 @@ class Engine:
                 if deformation.cuts and void_distance is not None:
                     distance = buffers.enter_context(self.memory.inout_buffer(void_distance[part]))
                 if not any(array.fits for array, _ in vectors):
-                    launch("grid_source_index", part, sources, distance)
+                    launch(part, sources, distance)
                 for array, rows in vectors:
                     array.transform(launch, part, sources, distance, competing, rows[part])
             yield part, sources

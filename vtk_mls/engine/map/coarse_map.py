@@ -20,7 +20,6 @@ MAX_NEAR_FRACTION = 0.5  # of the cells, with control points in or beside them
 _COARSE = {
     "grid_displacement": "coarse_displacement",
     "grid_source_index": "coarse_source_index",
-    "grid_covariant": "coarse_covariant",
 }
 
 

@@ -99,9 +99,8 @@ class RegionMap:
         The second pass computes the void points of other regions. Coarsely, displacements may be
         interpolated between nodes, within the deformation's `map_tolerance`.
         """
-        # limits are applied between nodes to displacements only, and only to those of one step
-        is_unlimited = self.deformation.steps_used > 1 or name == "grid_covariant"
-        exactly = second_pass or (self.deformation.limits and is_unlimited)
+        # of several steps limits are not applied between nodes
+        exactly = second_pass or (self.deformation.limits and self.deformation.steps_used > 1)
         if coarsely and not exactly and self._coarse_map and self._coarse_map.pays_off(self, grid):
             return self._coarse_map.launch(self, name, grid, part, *arguments, constants=constants)
         points = kernel_arguments.grid_points(grid, part, self.control_points)

@@ -15,6 +15,8 @@ from vtk_mls.engine.launch import kernel_arguments
 from vtk_mls.engine.launch.kernel_arguments import filled
 
 _TAPS = {"nearest": 1, "linear": 2, "cubic": 4}
+# Arguments and build constants of "grid_source_index" without covariant vectors.
+NO_VECTORS = (filled("array_t"), np.int32(0), None, None), (("VECTOR_FILE", "no_vectors.cl"),)
 
 
 class Piece(NamedTuple):
@@ -79,11 +81,11 @@ class Sampler:
                 distance = competing
             points = slice(part.start + piece.first, part.start + piece.stop)
             with self.memory.output_buffer(result[piece.first : piece.stop]) as out:
-                launch(
-                    *("grid_covariant", points, index, distance, self.record(piece)),
-                    *(np.int32(bool(self.rule.covariant)), piece.values, out),
-                    constants=(kernel_arguments.offset(self.array), self.taps),
-                )
+                normalize = np.int32(bool(self.rule.covariant))
+                arguments = self.record(piece), normalize, piece.values, out
+                file = "VECTOR_FILE", "vectors.cl"
+                constants = kernel_arguments.offset(self.array), self.taps, file
+                launch(points, index, distance, (arguments, constants))
 
     def pieces(self, index, count):
         """The pieces of a slab of `count` points with the indices in a buffer, in planes."""
