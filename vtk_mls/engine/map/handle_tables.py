@@ -32,14 +32,12 @@ class Images:
 
 def region_table(control_points, in_rest_frame, images):
     """The regions: (n,) region_t. Their distances are added to `images`."""
-    regions = control_points.handles.regions
-    table = np.zeros(len(regions), STRUCTS["region_t"])
-    if not regions:
+    handles, scale = control_points.handles, control_points.scale
+    table = np.zeros(len(handles.regions), STRUCTS["region_t"])
+    if not handles.regions:
         return table
-    scale = control_points.scale
-    handles = control_points.handles
     anchors = control_points.local(handles.term_anchors[0 if in_rest_frame else 1])
-    for i, (row, region) in enumerate(zip(table, regions)):
+    for i, (row, region) in enumerate(zip(table, handles.regions)):
         row["anchor"] = anchors[i]
         proxies = np.flatnonzero(handles.region == i)
         row["first_proxy"], row["proxy_count"] = proxies[0], len(proxies)
