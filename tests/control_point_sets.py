@@ -45,6 +45,7 @@ def _sound_devices():
 # tests of filters and programs build is then built once.
 DEVICES = list({d.kind: d.key for d in reversed(_sound_devices())}.values())
 OTHER_DEVICES = [d.key for d in _sound_devices() if d.key not in DEVICES]
+EVERYWHERE = ["reference", *DEVICES]
 
 
 def random_rotation(rng):

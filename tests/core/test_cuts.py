@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from control_point_sets import (
-    DEVICES,
     EXTENT,
     KINDS_AND_DEGREES,
     TOLERANCE,
@@ -177,7 +176,6 @@ def test_a_cut_far_outside_changes_nothing(kind_and_degree, device, rng):
     np.testing.assert_allclose(other.backward(v), one, rtol=0, atol=1e-5)
 
 
-@pytest.mark.parametrize("key", DEVICES)
 @paired(
     shape=SHAPES,
     kind_and_degree=KINDS_AND_DEGREES,
@@ -207,7 +205,6 @@ def test_devices_agree_with_the_specification(key, shape, kind_and_degree, optio
     assert np.percentile(error, 97) <= 1e-3 * max(1, np.abs(jacobians[0]).max())
 
 
-@pytest.mark.parametrize("key", DEVICES)
 def test_grids_agree_with_points(key, cuts, cut_frame, rng):
     """Region by region, opening and Jacobian included; a cut through grid points too."""
     rest, deformed = random_handles(rng, 20)

@@ -45,7 +45,6 @@ def test_the_identity_keeps_every_bit(device, dtype, interpolation, rng):
         assert got.tobytes() == given.tobytes()
 
 
-@pytest.mark.parametrize("key", DEVICES)
 @pytest.mark.parametrize("dtype", DTYPES)
 @pytest.mark.parametrize("interpolation", INTERPOLATIONS)
 def test_devices_agree_with_the_specification(key, dtype, interpolation, rng):
@@ -338,7 +337,6 @@ def test_fitted_grid_follows_a_far_move(device):
     assert got.sum() == pytest.approx(1000)
 
 
-@pytest.mark.parametrize("key", DEVICES)
 def test_more_values_than_31_bits_count(key):
     """Memory that nothing is written to costs none."""
     grid = Grid((2**16, 2**15 + 1, 1))

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from control_point_sets import DEVICES, EXTENT
+from control_point_sets import DEVICES, EVERYWHERE, EXTENT
 from map_checks import slopes
 from pairwise import paired, rare
 from scipy.interpolate import RBFInterpolator
@@ -10,7 +10,6 @@ from scipy.interpolate import RBFInterpolator
 from vtk_mls import Ball, BoxMask, CurveHandle, Deformation, Grid, HalfPlane, RegionHandle
 from vtk_mls.model.kinds.splines import best_choice
 
-EVERYWHERE = ["reference", *DEVICES]
 SCIPY = {1: "linear", 2: "thin_plate_spline", 3: "cubic"}
 
 
@@ -38,7 +37,6 @@ def test_spline_is_that_of_scipy(order, count, smoothing, device):
     assert np.abs(spline.backward(v) - judge(v)).max() < 1e-3
 
 
-@pytest.mark.parametrize("device", EVERYWHERE)
 @pytest.mark.parametrize("softening", [5.0, 60.0, 300.0])
 def test_softened_spline_of_order_1_is_the_multiquadric_of_scipy(softening, device):
     p, q = landmarks(60)

@@ -5,16 +5,13 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from control_point_sets import DEVICES
+from control_point_sets import EVERYWHERE
 from pairwise import paired
 
 from vtk_mls import Deformation, Grid, HalfPlane, Plane, Surface
 from vtk_mls.base.progress import SILENT
 from vtk_mls.engine.dispatch import engine_for
 from vtk_mls.queries import void_cells
-
-ENGINES = ["reference", *DEVICES]
-FAST = ENGINES[-1] if DEVICES else "reference"
 
 
 def half_plane(point, normal, rng):
@@ -42,7 +39,6 @@ def two(point, normal, rng):
 CUTS = {"half-plane": half_plane, "plane": plane, "surface": surface, "two": two}
 
 
-@pytest.mark.parametrize("device", ENGINES)
 @pytest.mark.parametrize("cut", CUTS)
 @paired(
     shape=[(30, 26, 40), (50, 1, 30), (2, 2, 2)],
@@ -136,7 +132,6 @@ ALIKE = {  # corners are as far from a void as those on its other side, or of th
 }
 
 
-@pytest.mark.parametrize("device", ENGINES)
 @pytest.mark.parametrize("scene", ALIKE)
 def test_corners_at_equal_places_do_not_orient(device, scene):
     grid, (rest, deformed), cuts = ALIKE[scene]
@@ -151,7 +146,7 @@ def test_all_cells_of_a_single_layer_are_evaluated(slices, share):
     """For there are none beside it that would tell."""
     grid, counts = Grid((20, 20, slices)), []
     rest, deformed = layers([9.5], [-0.2, 0.2])
-    d = Deformation(rest, deformed, cuts=[across(9.5)], device=FAST)
+    d = Deformation(rest, deformed, cuts=[across(9.5)], device=EVERYWHERE[-1])
     engine = engine_for(d.device)
 
     def noting(deformation, cells, indices, progress):
@@ -164,7 +159,6 @@ def test_all_cells_of_a_single_layer_are_evaluated(slices, share):
     assert slices > 2 or sum(counts) == 19 * 19
 
 
-@pytest.mark.parametrize("device", ENGINES)
 def test_given_void_distances_replace_the_map(device):
     grid, (rest, deformed) = Grid((20, 20, 20)), layers([9.5], [-0.4, 0.4])
     d = Deformation(rest, deformed, cuts=[across(9.5)], device=device)
@@ -177,7 +171,6 @@ def test_given_void_distances_replace_the_map(device):
         d.void_of_cells(grid, distance[1:])
 
 
-@pytest.mark.parametrize("device", ENGINES)
 def test_slabs_are_the_whole(device, monkeypatch):
     grid, (rest, deformed) = Grid((20, 18, 22)), layers([9.5], [-0.4, 0.4])
     d = Deformation(rest, deformed, cuts=[across(9.5, 0.3)], device=device)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from control_point_sets import (
     DEVICES,
+    EVERYWHERE,
     deformation,
     random_handles,
     random_rotation,
@@ -163,7 +164,7 @@ OPTIONS = {
 }
 
 
-@paired(shape=OPENINGS, option=OPTIONS, device=["reference", *DEVICES])
+@paired(shape=OPENINGS, option=OPTIONS, device=EVERYWHERE)
 def test_a_resampling_tells_the_void_distances_of_the_grid(shape, option, device, rng):
     d = replace(pulled_apart(OPENINGS[shape], device, cut_frame="rest"), **OPTIONS[option])
     grid = Grid((41, 37, 33), (-2, -1, 0), (0.9, 0.9, 1))
@@ -190,7 +191,6 @@ def test_void_distances_that_cannot_be_filled_are_refused(bad):
         d.resample([np.zeros(grid.shape)], grid, void_distance=bad)
 
 
-@pytest.mark.parametrize("key", DEVICES)
 @pytest.mark.parametrize("shape", OPENINGS)
 @pytest.mark.parametrize(("normalise", "cut_frame"), [(False, "deformed"), (True, "rest")])
 def test_devices_agree_on_gradients_at_an_opening(shape, normalise, cut_frame, key):

@@ -27,11 +27,6 @@ KINDS = [("affine", 1), ("polynomial", 2)]
 OTHER_KINDS = [pair for pair in KINDS_AND_DEGREES if pair not in KINDS]  # not fitted in both
 
 
-@pytest.fixture(params=DEVICES)
-def key(request):
-    return request.param
-
-
 def bent(deformed):
     """A smooth deformation of `deformed` (n, 3)."""
     return deformed + 8 * np.sin(deformed / 50)[:, [1, 2, 0]], deformed
