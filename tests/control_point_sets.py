@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from vtk_mls import KINDS, Deformation
@@ -156,3 +158,9 @@ def places(rng, deformed, count=500):
 def deformation(rest, deformed, kind_and_degree, device="reference", **options):
     kind, degree = kind_and_degree
     return Deformation(rest, deformed, kind, degree=degree, device=device, **options)
+
+
+def on_both(device, rest, deformed, kind_and_degree=("rigid", 1), **options):
+    """The same deformation by the specification and by a device."""
+    specification = deformation(rest, deformed, kind_and_degree, **options)
+    return specification, replace(specification, device=device)

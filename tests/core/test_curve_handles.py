@@ -1,7 +1,10 @@
 """Curve handles: every point of a polyline is carried, by integrals along its segments."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from control_point_sets import deformation, on_both
 from map_checks import slopes
 
 from vtk_mls import CurveHandle, Deformation, Grid, HalfPlane, Plane
@@ -32,14 +35,8 @@ def _along(nodes, t):
 
 
 def _deformation(rng, kind, degree, device, **options):
-    return Deformation(
-        *_points(rng),
-        handles=CurveHandle(*_curve()),
-        kind=kind,
-        degree=degree,
-        device=device,
-        **options,
-    )
+    curve = CurveHandle(*_curve())
+    return deformation(*_points(rng), (kind, degree), device, handles=curve, **options)
 
 
 def _legendre(count):
@@ -77,10 +74,8 @@ def test_every_point_of_the_curve_is_carried(kind, degree, alpha, device, rng):
 @EVERY_ALPHA
 def test_kernels_agree_with_the_specification(kind, degree, alpha, key, rng):
     v = rng.uniform(-1, 1, (2000, 3))
-    kernels, numpy = (
-        _deformation(np.random.default_rng(1), kind, degree, name, alpha=alpha)
-        for name in (key, "reference")
-    )
+    numpy = _deformation(rng, kind, degree, "reference", alpha=alpha)
+    kernels = replace(numpy, device=key)
     # a few handles hardly determine cubic terms
     close = (1e-3 if degree == 3 else 1e-4) * EXTENT
     np.testing.assert_allclose(kernels.backward(v), numpy.backward(v), atol=close)
@@ -105,17 +100,8 @@ def test_segments_of_any_length_agree_with_the_specification(kind, degree, key, 
     steps = np.array([1e-9, 1e-7, 1e-5, 1e-3, 0.02, 0.1, 0.3])[:, None] * EXTENT
     nodes = np.concatenate([np.zeros((1, 3)), np.cumsum(steps * [0.6, 0, 0.8], axis=0)]) - 0.3
     v = rng.uniform(-1, 1, (1000, 3))
-    kernels, numpy = (
-        Deformation(
-            p,
-            q,
-            handles=CurveHandle(nodes + [0, 0.1, 0], nodes),
-            kind=kind,
-            degree=degree,
-            device=name,
-        )
-        for name in (key, "reference")
-    )
+    curve = CurveHandle(nodes + [0, 0.1, 0], nodes)
+    numpy, kernels = on_both(key, p, q, (kind, degree), handles=curve)
     close = (1e-4 if degree == 3 else 1e-5) * EXTENT
     np.testing.assert_allclose(kernels.backward(v), numpy.backward(v), atol=close)
 
@@ -133,10 +119,8 @@ def test_cuts_and_curves_together(key, frame, cut, rng):
     axes = [(1, 0, 0.2)] if cut is Plane else [(1, 0, 0.2), (0, 1, 0.3)]
     cuts = cut((0.1, 0, 0), *axes)
     v = rng.uniform(-1, 1, (1000, 3))
-    kernels, numpy = (
-        _deformation(np.random.default_rng(1), "rigid", 2, name, cuts=cuts, cut_frame=frame)
-        for name in (key, "reference")
-    )
+    numpy = _deformation(rng, "rigid", 2, "reference", cuts=cuts, cut_frame=frame)
+    kernels = replace(numpy, device=key)
     errors = np.abs(kernels.backward(v) - numpy.backward(v)).max(axis=1)
     assert np.quantile(errors, 0.99) < 1e-5
     error = np.abs(kernels.jacobian(v[:200]) - numpy.jacobian(v[:200])).max(axis=(1, 2))
@@ -167,20 +151,16 @@ def test_other_alphas_carry_the_curve_nearly(device, rng):
 
 def test_smooth_curves(key, rng):
     v = rng.uniform(-1, 1, (500, 3))
-    kernels, numpy = (
-        _deformation(np.random.default_rng(1), "affine", 2, name, smoothing=0.1)
-        for name in (key, "reference")
-    )
+    numpy = _deformation(rng, "affine", 2, "reference", smoothing=0.1)
+    kernels = replace(numpy, device=key)
     np.testing.assert_allclose(kernels.backward(v), numpy.backward(v), atol=1e-5)
 
 
 @pytest.mark.matrix
 def test_a_tolerance_holds_near_curves(key, rng):
     grid = Grid((48, 48, 48), (-1, -1, -1), (2 / 47,) * 3)
-    exact, coarse = (
-        _deformation(np.random.default_rng(1), "rigid", 2, key, map_tolerance=tolerance)
-        for tolerance in (0, 0.02)
-    )
+    exact = _deformation(rng, "rigid", 2, key)
+    coarse = replace(exact, map_tolerance=0.02)
     fields = [value.displacement_field(grid).displacement for value in (exact, coarse)]
     difference = np.subtract(*fields)
     assert np.abs(difference).max() <= 0.02 * 2 / 47

@@ -8,6 +8,7 @@ from control_point_sets import (
     EXTENT,
     KINDS_AND_DEGREES,
     deformation,
+    on_both,
     random_handles,
 )
 from cut_shapes import SHAPES
@@ -193,10 +194,8 @@ def test_points_lost_in_folds_are_those_of_the_specification(
     """Control points moved past each other; right at a fold or a cut rounding decides."""
     rest, deformed = random_handles(rng, 60, 25)
     x = rng.uniform(0, EXTENT, (300, 3))
-    expected, got = (
-        deformation(rest, deformed, kind_and_degree, name, cuts=CUTS[cuts], cut_frame=cut_frame)
-        for name in ("reference", key)
-    )
+    options = {"cuts": CUTS[cuts], "cut_frame": cut_frame}
+    expected, got = on_both(key, rest, deformed, kind_and_degree, **options)
     field = got.forward_field(x)
     assert (field.found != expected.forward_field(x).found).mean() <= 0.01
     assert misses(expected, x, field).max() <= 1e-5

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from control_point_sets import DEVICES, EVERYWHERE, EXTENT
+from control_point_sets import DEVICES, EVERYWHERE, EXTENT, on_both
 from map_checks import slopes
 from pairwise import paired, rare
 from scipy.interpolate import RBFInterpolator
@@ -56,10 +56,8 @@ def test_softened_spline_of_order_1_is_the_multiquadric_of_scipy(softening, devi
 def test_kernels_agree_with_the_specification(order, count, options, softening, device):
     p, q = landmarks(count, noise=2.0)
     v = np.concatenate([places(100), q[:100]])  # at cones, too
-    expected, found = (
-        Deformation(p, q, "spline", order=order, softening=softening, device=where, **options)
-        for where in ("reference", device)
-    )
+    options = {"order": order, "softening": softening, **options}
+    expected, found = on_both(device, p, q, ("spline", 2), **options)
     assert np.abs(found.backward(v) - expected.backward(v)).max() < 1e-3
     v = v if order > 1 or softening else v[:100]  # r has no slope at a cone
     assert np.abs(found.jacobian(v) - expected.jacobian(v)).max() < 2e-5

@@ -13,6 +13,7 @@ from control_point_sets import (
     OTHER_DEVICES,
     TOLERANCE,
     deformation,
+    on_both,
     places,
     random_handles,
 )
@@ -50,10 +51,8 @@ def test_backward_on_random_sets(key, kind_and_degree, alpha, count, smoothing, 
     # 15 handles, smoothed, hardly determine the polynomials of degree 2
     rest, deformed = random_handles(rng, max(count, 60) if smoothing else count)
     v = places(rng, deformed, 2000)
-    expected, got = (
-        deformation(rest, deformed, kind_and_degree, name, alpha=alpha, smoothing=smoothing)
-        for name in ("reference", key)
-    )
+    options = {"alpha": alpha, "smoothing": smoothing}
+    expected, got = on_both(key, rest, deformed, kind_and_degree, **options)
     error = voxels(got.backward(v) - expected.backward(v), deformed)
     largest, p99 = TOLERANCE[kind_and_degree]
     assert np.percentile(error, 99) <= p99
@@ -70,8 +69,7 @@ def test_backward_on_hard_sets(key, name, kind_and_degree, rng):
     rest, deformed = HARD_SETS[name](rng)
     v = places(rng, deformed, 300)
     v = v[:400] if name == "ten thousand" else v
-    expected = deformation(rest, deformed, kind_and_degree).backward(v)
-    got = deformation(rest, deformed, kind_and_degree, key).backward(v)
+    expected, got = (d.backward(v) for d in on_both(key, rest, deformed, kind_and_degree))
     reach = np.concatenate([deformed, expected])
     error = voxels(got - expected, reach)
     p99 = TOLERANCE[kind_and_degree][1]
@@ -89,8 +87,8 @@ def test_backward_on_hard_sets(key, name, kind_and_degree, rng):
 def test_jacobian(key, kind_and_degree, name, alpha, rng):
     rest, deformed = HARD_SETS[name](rng)
     v = places(rng, deformed, 200)
-    expected = deformation(rest, deformed, kind_and_degree, alpha=alpha).jacobian(v)
-    got = deformation(rest, deformed, kind_and_degree, key, alpha=alpha).jacobian(v)
+    both = on_both(key, rest, deformed, kind_and_degree, alpha=alpha)
+    expected, got = (d.jacobian(v) for d in both)
     scale = np.maximum(1, np.abs(expected).max(axis=(1, 2)))
     error = np.abs(got - expected).max(axis=(1, 2)) / scale
     assert np.percentile(error, 95) <= 1e-3
@@ -102,9 +100,7 @@ def test_degree_3(key, rng):
     """Other tests leave it to `make matrix`, for most of its code is that of degree 2."""
     rest, deformed = random_handles(rng, 80, 2)
     v = places(rng, deformed, 500)
-    expected, got = (
-        deformation(rest, deformed, ("polynomial", 3), device) for device in ("reference", key)
-    )
+    expected, got = on_both(key, rest, deformed, ("polynomial", 3))
     x = expected.backward(v)
     error = voxels(got.backward(v) - x, deformed)
     largest, p99 = TOLERANCE["polynomial", 3]
@@ -137,8 +133,7 @@ def test_grids_of_every_shape(key, dimensions, rng):
 def test_a_hundred_thousand_control_points(key, rng):
     rest, deformed = random_handles(rng, 100_000, 1)
     v = rng.uniform(0, EXTENT, (40, 3))
-    expected = deformation(rest, deformed, ("rigid", 1)).backward(v)
-    got = deformation(rest, deformed, ("rigid", 1), key).backward(v)
+    expected, got = (d.backward(v) for d in on_both(key, rest, deformed))
     assert voxels(got - expected, deformed).max() <= 2e-4
 
 
@@ -320,10 +315,7 @@ def test_a_device_without_float64(key, kind_and_degree, alpha, rng, monkeypatch)
     monkeypatch.setattr(device.Device, "has_float64", property(lambda self: False))
     rest, deformed = random_handles(rng, 25)
     v = places(rng, deformed, 300)
-    expected, got = (
-        deformation(rest, deformed, kind_and_degree, name, alpha=alpha)
-        for name in ("reference", key)
-    )
+    expected, got = on_both(key, rest, deformed, kind_and_degree, alpha=alpha)
     error = voxels(got.backward(v) - expected.backward(v), deformed)
     assert np.percentile(error, 99) <= TOLERANCE[kind_and_degree][1] * (1 if alpha == 1 else 50)
     x = expected.backward(v)
@@ -340,11 +332,7 @@ def test_numpy_computes_a_spline_that_a_device_without_float64_cannot(
     monkeypatch.setattr(device.Device, "has_float64", property(lambda self: False))
     deformed = rng.uniform(0, EXTENT, (200, 3))
     rest = deformed + 8 * np.sin(deformed[:, [1, 2, 0]] / 60)
-    settings = {"order": 1, "softening": EXTENT}
-    expected, got = (
-        Deformation(rest, deformed, "spline", device=name, **settings)
-        for name in ("reference", key)
-    )
+    expected, got = on_both(key, rest, deformed, ("spline", 2), order=1, softening=EXTENT)
     found = got.backward(deformed)
     assert "has no double precision, which this spline needs: numpy is used" in caplog.text
     np.testing.assert_array_equal(found, expected.backward(deformed))
