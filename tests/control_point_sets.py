@@ -164,3 +164,14 @@ def on_both(device, rest, deformed, kind_and_degree=("rigid", 1), **options):
     """The same deformation by the specification and by a device."""
     specification = deformation(rest, deformed, kind_and_degree, **options)
     return specification, replace(specification, device=device)
+
+
+def block(first, dimensions):
+    """Where a part of a grid lies in the arrays of the whole."""
+    return tuple(slice(a, a + n) for a, n in zip(first[::-1], dimensions[::-1]))
+
+
+def slopes(d, v, step=1e-6):
+    """The Jacobian (m, 3, 3) of the backward map at `v` (m, 3), by differences."""
+    pairs = ((d.backward(v + step * axis), d.backward(v - step * axis)) for axis in np.eye(3))
+    return np.stack([(after - before) / (2 * step) for after, before in pairs], axis=2)

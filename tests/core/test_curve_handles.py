@@ -4,8 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from control_point_sets import deformation, on_both
-from map_checks import slopes
+from control_point_sets import deformation, on_both, slopes
 
 from vtk_mls import CurveHandle, Deformation, Grid, HalfPlane, Plane
 

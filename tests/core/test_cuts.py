@@ -10,9 +10,9 @@ from control_point_sets import (
     on_both,
     random_handles,
     random_rotation,
+    slopes,
 )
 from cut_shapes import EVERY_SHAPE, SHAPES, lengths
-from map_checks import slopes
 from pairwise import paired, rare
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 

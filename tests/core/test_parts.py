@@ -5,6 +5,7 @@ import pytest
 from control_point_sets import (
     HARD_SETS,
     KINDS_AND_DEGREES,
+    block,
     deformation,
     random_handles,
     random_rotation,
@@ -43,11 +44,6 @@ def grid(rng):
 @pytest.fixture(params=CUTS)
 def cuts(request):
     return CUTS[request.param]
-
-
-def block(first, dimensions):
-    """Where a part lies in the arrays of the whole."""
-    return tuple(slice(a, a + n) for a, n in zip(first[::-1], dimensions[::-1]))
 
 
 def needed(d, source, target, reach):

@@ -12,8 +12,8 @@ from control_point_sets import (
     places,
     random_handles,
     random_rotation,
+    slopes,
 )
-from map_checks import slopes
 from pairwise import paired, rare
 
 from vtk_mls import Deformation

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from control_point_sets import (
     EVERYWHERE,
+    block,
     deformation,
     random_rotation,
 )
@@ -223,7 +224,7 @@ def test_guesses_on_fine_grids(key, shape, rng, monkeypatch):
     assert error[clear & (distance > 0)].max() <= 1e-5 * SIZE
     first, dimensions = (6, 3, 9), (41, 30, 19)
     part = d.displacement_field(grid.part(first, dimensions))
-    here = tuple(slice(a, a + n) for a, n in zip(first[::-1], dimensions[::-1]))
+    here = block(first, dimensions)
     monkeypatch.setattr("vtk_mls.engine.map.origin_nodes._NODES", 1)
     monkeypatch.setattr("vtk_mls.engine.launch.launcher._MAX_WORK", 5e5)
     slabs = d.displacement_field(grid)

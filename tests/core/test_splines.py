@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from control_point_sets import DEVICES, EVERYWHERE, EXTENT, on_both
-from map_checks import slopes
+from control_point_sets import DEVICES, EVERYWHERE, EXTENT, on_both, slopes
 from pairwise import paired, rare
 from scipy.interpolate import RBFInterpolator
 

@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from control_point_sets import DEVICES, EVERYWHERE
-from map_checks import slopes
+from control_point_sets import DEVICES, EVERYWHERE, slopes
 from pairwise import paired, rare
 
 from vtk_mls import (
