@@ -93,6 +93,15 @@ def refused(capsys):
     return sentence
 
 
+@pytest.fixture
+def disk():
+    """Set how many bytes a file may have; a file system that is full is the same to a writer."""
+    resource = pytest.importorskip("resource", reason="the size of files cannot be limited here")
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    yield lambda size: resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
 def run(*arguments, code=None, child=None, **environment):
     """A process of its own: (exit status, stdout, stderr).
 
@@ -121,4 +130,11 @@ def write_collection(entries, name="in.pvd"):
     lines = [f'<DataSet timestep="{time}" file="{file}"/>' for time, file in entries]
     text = f'<VTKFile type="Collection"><Collection>{"".join(lines)}</Collection></VTKFile>'
     Path(name).write_text(text)
+    return name
+
+
+def write_moving(name, rows):
+    """The name of a table of control points in time: rows of a time, p and q."""
+    header = "time,px,py,pz,qx,qy,qz"
+    np.savetxt(name, rows, "%.17g", ",", header=header, comments="")
     return name

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from command_fixtures import files, numpy_computes, refused
+from command_fixtures import disk, files, numpy_computes, refused
 from vtk_fixtures import DEFORMED, REST, messages
 
-__all__ = ["files", "messages", "numpy_computes", "refused"]
+__all__ = ["disk", "files", "messages", "numpy_computes", "refused"]
 
 
 @pytest.fixture

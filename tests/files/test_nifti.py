@@ -13,6 +13,7 @@ from file_fixtures import (
     COLORS,
     LEFT,
     RIGHT,
+    SMALL,
     VALUES,
     VECTORS,
     as_nifti,
@@ -29,7 +30,6 @@ from vtk_mls import io
 from vtk_mls.base.messages import message_handlers
 from vtk_mls.vtk.arrays import ImageGeometry
 
-SMALL = np.arange(7 * 6 * 5, dtype="<i2").reshape(7, 6, 5)  # z, y, x
 UNITS = {"meter": 1000, "mm": 1, "micron": 0.001, "unknown": 1}
 AFFINE = np.array([[0, -2, 0, 30], [3, 0, 0, -20], [0, 0, 4, 10], [0, 0, 0, 1.0]])
 

@@ -74,6 +74,12 @@ def itk_image(values, grid):
     return image
 
 
+def ras_of(grid):
+    """The matrix from indices to RAS."""
+    affine = np.column_stack([grid.index_to_world, grid.origin]) * np.reshape(TO_RAS, (3, 1))
+    return np.vstack([affine, [0, 0, 0, 1]])
+
+
 def smooth_values(grid):
     x, y, z = (grid.points() - grid.corners().mean(axis=0)).T
     return (9 * np.sin(x / 3) + 2 * y + z * z / 4).reshape(grid.shape)
@@ -174,10 +180,7 @@ def test_nitransforms_moves_points_and_images_as_we_do(grid, deformation, on_gri
     tolerance = 1e-3 * min(SPACING)
     np.testing.assert_allclose(moved, deformation.backward(on_grid), rtol=0, atol=tolerance)
     values = smooth_values(grid)
-    to_ras = np.diag([*TO_RAS, 1]) @ np.vstack(
-        [np.column_stack([grid.index_to_world, grid.origin]), [0, 0, 0, 1]]
-    )
-    image = nibabel.Nifti1Image(values.T, to_ras)
+    image = nibabel.Nifti1Image(values.T, ras_of(grid))
     theirs = apply(transform, image, reference=image, order=1).get_fdata().T
     assert_resampled(theirs, deformation, values, grid)
 
@@ -205,12 +208,6 @@ def saved_with_intent(name, values, to_ras, code, intent_name, *parameters):
     for number, parameter in enumerate(parameters, 1):
         image.header[f"intent_p{number}"] = parameter
     nibabel.save(image, name)
-
-
-def ras_of(grid):
-    """The matrix from indices to RAS."""
-    affine = np.column_stack([grid.index_to_world, grid.origin]) * np.reshape(TO_RAS, (3, 1))
-    return np.vstack([affine, [0, 0, 0, 1]])
 
 
 @pytest.mark.parametrize("code", [1006, 1007])
