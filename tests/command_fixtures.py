@@ -66,16 +66,22 @@ def numpy_computes(monkeypatch):
 
 
 @pytest.fixture
-def files(tmp_path, monkeypatch):
-    """A folder with in.vti and handles.csv, as the current one."""
+def folder(tmp_path, monkeypatch):
+    """An empty folder, but for handles.csv, as the current one."""
+    monkeypatch.chdir(tmp_path)
+    np.savetxt("handles.csv", np.hstack([REST, DEFORMED]), delimiter=",", fmt="%.17g")
+    return tmp_path
+
+
+@pytest.fixture
+def files(folder):
+    """The folder with in.vti, too."""
     image = make_image()
     x, y, z = ImageGeometry.of_image(image).grid.points().T
     add_scalars(image, "values", np.sin(x) + y * z)
     add_array(image.GetPointData(), "labels", np.arange(504) % 2 * 1000, 6)
-    monkeypatch.chdir(tmp_path)
     io.write_dataset(image, "in.vti")
-    np.savetxt("handles.csv", np.hstack([REST, DEFORMED]), delimiter=",", fmt="%.17g")
-    return tmp_path
+    return folder
 
 
 @pytest.fixture

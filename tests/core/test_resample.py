@@ -282,15 +282,6 @@ def test_each_array_has_its_own_interpolation(device):
     assert (near.item(), linear.item()) == (0, 2)
 
 
-def test_one_slice_stays_one_slice(device, rng):
-    grid = Grid((20, 15, 1), spacing=(1, 1, 5))
-    image = rng.normal(size=grid.shape)
-    rest, deformed = (h * [1, 1, 0] for h in handles_in(grid, rng, 6))
-    got = Deformation(rest, deformed, device=device).resample([image], grid)[0]
-    assert got.shape == grid.shape
-    assert np.ptp(got) > 0
-
-
 @pytest.mark.parametrize(
     ("kind", "device"),
     [

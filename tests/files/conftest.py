@@ -1,6 +1,6 @@
 """Fixtures of file formats."""
 
-from command_fixtures import disk, files, numpy_computes, refused
+from command_fixtures import disk, files, folder, numpy_computes, refused
 from vtk_fixtures import messages
 
-__all__ = ["disk", "files", "messages", "numpy_computes", "refused"]
+__all__ = ["disk", "files", "folder", "messages", "numpy_computes", "refused"]
