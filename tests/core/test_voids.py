@@ -80,10 +80,11 @@ def test_continued_values_are_those_of_each_sides_map(device):
         d.resample([image], Sampling(grid, void_values="full"))
 
 
-def test_openings_made_in_slabs_are_those_of_the_whole(cuts, device, rng, monkeypatch):
+@pytest.mark.parametrize("shape", SHAPES)
+def test_openings_made_in_slabs_are_those_of_the_whole(shape, device, rng, monkeypatch):
     monkeypatch.setattr("vtk_mls.queries.fields.MAX_SLAB_POINTS", 500)
     rest, deformed = random_handles(rng, 12, 20)
-    d = Deformation(rest, deformed, cuts=cuts, device=device)
+    d = Deformation(rest, deformed, cuts=SHAPES[shape], device=device)
     grid = Grid((19, 17, 11), (-5, -5, -5), (14, 16, 26))
     for part in (grid, grid.part((3, 4, 2), (15, 11, 8))):
         whole = d.displacement_field(part)

@@ -22,6 +22,7 @@ from pairwise import Rare, paired, rare
 
 from vtk_mls import Deformation, Grid, Sampling
 from vtk_mls.base import interpolation
+from vtk_mls.commands import kernel_checks
 from vtk_mls.engine import dispatch
 from vtk_mls.engine import opencl_engine as engine
 from vtk_mls.engine.device import devices as device
@@ -336,6 +337,22 @@ def test_numpy_computes_a_spline_that_a_device_without_float64_cannot(
     found = got.backward(deformed)
     assert "has no double precision, which this spline needs: numpy is used" in caplog.text
     np.testing.assert_array_equal(found, expected.backward(deformed))
+
+
+REQUIRED = {
+    *("point_displacement", "point_jacobian", "point_inverse", "grid_displacement"),
+    *("point_forward", "lattice_cells", "local_points", "node_origin", "node_cell"),
+    *("grid_source_index", "resample", "gradient", "void_by_corners"),
+    *("node_displacement", "coarse_check", "coarse_displacement", "coarse_source_index"),
+}
+
+
+def test_the_check_of_a_device_launches_kernels_of_every_sort(key, launched):
+    used = engine.Engine(dispatch.choose(key))
+    for checks in kernel_checks.checks(used).values():
+        for _, results, bound in checks:
+            assert kernel_checks.error(used, results) <= bound
+    assert dict(launched).keys() >= REQUIRED
 
 
 FEW_STEPS = "affine, half-plane: points", "images, linear"

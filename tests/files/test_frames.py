@@ -36,11 +36,6 @@ SOURCES = [
 ]
 
 
-@pytest.fixture(params=SOURCES, ids=lambda source: f"{source[1]}{source[0]}")
-def source(request):
-    return request.param
-
-
 @pytest.fixture(params=[RIGHT, LEFT], ids=["right", "left"])
 def direction(request):
     return request.param
@@ -57,10 +52,11 @@ def assert_same_in_itk(path, other, atol=1e-5, rounding=0):
     assert np.abs(values[0] - values[1]).max() <= rounding
 
 
+@pytest.mark.parametrize(("old", "maker"), SOURCES)
 @pytest.mark.parametrize("suffix", [".mha", ".mhd", ".nrrd", ".nhdr", ".nii", ".nii.gz"])
-def test_every_format_becomes_every_other(tmp_path, source, direction, suffix):
-    path, other = tmp_path / f"x{source[0]}", tmp_path / f"other{suffix}"
-    write_source(path, source[1], direction)
+def test_every_format_becomes_every_other(tmp_path, old, maker, direction, suffix):
+    path, other = tmp_path / f"x{old}", tmp_path / f"other{suffix}"
+    write_source(path, maker, direction)
     io.write_dataset(io.read_dataset(path), other)
     assert_same_in_itk(path, other)
 

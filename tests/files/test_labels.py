@@ -59,25 +59,19 @@ MAKERS = {
 }
 
 
-@pytest.fixture(params=MAKERS)
-def labels(request, tmp_path):
-    """A file of labels, and the control points beside it."""
-    path = tmp_path / f"x{request.param}"
-    MAKERS[request.param](path)
-    control_point_files.write(tmp_path / "h.csv", HANDLES, DRAGGED)
-    return path
-
-
 def deform(path, output, *options):
     handles = path.with_name("h.csv")
     arguments = ["deform", path, handles, output, *options]
     assert main(list(map(str, arguments))) == 0
 
 
+@pytest.mark.parametrize("suffix", MAKERS)
 @pytest.mark.parametrize("interpolation", ["linear", "cubic"])
-def test_no_label_is_invented(tmp_path, labels, interpolation):
-    output = tmp_path / f"out{''.join(labels.suffixes)}"
-    deform(labels, output, "--interpolation", interpolation)
+def test_no_label_is_invented(tmp_path, suffix, interpolation):
+    MAKERS[suffix](tmp_path / f"x{suffix}")
+    control_point_files.write(tmp_path / "h.csv", HANDLES, DRAGGED)
+    output = tmp_path / f"out{suffix}"
+    deform(tmp_path / f"x{suffix}", output, "--interpolation", interpolation)
     values = SimpleITK.GetArrayFromImage(SimpleITK.ReadImage(str(output)))
     assert set(np.unique(values)) == {0, 1, 4}
     assert (values != LABELS).sum() > 20

@@ -1,9 +1,0 @@
-"""Fixtures of the core."""
-
-import pytest
-from cut_shapes import SHAPES
-
-
-@pytest.fixture(params=SHAPES)
-def cuts(request):
-    return SHAPES[request.param]
