@@ -18,6 +18,7 @@ from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 from vtk_mls.vtk.objects import configured, output_of
 
+IMAGES = (".nii.gz", ".nii", ".nrrd", ".nhdr", ".mha", ".mhd")
 RIGHT, LEFT = TURNED, TURNED * [1, 1, -1]
 DIRECTIONS = {"right-handed": TURNED, "left-handed": TURNED * [1, -1, 1]}
 ORIGIN, SPACING = np.array([19.25, -34.5, 45.125]), np.array([0.75, 1.5, 2.25])
@@ -168,3 +169,13 @@ def limits(name):
 def write_by_itk(path, values):
     SimpleITK.WriteImage(SimpleITK.GetImageFromArray(values), str(path))
     return path
+
+
+def transform_by_itk(path):
+    """The transform that SimpleITK reads from a file, or makes of an image of displacements."""
+    path = str(path)
+    if path.endswith(IMAGES):
+        return SimpleITK.DisplacementFieldTransform(
+            SimpleITK.ReadImage(path, SimpleITK.sitkVectorFloat64)
+        )
+    return SimpleITK.ReadTransform(path)

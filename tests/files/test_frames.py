@@ -6,6 +6,7 @@ import pytest
 import SimpleITK
 import slicer_peer
 from file_fixtures import (
+    IMAGES,
     LEFT,
     ORIGIN,
     RIGHT,
@@ -30,7 +31,7 @@ def write_source(path, maker, direction):
 
 
 SOURCES = [
-    *[(suffix, "SimpleITK") for suffix in (".mha", ".mhd", ".nrrd", ".nhdr", ".nii", ".nii.gz")],
+    *[(suffix, "SimpleITK") for suffix in IMAGES],
     *[(suffix, "nibabel") for suffix in (".nii", ".nii.gz")],
     *[(".nrrd", space) for space in ("LPS", "ras", "left-anterior-superior")],
 ]
@@ -53,7 +54,7 @@ def assert_same_in_itk(path, other, atol=1e-5, rounding=0):
 
 
 @pytest.mark.parametrize(("old", "maker"), SOURCES)
-@pytest.mark.parametrize("suffix", [".mha", ".mhd", ".nrrd", ".nhdr", ".nii", ".nii.gz"])
+@pytest.mark.parametrize("suffix", IMAGES)
 def test_every_format_becomes_every_other(tmp_path, old, maker, direction, suffix):
     path, other = tmp_path / f"x{old}", tmp_path / f"other{suffix}"
     write_source(path, maker, direction)

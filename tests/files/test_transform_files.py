@@ -9,14 +9,13 @@ import numpy as np
 import pytest
 import SimpleITK as sitk
 import slicer_peer
-from file_fixtures import DIRECTIONS, handles_on
+from file_fixtures import DIRECTIONS, IMAGES, handles_on, transform_by_itk
 from nitransforms.resampling import apply
 
 from vtk_mls import Affine, Chain, Deformation, Field, Grid, io
 from vtk_mls.files import field_files
 
 ITK = (".h5", ".hdf5", ".tfm", ".txt")
-IMAGES = (".nii.gz", ".nii", ".nrrd", ".nhdr", ".mha", ".mhd")
 SPACING = (0.9, 1.0, 1.1)
 TO_RAS = [-1, -1, 1]
 MATRIX = np.array([[1.1, 0.2, -0.1, 3], [-0.3, 0.9, 0.2, -4], [0.1, -0.2, -1.2, 5], [0, 0, 0, 1]])
@@ -53,13 +52,6 @@ def between(grid, rng):
 def moved_by(transform, points):
     """Points moved by a transform of SimpleITK."""
     return np.array([transform.TransformPoint(point) for point in points.tolist()])
-
-
-def transform_by_itk(path):
-    path = str(path)
-    if path.endswith(IMAGES):
-        return sitk.DisplacementFieldTransform(sitk.ReadImage(path, sitk.sitkVectorFloat64))
-    return sitk.ReadTransform(path)
 
 
 def random_field(grid, rng):
