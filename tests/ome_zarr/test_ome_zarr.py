@@ -35,14 +35,6 @@ CHANNELS = [
 
 
 @pytest.fixture
-def folder(tmp_path, monkeypatch):
-    """The current folder, with handles.csv."""
-    monkeypatch.chdir(tmp_path)
-    np.savetxt("handles.csv", HANDLES, delimiter=",")
-    return tmp_path
-
-
-@pytest.fixture
 def small_blocks(monkeypatch):
     monkeypatch.setattr(blocks, "MAX_VALUES", 6 * 8 * 10)
 
