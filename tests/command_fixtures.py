@@ -66,16 +66,22 @@ def numpy_computes(monkeypatch):
 
 
 @pytest.fixture
-def files(tmp_path, monkeypatch):
-    """A folder with in.vti and handles.csv, as the current one."""
+def folder(tmp_path, monkeypatch):
+    """An empty folder, but for handles.csv, as the current one."""
+    monkeypatch.chdir(tmp_path)
+    np.savetxt("handles.csv", np.hstack([REST, DEFORMED]), delimiter=",", fmt="%.17g")
+    return tmp_path
+
+
+@pytest.fixture
+def files(folder):
+    """The folder with in.vti, too."""
     image = make_image()
     x, y, z = ImageGeometry.of_image(image).grid.points().T
     add_scalars(image, "values", np.sin(x) + y * z)
     add_array(image.GetPointData(), "labels", np.arange(504) % 2 * 1000, 6)
-    monkeypatch.chdir(tmp_path)
     io.write_dataset(image, "in.vti")
-    np.savetxt("handles.csv", np.hstack([REST, DEFORMED]), delimiter=",", fmt="%.17g")
-    return tmp_path
+    return folder
 
 
 @pytest.fixture
@@ -91,6 +97,15 @@ def refused(capsys):
         return printed.err.removeprefix("vtk-mls: ").rstrip("\n")
 
     return sentence
+
+
+@pytest.fixture
+def disk():
+    """Set how many bytes a file may have; a file system that is full is the same to a writer."""
+    resource = pytest.importorskip("resource", reason="the size of files cannot be limited here")
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    yield lambda size: resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
 
 def run(*arguments, code=None, child=None, **environment):
@@ -121,4 +136,11 @@ def write_collection(entries, name="in.pvd"):
     lines = [f'<DataSet timestep="{time}" file="{file}"/>' for time, file in entries]
     text = f'<VTKFile type="Collection"><Collection>{"".join(lines)}</Collection></VTKFile>'
     Path(name).write_text(text)
+    return name
+
+
+def write_moving(name, rows):
+    """The name of a table of control points in time: rows of a time, p and q."""
+    header = "time,px,py,pz,qx,qy,qz"
+    np.savetxt(name, rows, "%.17g", ",", header=header, comments="")
     return name

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from control_point_sets import DEVICES, KINDS_AND_DEGREES
+from control_point_sets import DEVICES, EVERYWHERE, KINDS_AND_DEGREES
 from pairwise import few_with_each_value
 
 from vtk_mls.engine import dispatch, opencl_engine
@@ -20,6 +20,18 @@ _FEW_CASES = {}  # cases that run and all cases, by test
 
 @pytest.fixture(params=KINDS_AND_DEGREES, ids=lambda k: f"{k[0]}{k[1]}")
 def kind_and_degree(request):
+    return request.param
+
+
+@pytest.fixture(params=EVERYWHERE)
+def device(request):
+    """The specification, and each device."""
+    return request.param
+
+
+@pytest.fixture(params=DEVICES)
+def key(request):
+    """Each device."""
     return request.param
 
 

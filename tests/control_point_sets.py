@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from vtk_mls import KINDS, Deformation
@@ -45,6 +47,7 @@ def _sound_devices():
 # tests of filters and programs build is then built once.
 DEVICES = list({d.kind: d.key for d in reversed(_sound_devices())}.values())
 OTHER_DEVICES = [d.key for d in _sound_devices() if d.key not in DEVICES]
+EVERYWHERE = ["reference", *DEVICES]
 
 
 def random_rotation(rng):
@@ -155,3 +158,20 @@ def places(rng, deformed, count=500):
 def deformation(rest, deformed, kind_and_degree, device="reference", **options):
     kind, degree = kind_and_degree
     return Deformation(rest, deformed, kind, degree=degree, device=device, **options)
+
+
+def on_both(device, rest, deformed, kind_and_degree=("rigid", 1), **options):
+    """The same deformation by the specification and by a device."""
+    specification = deformation(rest, deformed, kind_and_degree, **options)
+    return specification, replace(specification, device=device)
+
+
+def block(first, dimensions):
+    """Where a part of a grid lies in the arrays of the whole."""
+    return tuple(slice(a, a + n) for a, n in zip(first[::-1], dimensions[::-1]))
+
+
+def slopes(d, v, step=1e-6):
+    """The Jacobian (m, 3, 3) of the backward map at `v` (m, 3), by differences."""
+    pairs = ((d.backward(v + step * axis), d.backward(v - step * axis)) for axis in np.eye(3))
+    return np.stack([(after - before) / (2 * step) for after, before in pairs], axis=2)

@@ -76,11 +76,6 @@ def messages():
     messages.assert_none()
 
 
-@pytest.fixture(params=["reference", *DEVICES])
-def device(request):
-    return request.param
-
-
 FAST = DEVICES[0] if DEVICES else "reference"
 
 # Corners of a box around (4, 4, 3), its upper face turned by 30 degrees and lifted.

@@ -23,7 +23,7 @@ WRITTEN = ["deform", "field", "points", "deform a mesh", "deform a series"]
 
 
 @pytest.fixture
-def folder(files):
+def folders(files):
     """The folder with what commands read, and folders of many names."""
     Path("in.csv").write_text("x,y,z\n1,2,3\n")
     for name in ("dir", "dir.vti", "dir.csv", "dir.stl", "dir.vtp", "dir.nrrd", "dir.pvd"):
@@ -40,8 +40,10 @@ def _triangle():
 
 
 @pytest.mark.parametrize(("command", "argument"), READ)
-@pytest.mark.parametrize("name", ["dir", "dir.vti", "dir.csv", "dir.stl", "dir.vtp"])
-def test_a_folder_is_no_file_to_read(folder, command, argument, name, refused):
+@pytest.mark.parametrize(
+    "name", ["dir", "dir.vti", "dir.csv", "dir.stl", "dir.vtp", ".", "..", "/"]
+)
+def test_a_folder_is_no_file_to_read(folders, command, argument, name, refused):
     arguments = [command, *ARGUMENTS[command]]
     if argument == "series":
         arguments[1], name = "dir.pvd", "dir.pvd"
@@ -50,6 +52,13 @@ def test_a_folder_is_no_file_to_read(folder, command, argument, name, refused):
     else:
         arguments += [argument, name]
     assert f"`{name}` is a folder; expected a file" in refused(*arguments)
+
+
+@pytest.mark.parametrize("position", range(3))
+def test_an_empty_name_is_no_file(folders, position, refused):
+    arguments = ["deform", *ARGUMENTS["deform"]]
+    arguments[1 + position] = ""
+    assert refused(*arguments).startswith("no file is named")
 
 
 def _writing(command, output):
@@ -63,33 +72,33 @@ ENDINGS = {"deform": ".vti", "field": ".nrrd", "points": ".csv", "deform a mesh"
 
 
 @pytest.mark.parametrize("command", WRITTEN)
-def test_outputs_that_cannot_be(folder, command, refused):
+def test_outputs_that_cannot_be(folders, command, refused):
     suffix = ENDINGS.get(command, ".pvd")
-    before = sorted(folder.rglob("*"))
+    before = sorted(folders.rglob("*"))
     for output, sentence in {
         f"dir{suffix}": f"`dir{suffix}` is a folder; expected the name of a file to write",
-        "dir": "`dir` is a folder; expected",
+        **{name: f"`{name}` is a folder; expected" for name in ("dir", ".", "..", "/")},
         f"none/out{suffix}": f"there is no folder `none` to write `out{suffix}` in",
         f"in.vti/out{suffix}": f"`in.vti` is a file; expected a folder to write `out{suffix}` in",
     }.items():
         assert sentence in refused(*_writing(command, output))
-    assert sorted(folder.rglob("*")) == before
+    assert sorted(folders.rglob("*")) == before
 
 
 @pytest.mark.parametrize("command", ["deform", "deform a mesh"])
-def test_outputs_are_looked_at_before_the_work(folder, command, refused, monkeypatch):
+def test_outputs_are_looked_at_before_the_work(folders, command, refused, monkeypatch):
     monkeypatch.setattr("vtk_mls.commands.deform.update", lambda *_: pytest.fail("worked"))
     output = f"none/out{ENDINGS[command]}"
     assert "there is no folder `none`" in refused(*_writing(command, output))
 
 
-def test_a_file_is_no_folder(folder, refused):
+def test_a_file_is_no_folder(folders, refused):
     for name in ("in.vti", "in.vti/there"):
         for words in (["view", "in.vti", "--output", name], ["demo", name]):
             assert refused(*words) == "`in.vti` is a file; expected a folder"
 
 
-def test_files_by_their_names(folder):
+def test_files_by_their_names(folders):
     assert existing_file("in.vti") == Path("in.vti")
     with pytest.raises(FileNotFoundError, match="no file is named, got an empty name"):
         existing_file("")

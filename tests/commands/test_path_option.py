@@ -8,7 +8,7 @@ import pytest
 from command_fixtures import write_collection
 from pipelines import values_of
 from turned_column import CENTER, LEGS, REST, turned
-from vtk_fixtures import add_array
+from vtk_fixtures import FAST, add_array
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 
 from vtk_mls import Deformation, io
@@ -43,7 +43,7 @@ def column(files):
 
 
 def field(*arguments):
-    assert main(["field", "in.vti", *arguments]) == 0
+    assert main(["field", "in.vti", *arguments, "--device", FAST]) == 0
     return values_of(io.read_dataset("field.vti"), "BackwardDisplacement").reshape(-1, 3)
 
 

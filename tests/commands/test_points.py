@@ -6,7 +6,7 @@ import json
 import numpy as np
 import pytest
 import SimpleITK as sitk
-from vtk_fixtures import DEFORMED, REST
+from vtk_fixtures import DEFORMED, FAST, REST
 
 from vtk_mls import Deformation, Grid, Plane
 from vtk_mls.commands.cli import main
@@ -58,7 +58,7 @@ def test_what_itk_reads_goes_back_by_the_displacement_field(landmarks):
     moved = [[float(row[axis]) for axis in "xyz"] for row in rows]
     assert [(row["t"], row["label"]) for row in rows] == [("0", label) for label in LABELS]
     grid = Grid((81, 81, 81), (0, 0, 0), (0.1, 0.1, 0.1))
-    value = Deformation(REST, DEFORMED, device="reference")
+    value = Deformation(REST, DEFORMED, device=FAST)
     field = value.displacement_field(grid.dimensions, grid.origin, grid.spacing).displacement
     image = sitk.GetImageFromArray(field.astype(np.float64), isVector=True)
     image.SetSpacing(grid.spacing.tolist())

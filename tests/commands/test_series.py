@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from command_fixtures import AT, run, write_collection
+from command_fixtures import AT, run, write_collection, write_moving
 from pipelines import Source
-from vtk_fixtures import DEFORMED, REST, add_array, add_scalars, make_image
-from vtkmodules.vtkCommonCore import vtkPoints
+from vtk_fixtures import DEFORMED, REST, add_scalars, make_image
+from vtkmodules.vtkCommonCore import VTK_UNSIGNED_CHAR, vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkUnstructuredGrid
 from vtkmodules.vtkIOHDF import vtkHDFWriter
 
@@ -18,8 +18,6 @@ from vtk_mls.commands.cli import main
 from vtk_mls.files.block_files import blocks
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.objects import configured
-
-resource = pytest.importorskip("resource", reason="the size of files cannot be limited here")
 
 pytestmark = pytest.mark.usefixtures("folder")
 TIMES = (0.5, 2.0, 10.0)
@@ -94,13 +92,12 @@ def test_every_time_step_is_deformed(folder, how, capsys):
     assert np.abs(moved(0.5) - moved(10)).max() > 0.1
 
 
-def test_a_series_of_images_and_of_blocks(capsys):
-    def image(time):
-        volume = make_image()
-        add_array(volume.GetPointData(), "values", np.full(504, time))
-        return volume
+def constant_at(time, vtk_type=None):
+    return add_scalars(make_image(), "values", np.full(504, time), vtk_type)
 
-    write_steps(["1.vti", "2.vti", "3.vti"], image)
+
+def test_a_series_of_images_and_of_blocks(capsys):
+    write_steps(["1.vti", "2.vti", "3.vti"], constant_at)
     assert deform("?.vti") == 0
     values = [
         arrays.to_numpy(read().GetPointData().GetArray("values")).max()
@@ -120,12 +117,7 @@ def test_a_series_of_images_and_of_blocks(capsys):
 
 
 def test_what_holds_for_all_time_steps_is_reported_once(caplog):
-    def image(time):
-        volume = make_image()
-        add_array(volume.GetPointData(), "values", np.full(504, time), 3)  # unsigned char
-        return volume
-
-    write_steps(["1.vti", "2.vti", "3.vti"], image)
+    write_steps(["1.vti", "2.vti", "3.vti"], lambda time: constant_at(time, VTK_UNSIGNED_CHAR))
     assert deform("?.vti", "out.pvd", "--background", "300") == 0
     assert [record.getMessage()[:12] for record in caplog.records] == ["`background`"]
 
@@ -189,18 +181,14 @@ def test_a_file_in_the_place_of_the_folder(refused):
     assert Path("out").read_text() == "mine"
 
 
-def test_a_full_disk_is_reported_for_the_series():
+def test_a_full_disk_is_reported_for_the_series(disk):
     write_steps(["1.vtu"])
-    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (100, limits[1]))
-    try:
-        with (
-            pytest.raises(OSError, match=r"^`out\.pvd` could not be written: (No space|File too)"),
-            series.writing("out.pvd", (0.0,)) as write,
-        ):
-            write(mesh(1))
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    disk(100)
+    with (
+        pytest.raises(OSError, match=r"^`out\.pvd` could not be written: (No space|File too)"),
+        series.writing("out.pvd", (0.0,)) as write,
+    ):
+        write(mesh(1))
     assert not list(Path().glob("*out*"))
 
 
@@ -233,7 +221,7 @@ def handles_at(move):
     return REST, REST + np.outer(np.arange(len(REST)) == 1, (0, move, 0))
 
 
-def write_moving(how):
+def moving_handles(how):
     """Handles at HANDLE_TIMES, as a table or a collection of files."""
     if how == "table":
         rows = [
@@ -241,8 +229,7 @@ def write_moving(how):
             for time, move in zip(HANDLE_TIMES[::-1], MOVES[::-1])
             for p, q in zip(*handles_at(move))
         ]
-        np.savetxt("moving.csv", rows, "%.17g", ",", header="time,px,py,pz,qx,qy,qz", comments="")
-        return "moving.csv"
+        return write_moving("moving.csv", rows)
     for number, move in enumerate(MOVES):
         rest, deformed = handles_at(move)
         io.write_handles(f"h{number}.vtp", rest, deformed)
@@ -257,7 +244,7 @@ def image_at(time):
 def test_still_data_at_the_times_of_handles(capsys):
     io.write_dataset(mesh(0), "in.vtu")
     for how in ("table", "collection"):
-        assert main(["deform", "in.vtu", write_moving(how), "out.pvd"]) == 0
+        assert main(["deform", "in.vtu", moving_handles(how), "out.pvd"]) == 0
         assert "3 time steps, rigid, handles at 3 times" in capsys.readouterr().out
         steps = series.read_steps("out.pvd")
         assert tuple(time for time, _ in steps) == HANDLE_TIMES
@@ -271,7 +258,7 @@ def test_data_in_time_take_the_last_handles_before(capsys):
     write_steps(["1.mha", "2.mha", "3.mha"], image_at)
     write_collection([(1.0, "1.mha"), (2.0, "2.mha"), (3.0, "3.mha")])
     arguments = ["--allow-identity", "--background", "0"]
-    assert main(["deform", "in.pvd", write_moving("collection"), "out.mha", *arguments]) == 0
+    assert main(["deform", "in.pvd", moving_handles("collection"), "out.mha", *arguments]) == 0
     found = [read() for _, read in series.read_steps("out.mha")]
     for number, handles in enumerate((0, 1, 1)):
         assert main(["deform", f"{number + 1}.mha", f"h{handles}.vtp", "one.mha", *arguments]) == 0
@@ -285,7 +272,7 @@ def test_data_in_time_take_the_last_handles_before(capsys):
 def test_other_commands_take_handles_of_one_time(command, refused):
     io.write_dataset(image_at(0), "in.vti")
     for how in ("table", "collection"):
-        name = write_moving(how)
+        name = moving_handles(how)
         source = name if command == "points" else "in.vti"
         Path("p.csv").write_text("x,y,z\n1,2,3\n")
         source = "p.csv" if command == "points" else source
@@ -295,12 +282,11 @@ def test_other_commands_take_handles_of_one_time(command, refused):
 
 def test_moving_handles_that_cannot_be(refused):
     io.write_dataset(image_at(0), "in.vti")
-    name = write_moving("table")
+    name = moving_handles("table")
     error = refused("deform", "in.vti", name, "out.vti")
     assert error.startswith("`moving.csv` has 3 time steps, which only these files")
     rows = [[t, *p, *p] for t in (0, 1) for p in REST]
-    np.savetxt("still.csv", rows, "%g", ",", header="time,px,py,pz,qx,qy,qz", comments="")
-    error = refused("deform", "in.vti", "still.csv", "out.pvd")
+    error = refused("deform", "in.vti", write_moving("still.csv", rows), "out.pvd")
     assert "are at rest (p = q) at all 2 times" in error
     text = Path("moving.csv").read_text().replace("\n5,", "\nnan,", 1)
     Path("broken.csv").write_text(text)

@@ -5,7 +5,7 @@ import nrrd
 import numpy as np
 import pytest
 import SimpleITK
-from command_fixtures import write_collection
+from command_fixtures import write_collection, write_moving
 from vtk_fixtures import DEFORMED, REST
 
 from vtk_mls import io
@@ -165,8 +165,7 @@ def test_a_volume_takes_the_handles_of_its_time_however_it_is_rounded(step, endi
     rows = [
         [n * step, *p, *(p + n * (q - p))] for n in range(COUNT) for p, q in zip(REST, DEFORMED)
     ]
-    header = "time,px,py,pz,qx,qy,qz"
-    np.savetxt("moving.csv", rows, "%.17g", ",", header=header, comments="")
+    write_moving("moving.csv", rows)
     options = ["--background", "0"]
     assert main(["deform", f"in.{ending}", "moving.csv", "out.pvd", *options]) == 0
     for n, (_, read) in enumerate(series.read_steps("out.pvd")):

@@ -1,7 +1,7 @@
 """Cuts of all shapes for the tests of the core."""
 
 import numpy as np
-from control_point_sets import DEVICES, KINDS_AND_DEGREES
+from control_point_sets import EVERYWHERE, KINDS_AND_DEGREES
 from pairwise import paired
 
 from vtk_mls import CUT_FRAMES, HalfPlane, Plane, Surface
@@ -30,7 +30,7 @@ SHAPES = {
 EVERY_SHAPE = paired(
     shape=SHAPES,
     kind_and_degree=KINDS_AND_DEGREES,
-    device=["reference", *DEVICES],
+    device=EVERYWHERE,
     cut_frame=CUT_FRAMES,
 )
 

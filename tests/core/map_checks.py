@@ -1,12 +1,7 @@
 """Checks of any map: kernels against the specification, the Jacobian, and the inverse."""
 
 import numpy as np
-
-
-def slopes(d, v, step=1e-6):
-    """The Jacobian (m, 3, 3) of the backward map at `v` (m, 3), by differences."""
-    pairs = ((d.backward(v + step * axis), d.backward(v - step * axis)) for axis in np.eye(3))
-    return np.stack([(after - before) / (2 * step) for after, before in pairs], axis=2)
+from control_point_sets import slopes
 
 
 def check_kernels(kernels, specification, v, degree, slope_bound=1e-4):

@@ -1,9 +1,10 @@
 """Curve handles: every point of a polyline is carried, by integrals along its segments."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from control_point_sets import DEVICES
-from map_checks import slopes
+from control_point_sets import deformation, on_both, slopes
 
 from vtk_mls import CurveHandle, Deformation, Grid, HalfPlane, Plane
 
@@ -33,14 +34,8 @@ def _along(nodes, t):
 
 
 def _deformation(rng, kind, degree, device, **options):
-    return Deformation(
-        *_points(rng),
-        handles=CurveHandle(*_curve()),
-        kind=kind,
-        degree=degree,
-        device=device,
-        **options,
-    )
+    curve = CurveHandle(*_curve())
+    return deformation(*_points(rng), (kind, degree), device, handles=curve, **options)
 
 
 def _legendre(count):
@@ -67,7 +62,6 @@ def test_the_specification_is_the_map_of_many_points(kind, degree, alpha, rng):
 
 @EVERY_KIND
 @EVERY_ALPHA
-@pytest.mark.parametrize("device", ["reference", *DEVICES])
 def test_every_point_of_the_curve_is_carried(kind, degree, alpha, device, rng):
     value = _deformation(rng, kind, degree, device, alpha=alpha)
     t = np.concatenate([[0, 1, 1e-4], rng.random(60)])
@@ -77,13 +71,10 @@ def test_every_point_of_the_curve_is_carried(kind, degree, alpha, device, rng):
 
 @EVERY_KIND
 @EVERY_ALPHA
-@pytest.mark.parametrize("device", DEVICES)
-def test_kernels_agree_with_the_specification(kind, degree, alpha, device, rng):
+def test_kernels_agree_with_the_specification(kind, degree, alpha, key, rng):
     v = rng.uniform(-1, 1, (2000, 3))
-    kernels, numpy = (
-        _deformation(np.random.default_rng(1), kind, degree, name, alpha=alpha)
-        for name in (device, "reference")
-    )
+    numpy = _deformation(rng, kind, degree, "reference", alpha=alpha)
+    kernels = replace(numpy, device=key)
     # a few handles hardly determine cubic terms
     close = (1e-3 if degree == 3 else 1e-4) * EXTENT
     np.testing.assert_allclose(kernels.backward(v), numpy.backward(v), atol=close)
@@ -102,47 +93,33 @@ def test_the_jacobian_is_that_of_the_map(kind, degree, alpha, rng):
 
 
 @EVERY_KIND
-@pytest.mark.parametrize("device", DEVICES)
-def test_segments_of_any_length_agree_with_the_specification(kind, degree, device, rng):
+def test_segments_of_any_length_agree_with_the_specification(kind, degree, key, rng):
     """From less than float32 resolves to half the extent: seen from any number of lengths."""
     p, q = _points(rng, 30)
     steps = np.array([1e-9, 1e-7, 1e-5, 1e-3, 0.02, 0.1, 0.3])[:, None] * EXTENT
     nodes = np.concatenate([np.zeros((1, 3)), np.cumsum(steps * [0.6, 0, 0.8], axis=0)]) - 0.3
     v = rng.uniform(-1, 1, (1000, 3))
-    kernels, numpy = (
-        Deformation(
-            p,
-            q,
-            handles=CurveHandle(nodes + [0, 0.1, 0], nodes),
-            kind=kind,
-            degree=degree,
-            device=name,
-        )
-        for name in (device, "reference")
-    )
+    curve = CurveHandle(nodes + [0, 0.1, 0], nodes)
+    numpy, kernels = on_both(key, p, q, (kind, degree), handles=curve)
     close = (1e-4 if degree == 3 else 1e-5) * EXTENT
     np.testing.assert_allclose(kernels.backward(v), numpy.backward(v), atol=close)
 
 
 @pytest.mark.parametrize("kind", ["rigid", "affine"])
-@pytest.mark.parametrize("device", ["reference", *DEVICES])
 def test_the_inverse_takes_points_back(kind, device, rng):
     value = _deformation(rng, kind, 2, device)
     v = np.concatenate([rng.uniform(-1, 1, (200, 3)), _along(_curve()[1], rng.random(10))])
     np.testing.assert_allclose(value.forward(value.backward(v)), v, atol=1e-4)
 
 
-@pytest.mark.parametrize("device", DEVICES)
 @pytest.mark.parametrize("frame", ["rest", "deformed"])
 @pytest.mark.parametrize("cut", [Plane, HalfPlane])
-def test_cuts_and_curves_together(device, frame, cut, rng):
+def test_cuts_and_curves_together(key, frame, cut, rng):
     axes = [(1, 0, 0.2)] if cut is Plane else [(1, 0, 0.2), (0, 1, 0.3)]
     cuts = cut((0.1, 0, 0), *axes)
     v = rng.uniform(-1, 1, (1000, 3))
-    kernels, numpy = (
-        _deformation(np.random.default_rng(1), "rigid", 2, name, cuts=cuts, cut_frame=frame)
-        for name in (device, "reference")
-    )
+    numpy = _deformation(rng, "rigid", 2, "reference", cuts=cuts, cut_frame=frame)
+    kernels = replace(numpy, device=key)
     errors = np.abs(kernels.backward(v) - numpy.backward(v)).max(axis=1)
     assert np.quantile(errors, 0.99) < 1e-5
     error = np.abs(kernels.jacobian(v[:200]) - numpy.jacobian(v[:200])).max(axis=(1, 2))
@@ -162,7 +139,6 @@ def test_segments_end_at_cuts_with_an_edge(frame):
     assert len(segments) == 4
 
 
-@pytest.mark.parametrize("device", ["reference", *DEVICES])
 def test_other_alphas_carry_the_curve_nearly(device, rng):
     value = _deformation(rng, "rigid", 2, device, alpha=1.5)
     t = rng.random(50)
@@ -172,24 +148,18 @@ def test_other_alphas_carry_the_curve_nearly(device, rng):
     assert error.max() < 2e-3 * EXTENT
 
 
-@pytest.mark.parametrize("device", DEVICES)
-def test_smooth_curves(device, rng):
+def test_smooth_curves(key, rng):
     v = rng.uniform(-1, 1, (500, 3))
-    kernels, numpy = (
-        _deformation(np.random.default_rng(1), "affine", 2, name, smoothing=0.1)
-        for name in (device, "reference")
-    )
+    numpy = _deformation(rng, "affine", 2, "reference", smoothing=0.1)
+    kernels = replace(numpy, device=key)
     np.testing.assert_allclose(kernels.backward(v), numpy.backward(v), atol=1e-5)
 
 
 @pytest.mark.matrix
-@pytest.mark.parametrize("device", DEVICES)
-def test_a_tolerance_holds_near_curves(device, rng):
+def test_a_tolerance_holds_near_curves(key, rng):
     grid = Grid((48, 48, 48), (-1, -1, -1), (2 / 47,) * 3)
-    exact, coarse = (
-        _deformation(np.random.default_rng(1), "rigid", 2, device, map_tolerance=tolerance)
-        for tolerance in (0, 0.02)
-    )
+    exact = _deformation(rng, "rigid", 2, key)
+    coarse = replace(exact, map_tolerance=0.02)
     fields = [value.displacement_field(grid).displacement for value in (exact, coarse)]
     difference = np.subtract(*fields)
     assert np.abs(difference).max() <= 0.02 * 2 / 47
@@ -208,7 +178,6 @@ def _bent(nodes):
 
 
 @pytest.mark.parametrize("alpha", [*ALPHAS, 1.5])
-@pytest.mark.parametrize("device", ["reference", *DEVICES])
 def test_a_trunk_that_lines_share_counts_once(device, alpha, rng):
     trunk, branches = _tree()
     whole = [np.concatenate([trunk, branch]) for branch in branches]

@@ -1,17 +1,17 @@
 """Masks and faces: where a deformation acts."""
 
 import functools
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from control_point_sets import DEVICES, KINDS_AND_DEGREES
+from control_point_sets import DEVICES, EVERYWHERE, KINDS_AND_DEGREES, deformation
 from map_checks import check_inverse, check_jacobian, check_kernels
 from pairwise import paired, rare
 
 from vtk_mls import (
     BallMask,
     BoxMask,
-    Deformation,
     FixedFace,
     Grid,
     HalfPlane,
@@ -22,7 +22,6 @@ from vtk_mls import (
     Surface,
 )
 
-EVERYWHERE = ["reference", *DEVICES]
 GRID = Grid((24, 22, 20), (-1, -1, -1), (2 / 23, 2 / 21, 2 / 19))
 SQUARE = Surface(
     [(-1, -1, -0.6), (1, -1, -0.6), (1, 1, -0.6), (-1, 1, -0.6)], [(0, 1, 2), (0, 2, 3)]
@@ -65,16 +64,13 @@ CUTS = {
 def scene(rng, kind=("rigid", 1), device="reference", count=12, **options):
     rest = rng.uniform(-0.9, 0.9, (count, 3))
     deformed = rest + rng.normal(0, 0.08, rest.shape)
-    return Deformation(rest, deformed, kind[0], degree=kind[1], device=device, **options)
+    return deformation(rest, deformed, kind, device, **options)
 
 
 @paired(limit=LIMITS, kind=KINDS_AND_DEGREES, cuts=CUTS, device=DEVICES)
 def test_kernels_agree_with_the_specification(limit, kind, cuts, device, rng):
-    options, seed = {**LIMITS[limit](), **CUTS[cuts]}, int(rng.integers(1 << 30))
-    kernels, specification = (
-        scene(np.random.default_rng(seed), kind, where, 25, **options)
-        for where in (device, "reference")
-    )
+    specification = scene(rng, kind, count=25, **LIMITS[limit](), **CUTS[cuts])
+    kernels = replace(specification, device=device)
     check_kernels(kernels, specification, rng.uniform(-1, 1, (2000, 3)), kind[1], 2e-4)
 
 
@@ -120,14 +116,11 @@ def test_outside_a_mask_is_the_input_to_the_bit(mask, kind, device, interpolatio
 
 
 @pytest.mark.matrix
-@pytest.mark.parametrize("device", DEVICES)
-def test_outside_a_mask_is_the_input_within_a_tolerance_too(device, rng):
+def test_outside_a_mask_is_the_input_within_a_tolerance_too(key, rng):
     grid = Grid((96, 96, 96), (-1, -1, -1), (2 / 95,) * 3)
     mask = BallMask((0.1, 0, 0), 0.3, 0.4)
-    coarse, exact = (
-        scene(np.random.default_rng(4), device=device, mask=mask, map_tolerance=tolerance)
-        for tolerance in (0.02, 0)
-    )
+    exact = scene(rng, device=key, mask=mask)
+    coarse = replace(exact, map_tolerance=0.02)
     outside = np.linalg.norm(grid.points() - mask.center, axis=1).reshape(grid.shape) >= 0.7
     values = rng.random(grid.shape).astype(np.float32)
     (result,) = coarse.resample([values], Sampling(grid))
@@ -138,10 +131,9 @@ def test_outside_a_mask_is_the_input_within_a_tolerance_too(device, rng):
     assert 0 < error < 0.02 * 2 / 95
 
 
-@pytest.mark.parametrize("device", EVERYWHERE)
 def test_a_ball_mask_is_its_formula(device, rng):
-    free = scene(np.random.default_rng(5), device=device)
-    masked = scene(np.random.default_rng(5), device=device, mask=BallMask((0.1, 0, 0), 0.3, 0.4))
+    free = scene(rng, device=device)
+    masked = replace(free, mask=BallMask((0.1, 0, 0), 0.3, 0.4))
     v = rng.uniform(-1, 1, (2000, 3))
     t = np.clip((np.linalg.norm(v - (0.1, 0, 0), axis=1) - 0.3) / 0.4, 0, 1)
     share = 1 - (6 * t**5 - 15 * t**4 + 10 * t**3)
@@ -149,18 +141,17 @@ def test_a_ball_mask_is_its_formula(device, rng):
     np.testing.assert_allclose(masked.backward(v), expected, atol=2e-6)
 
 
-@pytest.mark.parametrize("device", EVERYWHERE)
 @pytest.mark.parametrize("face", [Plane((0, 0, -0.6), (0, 0, 1)), SQUARE], ids=["plane", "surface"])
 def test_faces_stay_or_slide(face, device, rng):
     on_face = np.column_stack([rng.uniform(-0.9, 0.9, (200, 2)), np.full(200, -0.6)])
-    fixed = scene(np.random.default_rng(6), device=device, constraints=FixedFace(face, 0.5))
+    free = scene(rng, device=device)
+    fixed = replace(free, constraints=FixedFace(face, 0.5))
     np.testing.assert_array_equal(fixed.backward(on_face), on_face)
-    sliding = scene(np.random.default_rng(6), device=device, constraints=SlidingFace(face, 0.5))
+    sliding = replace(free, constraints=SlidingFace(face, 0.5))
     moved = sliding.backward(on_face) - on_face
     np.testing.assert_allclose(moved[:, 2], 0, atol=1e-6)
     assert np.abs(moved[:, :2]).max() > 0.01
     beyond = rng.uniform(-0.9, 0.9, (200, 3)) * (1, 1, 0.4) + (0, 0, 0.4)
-    free = scene(np.random.default_rng(6), device=device)
     np.testing.assert_allclose(fixed.backward(beyond), free.backward(beyond), atol=2e-6)
 
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 from control_point_sets import (
-    DEVICES,
     HARD_SETS,
     KINDS_AND_DEGREES,
+    block,
     deformation,
     random_handles,
     random_rotation,
@@ -13,7 +13,7 @@ from control_point_sets import (
 from pairwise import paired, rare
 
 from vtk_mls import INTERPOLATIONS, Grid, HalfPlane, Plane, Sampling, Surface
-from vtk_mls.engine.device import devices as device
+from vtk_mls.engine.device.devices import Device
 
 REACH = {"nearest": 0, "linear": 0, "cubic": 1}
 
@@ -41,16 +41,6 @@ def grid(rng):
     return Grid(WHOLE, (3.3, -2.1, 5.7), size, random_rotation(rng) * [1, 1, -1])
 
 
-@pytest.fixture(params=CUTS)
-def cuts(request):
-    return CUTS[request.param]
-
-
-def block(first, dimensions):
-    """Where a part lies in the arrays of the whole."""
-    return tuple(slice(a, a + n) for a, n in zip(first[::-1], dimensions[::-1]))
-
-
 def needed(d, source, target, reach):
     """The part of `source` that interpolation needs for `target`, and where it lies."""
     low, high = d.source_bounds(Sampling(source, target))
@@ -62,7 +52,6 @@ def needed(d, source, target, reach):
     return source.part(low, high - low + 1), block(low, high - low + 1)
 
 
-@pytest.mark.parametrize("key", DEVICES)
 @paired(
     kind_and_degree=[("rigid", 1), ("affine", 1), *rare(*KINDS_AND_DEGREES[2:])],
     cuts=CUTS,
@@ -74,12 +63,11 @@ def test_a_part_is_the_whole_to_the_bit(
 ):
     """With alpha 3 rotations are fitted again at some places and not at others, side by side."""
     if lanes == "scalars":
-        monkeypatch.setattr(device.Device, "lanes", property(lambda self: 1))
+        monkeypatch.setattr(Device, "lanes", property(lambda self: 1))
     options = {"alpha": alpha, "cuts": CUTS[cuts]}
     check(deformation(*random_handles(rng, 15), kind_and_degree, key, **options), grid)
 
 
-@pytest.mark.parametrize("key", DEVICES)
 @pytest.mark.parametrize("hard", HARD_SETS)
 def test_hard_sets_too(key, hard, grid, rng):
     rest, deformed = HARD_SETS[hard](rng)
@@ -107,8 +95,9 @@ def check(d, grid, parts=PARTS):
             np.testing.assert_array_equal(values, expected[target_block], err_msg=method)
 
 
+@pytest.mark.parametrize("cuts", CUTS)
 def test_the_specification_agrees(kind_and_degree, cuts, rng):
-    d = deformation(*random_handles(rng, 8), kind_and_degree, cuts=cuts)
+    d = deformation(*random_handles(rng, 8), kind_and_degree, cuts=CUTS[cuts])
     grid = Grid((18, 11, 9), (3.3, -2.1, 5.7), (14, 23, 28), random_rotation(rng) * [1, 1, -1])
     first, dimensions = (3, 2, 1), (6, 8, 7)
     part, target_block = grid.part(first, dimensions), block(first, dimensions)
@@ -123,10 +112,9 @@ def test_the_specification_agrees(kind_and_degree, cuts, rng):
     np.testing.assert_allclose(values, expected[target_block], rtol=0, atol=1e-9)
 
 
-@pytest.mark.parametrize("key", ["reference", *DEVICES])
-def test_bounds_of_the_needed_part(key):
+def test_bounds_of_the_needed_part(device):
     shift = [(3.25, 0, -1.5)]
-    d = deformation(np.add(shift, 5), [(5, 5, 5)], ("rigid", 1), key)
+    d = deformation(np.add(shift, 5), [(5, 5, 5)], ("rigid", 1), device)
     grid = Grid((20, 21, 22))
     low, high = d.source_bounds(Sampling(grid, grid.part((2, 4, 6), (3, 4, 5))))
     np.testing.assert_allclose([low, high], [(5.25, 4, 4.5), (7.25, 7, 8.5)], atol=1e-5)

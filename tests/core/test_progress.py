@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from control_point_sets import DEVICES, random_handles
+from control_point_sets import DEVICES, EVERYWHERE, random_handles
 
 from vtk_mls import Aborted, Deformation, Grid, HalfPlane, Sampling
 from vtk_mls.base.progress import whole
@@ -52,7 +52,7 @@ QUESTIONS = {
 }
 
 
-@pytest.fixture(params=["reference", *DEVICES])
+@pytest.fixture(params=EVERYWHERE)
 def device(request, monkeypatch):
     """A device on which everything takes some steps."""
     monkeypatch.setattr("vtk_mls.reference.reference_engine._MAX_VALUES", 1 << 15)

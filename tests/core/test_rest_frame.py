@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from control_point_sets import (
-    DEVICES,
+    EVERYWHERE,
+    block,
     deformation,
     random_rotation,
 )
@@ -39,7 +40,6 @@ SHAPES = {
     "plane and half-plane": [PLANE, HalfPlane(MIDDLE, (0, 1, 0), (0, 0, 1))],
     "closed surface": [CLOSED],
 }
-EVERYWHERE = ["reference", *DEVICES]
 
 
 def rest_frame(rest, deformed, kind_and_degree=("rigid", 1), device="reference", **options):
@@ -210,7 +210,6 @@ def test_a_loop_round_the_edge_has_no_kink(shape, motion):
     assert fine < 1.5 * paper
 
 
-@pytest.mark.parametrize("key", DEVICES)
 @pytest.mark.parametrize("shape", ["half-plane", "plane and half-plane", "polygon"])
 def test_guesses_on_fine_grids(key, shape, rng, monkeypatch):
     """Searches end where they do without, and guesses are the same in slabs and parts."""
@@ -225,7 +224,7 @@ def test_guesses_on_fine_grids(key, shape, rng, monkeypatch):
     assert error[clear & (distance > 0)].max() <= 1e-5 * SIZE
     first, dimensions = (6, 3, 9), (41, 30, 19)
     part = d.displacement_field(grid.part(first, dimensions))
-    here = tuple(slice(a, a + n) for a, n in zip(first[::-1], dimensions[::-1]))
+    here = block(first, dimensions)
     monkeypatch.setattr("vtk_mls.engine.map.nodes._NODES", 1)
     monkeypatch.setattr("vtk_mls.engine.launch.launcher._MAX_WORK", 5e5)
     slabs = d.displacement_field(grid)
@@ -235,7 +234,6 @@ def test_guesses_on_fine_grids(key, shape, rng, monkeypatch):
         np.testing.assert_array_equal(getattr(part, name), whole[here])
 
 
-@pytest.mark.parametrize("key", DEVICES)
 @pytest.mark.parametrize("shape", ["plane and half-plane", "polygon"])
 def test_devices_agree_on_images(key, shape, rng):
     rest, deformed = bent(rng)
@@ -252,7 +250,6 @@ def test_devices_agree_on_images(key, shape, rng):
     np.testing.assert_allclose(*bounds, rtol=0, atol=1e-4)
 
 
-@pytest.mark.parametrize("device", EVERYWHERE)
 def test_the_map_of_one_side_continues_behind_its_face(device, rng):
     rest, deformed = bent(rng)
     d = rest_frame(rest, deformed, device=device, cuts=[HALF_PLANE])

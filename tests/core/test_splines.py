@@ -2,15 +2,13 @@
 
 import numpy as np
 import pytest
-from control_point_sets import DEVICES, EXTENT
-from map_checks import slopes
+from control_point_sets import DEVICES, EVERYWHERE, EXTENT, on_both, slopes
 from pairwise import paired, rare
 from scipy.interpolate import RBFInterpolator
 
 from vtk_mls import Ball, BoxMask, CurveHandle, Deformation, Grid, HalfPlane, RegionHandle
 from vtk_mls.model.kinds.splines import best_choice
 
-EVERYWHERE = ["reference", *DEVICES]
 SCIPY = {1: "linear", 2: "thin_plate_spline", 3: "cubic"}
 
 
@@ -38,7 +36,6 @@ def test_spline_is_that_of_scipy(order, count, smoothing, device):
     assert np.abs(spline.backward(v) - judge(v)).max() < 1e-3
 
 
-@pytest.mark.parametrize("device", EVERYWHERE)
 @pytest.mark.parametrize("softening", [5.0, 60.0, 300.0])
 def test_softened_spline_of_order_1_is_the_multiquadric_of_scipy(softening, device):
     p, q = landmarks(60)
@@ -58,10 +55,8 @@ def test_softened_spline_of_order_1_is_the_multiquadric_of_scipy(softening, devi
 def test_kernels_agree_with_the_specification(order, count, options, softening, device):
     p, q = landmarks(count, noise=2.0)
     v = np.concatenate([places(100), q[:100]])  # at cones, too
-    expected, found = (
-        Deformation(p, q, "spline", order=order, softening=softening, device=where, **options)
-        for where in ("reference", device)
-    )
+    options = {"order": order, "softening": softening, **options}
+    expected, found = on_both(device, p, q, ("spline", 2), **options)
     assert np.abs(found.backward(v) - expected.backward(v)).max() < 1e-3
     v = v if order > 1 or softening else v[:100]  # r has no slope at a cone
     assert np.abs(found.jacobian(v) - expected.jacobian(v)).max() < 2e-5

@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from control_point_sets import DEVICES
-from map_checks import slopes
+from control_point_sets import DEVICES, EVERYWHERE, slopes
 from pairwise import paired, rare
 
 from vtk_mls import (
@@ -21,7 +20,6 @@ from vtk_mls import (
 from vtk_mls.model.handles.handle_paths import blended_path
 from vtk_mls.model.handles.rigid_path import rigid_path
 
-EVERYWHERE = ["reference", *DEVICES]
 KINDS = [("affine", 2), ("rigid", 2), ("similarity", 2), ("polynomial", 2)]
 COUNT = 8
 BOUNDS = {"reference": 1e-12}
@@ -85,7 +83,6 @@ def _composed(rest, deformed, path, v, **options):
 
 
 @pytest.mark.parametrize(("kind", "degree"), KINDS)
-@pytest.mark.parametrize("device", EVERYWHERE)
 @pytest.mark.parametrize("legs", [1, 2])
 def test_steps_are_maps_one_after_the_other(kind, degree, device, legs, rng):
     rest, deformed = _moved(rng, 0.03 if kind == "polynomial" else 0.1)
@@ -162,12 +159,11 @@ def _condition(rest, deformed, steps, v, **options):
     return largest / np.linalg.svd(onward, compute_uv=False)[:, -1]
 
 
-@pytest.mark.parametrize("device", DEVICES)
-def test_forward_is_as_exact_as_float32_allows_where_material_is_squeezed(device):
+def test_forward_is_as_exact_as_float32_allows_where_material_is_squeezed(key):
     rng = np.random.default_rng(260)
     handles = _moved(rng, 0.185)
     v, options = rng.random((8000, 3)), {"alpha": 3}
-    d = Deformation(*handles, steps=32, device=device, **options)
+    d = Deformation(*handles, steps=32, device=key, **options)
     assert d.smallest_step_determinant > 0.1
     found = d.forward_field(d.backward(v))
     assert found.found.all()
@@ -180,20 +176,18 @@ def test_forward_is_as_exact_as_float32_allows_where_material_is_squeezed(device
     assert np.abs(exact.forward(exact.backward(v[worst])) - v[worst]).max() <= 1e-5
 
 
-@pytest.mark.parametrize("device", DEVICES)
-def test_forward_finds_points_that_only_short_newton_steps_lead_to(device):
+def test_forward_finds_points_that_only_short_newton_steps_lead_to(key):
     """One such point is among these; the residual rises along most of its Newton step."""
     rng = np.random.default_rng(31)
     handles = _moved(rng, 0.07, count=60)
     v = rng.random((20000, 3))[15200:15300]
-    d = Deformation(*handles, "similarity", alpha=3, steps=8, device=device)
+    d = Deformation(*handles, "similarity", alpha=3, steps=8, device=key)
     assert d.smallest_determinant > 0
     found = d.forward_field(d.backward(v))
     assert found.found.all()
     assert np.abs(d.backward(v) + found.displacement - v).max() <= 1e-6
 
 
-@pytest.mark.parametrize("device", EVERYWHERE)
 def test_slopes_are_those_of_differences(device, rng):
     rest, deformed = _moved(rng)
     for cut in CUTS.values():
@@ -296,7 +290,6 @@ def test_a_share_of_a_path(rng):
     assert between.shape == (0, 4, 3)
 
 
-@pytest.mark.parametrize("device", EVERYWHERE)
 def test_regions_go_along_a_screw_and_stay_rigid(device, rng):
     ball = Ball((0.3, 0.3, 0.3), 0.1)
     rest, deformed = _moved(rng, 0.02)
@@ -313,7 +306,6 @@ def test_regions_go_along_a_screw_and_stay_rigid(device, rng):
     np.testing.assert_allclose(np.linalg.matrix_power(motion, COUNT), MOTION, atol=1e-12)
 
 
-@pytest.mark.parametrize("device", EVERYWHERE)
 def test_curves_are_carried(device, rng):
     curve = HANDLES["curve"]["handles"]
     rest, deformed = _moved(rng, 0.02)
@@ -323,7 +315,6 @@ def test_curves_are_carried(device, rng):
     assert np.abs(d.backward(q.reshape(-1, 3)) - p.reshape(-1, 3)).max() <= 1e-5
 
 
-@pytest.mark.parametrize("device", EVERYWHERE)
 def test_outside_a_mask_nothing_moves(device, rng):
     d = Deformation(*_moved(rng), steps=COUNT, device=device, **HANDLES["mask"])
     v = rng.uniform(-0.2, 1.2, (400, 3))

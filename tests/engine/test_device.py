@@ -323,7 +323,6 @@ def test_a_fork_gets_an_error():
 
 
 @pytest.mark.filterwarnings("ignore")  # output of the compiler
-@pytest.mark.parametrize("key", DEVICES)
 def test_functions_that_no_kernel_calls_are_not_built(key):
     text = device.source("local_points.cl", LOCAL_POINTS)
     (binary,) = cl.Program(device.context(dispatch.choose(key)), text).build().binaries

@@ -13,14 +13,16 @@ from control_point_sets import (
     OTHER_DEVICES,
     TOLERANCE,
     deformation,
+    on_both,
     places,
     random_handles,
 )
 from drivers import check_kernels
 from pairwise import Rare, paired, rare
 
-from vtk_mls import Deformation, Grid, Plane, Sampling
+from vtk_mls import Deformation, Grid, Sampling
 from vtk_mls.base import interpolation
+from vtk_mls.commands import kernel_checks
 from vtk_mls.engine import dispatch
 from vtk_mls.engine import opencl_engine as engine
 from vtk_mls.engine.device import devices as device
@@ -32,11 +34,6 @@ from vtk_mls.queries.vector_fields import covariant
 pytestmark = pytest.mark.skipif(
     not DEVICES, reason="no OpenCL device that computes right: `vtk-mls doctor` says why"
 )
-
-
-@pytest.fixture(params=DEVICES)
-def key(request):
-    return request.param
 
 
 def voxels(difference, points):
@@ -55,10 +52,8 @@ def test_backward_on_random_sets(key, kind_and_degree, alpha, count, smoothing, 
     # 15 handles, smoothed, hardly determine the polynomials of degree 2
     rest, deformed = random_handles(rng, max(count, 60) if smoothing else count)
     v = places(rng, deformed, 2000)
-    expected, got = (
-        deformation(rest, deformed, kind_and_degree, name, alpha=alpha, smoothing=smoothing)
-        for name in ("reference", key)
-    )
+    options = {"alpha": alpha, "smoothing": smoothing}
+    expected, got = on_both(key, rest, deformed, kind_and_degree, **options)
     error = voxels(got.backward(v) - expected.backward(v), deformed)
     largest, p99 = TOLERANCE[kind_and_degree]
     assert np.percentile(error, 99) <= p99
@@ -75,8 +70,7 @@ def test_backward_on_hard_sets(key, name, kind_and_degree, rng):
     rest, deformed = HARD_SETS[name](rng)
     v = places(rng, deformed, 300)
     v = v[:400] if name == "ten thousand" else v
-    expected = deformation(rest, deformed, kind_and_degree).backward(v)
-    got = deformation(rest, deformed, kind_and_degree, key).backward(v)
+    expected, got = (d.backward(v) for d in on_both(key, rest, deformed, kind_and_degree))
     reach = np.concatenate([deformed, expected])
     error = voxels(got - expected, reach)
     p99 = TOLERANCE[kind_and_degree][1]
@@ -94,8 +88,8 @@ def test_backward_on_hard_sets(key, name, kind_and_degree, rng):
 def test_jacobian(key, kind_and_degree, name, alpha, rng):
     rest, deformed = HARD_SETS[name](rng)
     v = places(rng, deformed, 200)
-    expected = deformation(rest, deformed, kind_and_degree, alpha=alpha).jacobian(v)
-    got = deformation(rest, deformed, kind_and_degree, key, alpha=alpha).jacobian(v)
+    both = on_both(key, rest, deformed, kind_and_degree, alpha=alpha)
+    expected, got = (d.jacobian(v) for d in both)
     scale = np.maximum(1, np.abs(expected).max(axis=(1, 2)))
     error = np.abs(got - expected).max(axis=(1, 2)) / scale
     assert np.percentile(error, 95) <= 1e-3
@@ -107,9 +101,7 @@ def test_degree_3(key, rng):
     """Other tests leave it to `make matrix`, for most of its code is that of degree 2."""
     rest, deformed = random_handles(rng, 80, 2)
     v = places(rng, deformed, 500)
-    expected, got = (
-        deformation(rest, deformed, ("polynomial", 3), device) for device in ("reference", key)
-    )
+    expected, got = on_both(key, rest, deformed, ("polynomial", 3))
     x = expected.backward(v)
     error = voxels(got.backward(v) - x, deformed)
     largest, p99 = TOLERANCE["polynomial", 3]
@@ -142,8 +134,7 @@ def test_grids_of_every_shape(key, dimensions, rng):
 def test_a_hundred_thousand_control_points(key, rng):
     rest, deformed = random_handles(rng, 100_000, 1)
     v = rng.uniform(0, EXTENT, (40, 3))
-    expected = deformation(rest, deformed, ("rigid", 1)).backward(v)
-    got = deformation(rest, deformed, ("rigid", 1), key).backward(v)
+    expected, got = (d.backward(v) for d in on_both(key, rest, deformed))
     assert voxels(got - expected, deformed).max() <= 2e-4
 
 
@@ -162,15 +153,6 @@ def test_small_memory_gives_the_same_in_slabs(key, rng, monkeypatch):
     assert steps == [*sorted(steps[:-1]), 1]
     np.testing.assert_array_equal(slabs, whole)
     np.testing.assert_array_equal(d.resample([image], grid)[0], resampled)
-
-
-def test_points_on_both_sides_of_a_plane_go_in_slabs(key, rng, monkeypatch):
-    cut = Plane((128, 128, 128), (0.1, 0.2, 1))
-    d = deformation(*random_handles(rng, 15), ("rigid", 1), key, cuts=[cut])
-    v = rng.uniform(0, EXTENT, (5000, 3))
-    whole = d.backward(v)
-    monkeypatch.setattr(engine.on(dispatch.choose(key)).memory, "limit", 4 * 24 * 1024)
-    np.testing.assert_allclose(d.backward(v), whole, rtol=0, atol=1e-4)
 
 
 def test_a_source_larger_than_the_memory_goes_in_slices(key, rng, monkeypatch):
@@ -334,10 +316,7 @@ def test_a_device_without_float64(key, kind_and_degree, alpha, rng, monkeypatch)
     monkeypatch.setattr(device.Device, "has_float64", property(lambda self: False))
     rest, deformed = random_handles(rng, 25)
     v = places(rng, deformed, 300)
-    expected, got = (
-        deformation(rest, deformed, kind_and_degree, name, alpha=alpha)
-        for name in ("reference", key)
-    )
+    expected, got = on_both(key, rest, deformed, kind_and_degree, alpha=alpha)
     error = voxels(got.backward(v) - expected.backward(v), deformed)
     assert np.percentile(error, 99) <= TOLERANCE[kind_and_degree][1] * (1 if alpha == 1 else 50)
     x = expected.backward(v)
@@ -354,14 +333,26 @@ def test_numpy_computes_a_spline_that_a_device_without_float64_cannot(
     monkeypatch.setattr(device.Device, "has_float64", property(lambda self: False))
     deformed = rng.uniform(0, EXTENT, (200, 3))
     rest = deformed + 8 * np.sin(deformed[:, [1, 2, 0]] / 60)
-    settings = {"order": 1, "softening": EXTENT}
-    expected, got = (
-        Deformation(rest, deformed, "spline", device=name, **settings)
-        for name in ("reference", key)
-    )
+    expected, got = on_both(key, rest, deformed, ("spline", 2), order=1, softening=EXTENT)
     found = got.backward(deformed)
     assert "has no double precision, which this spline needs: numpy is used" in caplog.text
     np.testing.assert_array_equal(found, expected.backward(deformed))
+
+
+REQUIRED = {
+    *("point_displacement", "point_jacobian", "point_inverse", "grid_displacement"),
+    *("point_forward", "lattice_cells", "local_points", "node_origin", "node_cell"),
+    *("grid_source_index", "resample", "gradient", "void_by_corners"),
+    *("node_displacement", "coarse_check", "coarse_displacement", "coarse_source_index"),
+}
+
+
+def test_the_check_of_a_device_launches_kernels_of_every_sort(key, launched):
+    used = engine.Engine(dispatch.choose(key))
+    for checks in kernel_checks.checks(used).values():
+        for _, results, bound in checks:
+            assert kernel_checks.error(used, results) <= bound
+    assert dict(launched).keys() >= REQUIRED
 
 
 FEW_STEPS = "affine, half-plane: points", "images, linear"

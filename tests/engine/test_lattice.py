@@ -4,7 +4,7 @@ import gc
 
 import numpy as np
 import pytest
-from control_point_sets import DEVICES, EXTENT, deformation, random_handles
+from control_point_sets import EXTENT, deformation, random_handles
 
 from vtk_mls import HalfPlane, Plane
 from vtk_mls.engine import dispatch
@@ -15,11 +15,6 @@ CUTS = {
     "half-plane": (HalfPlane((128, 128, 128), (0.2, 0.1, 1), (1, 0.3, 0)),),
     "plane": (Plane((128, 128, 128), (0.1, 0.2, 1)),),
 }
-
-
-@pytest.fixture(params=DEVICES)
-def key(request):
-    return request.param
 
 
 def folding(rng, key, cuts):

@@ -18,10 +18,12 @@ from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 from vtk_mls.vtk.objects import configured, output_of
 
+IMAGES = (".nii.gz", ".nii", ".nrrd", ".nhdr", ".mha", ".mhd")
 RIGHT, LEFT = TURNED, TURNED * [1, 1, -1]
 DIRECTIONS = {"right-handed": TURNED, "left-handed": TURNED * [1, -1, 1]}
 ORIGIN, SPACING = np.array([19.25, -34.5, 45.125]), np.array([0.75, 1.5, 2.25])
 VALUES = np.arange(7 * 8 * 9, dtype=np.int16).reshape(7, 8, 9) * 17 % 991
+SMALL = np.arange(7 * 6 * 5, dtype="<i2").reshape(7, 6, 5)  # z, y, x
 HANDLES = ORIGIN + [(2, 3, 4), (8, 1, 5), (3, 9, 2), (6, 6, 12)]
 DRAGGED = HANDLES + [(1.5, 0, 0), (0, -1, 0.5), (0, 0, 0), (0.25, 0.5, -2)]
 VECTORS = np.stack([VALUES, -VALUES, VALUES + 7.5], axis=-1).astype(np.float32)
@@ -114,14 +116,19 @@ def as_itk(direction, values=VALUES):
     return image
 
 
-def nrrd_bytes(space, direction, values=VALUES, more=""):
-    """A NRRD file of the same image, in a space of eight."""
+def nrrd_bytes(space, direction, values=VALUES, more="", kind=""):
+    """A NRRD file of the same image, in a space of eight, perhaps with an axis of components."""
     signs = frames.signs(space)
     steps = (direction * SPACING).T * signs
     vectors = [f"({','.join(map(repr, vector.tolist()))})" for vector in (*steps, ORIGIN * signs)]
+    sizes = " ".join(map(str, [*values.shape[3:], 9, 8, 7]))
+    directions, kinds = " ".join(vectors[:3]), "domain domain domain"
+    if kind:
+        directions, kinds = f"none {directions}", f"{kind} {kinds}"
+    type_name = values.dtype.name.replace("float32", "float")
     header = (
-        f"NRRD0005\ntype: {values.dtype.name}\ndimension: 3\nspace: {space}\nsizes: 9 8 7\n"
-        f"space directions: {' '.join(vectors[:3])}\nkinds: domain domain domain\n"
+        f"NRRD0005\ntype: {type_name}\ndimension: {values.ndim}\nspace: {space}\nsizes: {sizes}\n"
+        f"space directions: {directions}\nkinds: {kinds}\n"
         f"endian: little\nencoding: gzip\nspace origin: {vectors[3]}\n{more}\n"
     )
     return header.encode() + gzip.compress(values.tobytes())
@@ -162,3 +169,13 @@ def limits(name):
 def write_by_itk(path, values):
     SimpleITK.WriteImage(SimpleITK.GetImageFromArray(values), str(path))
     return path
+
+
+def transform_by_itk(path):
+    """The transform that SimpleITK reads from a file, or makes of an image of displacements."""
+    path = str(path)
+    if path.endswith(IMAGES):
+        return SimpleITK.DisplacementFieldTransform(
+            SimpleITK.ReadImage(path, SimpleITK.sitkVectorFloat64)
+        )
+    return SimpleITK.ReadTransform(path)

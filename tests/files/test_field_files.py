@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import SimpleITK as sitk
 import slicer_peer
-from file_fixtures import DIRECTIONS, handles_on
+from file_fixtures import DIRECTIONS, IMAGES, handles_on, transform_by_itk
 from pipelines import values_of
 from vtk_fixtures import DEFORMED, REST, add_array, add_scalars, make_image
 from vtkmodules.vtkFiltersSources import vtkSphereSource
@@ -17,8 +17,6 @@ from vtk_mls.commands.cli import main
 from vtk_mls.files import field_files
 from vtk_mls.vtk.arrays import ImageGeometry
 from vtk_mls.vtk.objects import output_of
-
-TRANSFORMS = (".nii.gz", ".nii", ".nrrd", ".nhdr", ".mha", ".mhd")
 
 
 def write_handles(rest, deformed):
@@ -49,11 +47,7 @@ def values_by_itk(path):
     return sitk.GetArrayFromImage(sitk.ReadImage(str(path)))
 
 
-def transform_by_itk(path):
-    return sitk.DisplacementFieldTransform(sitk.ReadImage(path, sitk.sitkVectorFloat64))
-
-
-@pytest.mark.parametrize("suffix", [*TRANSFORMS, ".h5", ".tfm"])
+@pytest.mark.parametrize("suffix", [*IMAGES, ".h5", ".tfm"])
 @pytest.mark.parametrize(
     ("options", "said"), [((), "backward displacements"), (("--inverse",), "forward displacements")]
 )
@@ -63,8 +57,7 @@ def test_simpleitk_moves_landmarks_as_we_do(scene, suffix, options, said, capsys
     printed = capsys.readouterr()
     assert f"field{suffix}: 18 x 17 x 16 {said}, affine" in printed.out
     assert printed.err == ""
-    is_image = suffix in TRANSFORMS
-    transform = (transform_by_itk if is_image else sitk.ReadTransform)(f"field{suffix}")
+    transform = transform_by_itk(f"field{suffix}")
     value = Deformation(rest, deformed, "affine", device="reference")
     on_points = grid.at([[5, 6, 7], [9, 8, 8], [12, 10, 4]])
     between = grid.at([[5.5, 6.2, 7.1], [9.3, 8.9, 8.5], [12.1, 9.4, 4.5]])
@@ -78,7 +71,7 @@ def test_simpleitk_moves_landmarks_as_we_do(scene, suffix, options, said, capsys
 @slicer_peer.needs_slicer
 def test_slicer_reads_transforms(scene):
     grid, rest, deformed = scene
-    paths = [f"field-{suffix[1:]}{suffix}" for suffix in TRANSFORMS]
+    paths = [f"field-{suffix[1:]}{suffix}" for suffix in IMAGES]
     for path in paths:
         run("field", path)
     points = grid.at([[5, 6, 7], [9, 8, 8], [12, 10, 4]])
@@ -183,7 +176,7 @@ def test_a_field_without_vtk_is_written(tmp_path):
         field_files.write(field.displacement, field.grid, "x.png")
 
 
-@pytest.mark.parametrize("suffix", TRANSFORMS)
+@pytest.mark.parametrize("suffix", IMAGES)
 @pytest.mark.parametrize("is_folded", [False, True])
 def test_the_certificate_agrees_with_itk(scene, suffix, is_folded, capsys):
     """ITK's determinants are central differences, less strict than tetrahedra."""

@@ -6,6 +6,7 @@ import pytest
 import SimpleITK
 import slicer_peer
 from file_fixtures import (
+    IMAGES,
     LEFT,
     ORIGIN,
     RIGHT,
@@ -30,15 +31,10 @@ def write_source(path, maker, direction):
 
 
 SOURCES = [
-    *[(suffix, "SimpleITK") for suffix in (".mha", ".mhd", ".nrrd", ".nhdr", ".nii", ".nii.gz")],
+    *[(suffix, "SimpleITK") for suffix in IMAGES],
     *[(suffix, "nibabel") for suffix in (".nii", ".nii.gz")],
     *[(".nrrd", space) for space in ("LPS", "ras", "left-anterior-superior")],
 ]
-
-
-@pytest.fixture(params=SOURCES, ids=lambda source: f"{source[1]}{source[0]}")
-def source(request):
-    return request.param
 
 
 @pytest.fixture(params=[RIGHT, LEFT], ids=["right", "left"])
@@ -57,10 +53,11 @@ def assert_same_in_itk(path, other, atol=1e-5, rounding=0):
     assert np.abs(values[0] - values[1]).max() <= rounding
 
 
-@pytest.mark.parametrize("suffix", [".mha", ".mhd", ".nrrd", ".nhdr", ".nii", ".nii.gz"])
-def test_every_format_becomes_every_other(tmp_path, source, direction, suffix):
-    path, other = tmp_path / f"x{source[0]}", tmp_path / f"other{suffix}"
-    write_source(path, source[1], direction)
+@pytest.mark.parametrize(("old", "maker"), SOURCES)
+@pytest.mark.parametrize("suffix", IMAGES)
+def test_every_format_becomes_every_other(tmp_path, old, maker, direction, suffix):
+    path, other = tmp_path / f"x{old}", tmp_path / f"other{suffix}"
+    write_source(path, maker, direction)
     io.write_dataset(io.read_dataset(path), other)
     assert_same_in_itk(path, other)
 

@@ -83,13 +83,6 @@ def test_of_several_colors_the_active_ones_count(tmp_path, rng):
     np.testing.assert_array_equal(values(data, "RGB"), rows[2])
 
 
-@pytest.fixture
-def folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    np.savetxt("h.csv", np.hstack([REST, DEFORMED]), "%.17g", ",")
-    return tmp_path
-
-
 @pytest.mark.parametrize(
     ("output", "sentence"),
     [
@@ -105,7 +98,7 @@ def test_losses_of_a_file_format_are_reported(output, sentence, folder, capsys, 
     add_array(mesh.GetPointData(), "temperature", np.arange(mesh.GetNumberOfPoints()))
     add_array(mesh.GetCellData(), "part", np.arange(mesh.GetNumberOfCells()), TYPES["int"])
     io.write_dataset(mesh, "scan.vtp")
-    assert cli.main(["deform", "scan.vtp", "h.csv", output]) == 0
+    assert cli.main(["deform", "scan.vtp", "handles.csv", output]) == 0
     printed = capsys.readouterr().out
     assert printed.endswith(sentence or "rigid\n")
     if output == "o.ply":
@@ -165,7 +158,7 @@ def test_control_points_of_any_point_set(ending, folder):
 def test_integer_points_of_files(folder, capsys):
     text = "# vtk DataFile Version 3.0\nt\nASCII\nDATASET POLYDATA\nPOINTS 3 int\n"
     (folder / "a.vtk").write_text(f"{text}1 1 1 7 1 1 1 7 1\nPOLYGONS 1 4\n3 0 1 2\n")
-    assert cli.main(["deform", "a.vtk", "h.csv", "o.vtp"]) == 0
+    assert cli.main(["deform", "a.vtk", "handles.csv", "o.vtp"]) == 0
     assert "3 points, 1 cells" in capsys.readouterr().out
     points = io.read_dataset("o.vtp").GetPoints()
     expected = Deformation(REST, DEFORMED, device="reference").forward(REST[[0, 1, 2]])

@@ -3,12 +3,9 @@
 import numpy as np
 import pytest
 import SimpleITK
-from file_fixtures import META, VALUES, scalars
+from file_fixtures import META, SMALL, VALUES, scalars
 
 from vtk_mls import io
-
-SMALL = np.arange(7 * 6 * 5, dtype="<i2").reshape(7, 6, 5)  # z, y, x
-TEXT = " ".join(map(str, VALUES.flat)).encode() + b"\n"
 
 
 @pytest.mark.parametrize(

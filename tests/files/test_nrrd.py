@@ -16,6 +16,7 @@ from file_fixtures import (
     NRRD_DATA,
     ORIGIN,
     RIGHT,
+    SMALL,
     SPACING,
     VALUES,
     VECTORS,
@@ -32,7 +33,6 @@ from vtk_mls import io
 from vtk_mls.files import metadata
 from vtk_mls.vtk.arrays import ImageGeometry
 
-SMALL = np.arange(7 * 6 * 5, dtype="<i2").reshape(7, 6, 5)  # z, y, x
 SIZE = (5, 6, 7)
 WORDS = [("right", "left"), ("anterior", "posterior"), ("superior", "inferior")]
 SPATIAL = (
@@ -173,24 +173,11 @@ def test_colors_of_nrrd_are_colors_for_itk(tmp_path):
         np.testing.assert_array_equal(back, COLORS[..., :components])
 
 
-def nrrd_vectors(kind, more):
-    content = nrrd_bytes("RAS", RIGHT, VECTORS, more)
-    for old, new in (
-        (b"dimension: 3", b"dimension: 4"),
-        (b"sizes: ", b"sizes: 3 "),
-        (b"directions: ", b"directions: none "),
-        (b"kinds: ", f"kinds: {kind} ".encode()),
-        (b"type: float32", b"type: float"),
-    ):
-        content = content.replace(old, new, 1)
-    return content
-
-
 @pytest.mark.parametrize("kind", ["vector", "covariant-vector", "3-color", "list"])
 def test_vectors_of_nrrd_turn_if_their_frame_is_known(tmp_path, kind):
     frame = "measurement frame: (0,1,0) (-1,0,0) (0,0,1)\n"
     to_space = np.array([(0, 1, 0), (-1, 0, 0), (0, 0, 1)]).T  # columns are the three vectors
-    (tmp_path / "x.nrrd").write_bytes(nrrd_vectors(kind, frame))
+    (tmp_path / "x.nrrd").write_bytes(nrrd_bytes("RAS", RIGHT, VECTORS, frame, kind))
     image = io.read_dataset(tmp_path / "x.nrrd")
     turns = "vector" in kind
     expected = VECTORS.reshape(504, 3) @ (np.diag([-1, -1, 1]) @ to_space).T if turns else VECTORS
@@ -205,7 +192,7 @@ def test_vectors_of_nrrd_turn_if_their_frame_is_known(tmp_path, kind):
     assert (b"(1,0,0) (0,1,0) (0,0,1)" if turns else frame.encode()) in content
     np.testing.assert_array_equal(scalars(io.read_dataset(tmp_path / "y.nrrd")), scalars(image))
     # without a frame nothing turns
-    (tmp_path / "x.nrrd").write_bytes(nrrd_vectors(kind, ""))
+    (tmp_path / "x.nrrd").write_bytes(nrrd_bytes("RAS", RIGHT, VECTORS, "", kind))
     values = scalars(io.read_dataset(tmp_path / "x.nrrd"))
     np.testing.assert_array_equal(values, VECTORS.reshape(504, 3))
 

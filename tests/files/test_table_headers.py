@@ -115,18 +115,18 @@ def test_unknown_headers_are_refused(tmp_path, header, is_alone):
 
 
 @pytest.mark.parametrize(
-    ("text", "first"),
+    "text",
     [
-        ("px,py,pz,qx,qy,qz\n0,1,2,3,4,5\n40,41,42,43,41,42\n", [0, 1, 2]),
-        ("# px py pz qx qy qz\n0,1,2,3,4,5\n40,41,42,43,41,42\n", [0, 1, 2]),
-        ("0.0,1.0,2.0,3.0,4.0,5.0\n40.5,41.5,42.5,43.5,41.5,42.5\n", [0, 1, 2]),
-        ("0,1,2,3,4,6\n40.5,41.5,42.5,43.5,41.5,42.5\n", [0, 1, 2]),
-        ("a,0,1,2,3,4,5\nb,40.5,41.5,42.5,43.5,41.5,42.5\n", [0, 1, 2]),
+        "px,py,pz,qx,qy,qz\n0,1,2,3,4,5\n40,41,42,43,41,42\n",
+        "# px py pz qx qy qz\n0,1,2,3,4,5\n40,41,42,43,41,42\n",
+        "0.0,1.0,2.0,3.0,4.0,5.0\n40.5,41.5,42.5,43.5,41.5,42.5\n",
+        "0,1,2,3,4,6\n40.5,41.5,42.5,43.5,41.5,42.5\n",
+        "a,0,1,2,3,4,5\nb,40.5,41.5,42.5,43.5,41.5,42.5\n",
     ],
 )
-def test_points_that_are_not_a_header(tmp_path, text, first):
+def test_points_that_are_not_a_header(tmp_path, text):
     found = _read(tmp_path, text)
-    assert (len(found.rest), found.rest[0].tolist()) == (2, first)
+    assert (len(found.rest), found.rest[0].tolist()) == (2, [0, 1, 2])
 
 
 @pytest.mark.parametrize(

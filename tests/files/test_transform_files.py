@@ -9,14 +9,13 @@ import numpy as np
 import pytest
 import SimpleITK as sitk
 import slicer_peer
-from file_fixtures import DIRECTIONS, handles_on
+from file_fixtures import DIRECTIONS, IMAGES, handles_on, transform_by_itk
 from nitransforms.resampling import apply
 
 from vtk_mls import Affine, Chain, Deformation, Field, Grid, io
 from vtk_mls.files import field_files
 
 ITK = (".h5", ".hdf5", ".tfm", ".txt")
-IMAGES = (".nii.gz", ".nii", ".nrrd", ".nhdr", ".mha", ".mhd")
 SPACING = (0.9, 1.0, 1.1)
 TO_RAS = [-1, -1, 1]
 MATRIX = np.array([[1.1, 0.2, -0.1, 3], [-0.3, 0.9, 0.2, -4], [0.1, -0.2, -1.2, 5], [0, 0, 0, 1]])
@@ -55,13 +54,6 @@ def moved_by(transform, points):
     return np.array([transform.TransformPoint(point) for point in points.tolist()])
 
 
-def transform_by_itk(path):
-    path = str(path)
-    if path.endswith(IMAGES):
-        return sitk.DisplacementFieldTransform(sitk.ReadImage(path, sitk.sitkVectorFloat64))
-    return sitk.ReadTransform(path)
-
-
 def random_field(grid, rng):
     return rng.normal(size=(*grid.shape, 3)).astype(np.float32)
 
@@ -72,6 +64,12 @@ def itk_image(values, grid):
     image.SetSpacing(grid.spacing.tolist())
     image.SetDirection(grid.direction.ravel().tolist())
     return image
+
+
+def ras_of(grid):
+    """The matrix from indices to RAS."""
+    affine = np.column_stack([grid.index_to_world, grid.origin]) * np.reshape(TO_RAS, (3, 1))
+    return np.vstack([affine, [0, 0, 0, 1]])
 
 
 def smooth_values(grid):
@@ -174,10 +172,7 @@ def test_nitransforms_moves_points_and_images_as_we_do(grid, deformation, on_gri
     tolerance = 1e-3 * min(SPACING)
     np.testing.assert_allclose(moved, deformation.backward(on_grid), rtol=0, atol=tolerance)
     values = smooth_values(grid)
-    to_ras = np.diag([*TO_RAS, 1]) @ np.vstack(
-        [np.column_stack([grid.index_to_world, grid.origin]), [0, 0, 0, 1]]
-    )
-    image = nibabel.Nifti1Image(values.T, to_ras)
+    image = nibabel.Nifti1Image(values.T, ras_of(grid))
     theirs = apply(transform, image, reference=image, order=1).get_fdata().T
     assert_resampled(theirs, deformation, values, grid)
 
@@ -205,12 +200,6 @@ def saved_with_intent(name, values, to_ras, code, intent_name, *parameters):
     for number, parameter in enumerate(parameters, 1):
         image.header[f"intent_p{number}"] = parameter
     nibabel.save(image, name)
-
-
-def ras_of(grid):
-    """The matrix from indices to RAS."""
-    affine = np.column_stack([grid.index_to_world, grid.origin]) * np.reshape(TO_RAS, (3, 1))
-    return np.vstack([affine, [0, 0, 0, 1]])
 
 
 @pytest.mark.parametrize("code", [1006, 1007])

@@ -31,6 +31,12 @@ def _by_brute_force(p, q, settings, weights=None):
     return np.array(errors)
 
 
+@pytest.fixture
+def pairs(rng):
+    """p and q of 40 pairs, two of them swapped."""
+    return planted_pairs(rng, 40)[:2]
+
+
 @pytest.fixture(scope="module")
 def found():
     """A report on 40 pairs with weights, the pairs and the weights."""

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from control_point_sets import random_rotation, slopes
 from landmark_pairs import planted_pairs, smooth_warp
 
 from vtk_mls import Deformation
@@ -18,12 +19,6 @@ Z = np.linspace(-160, 160, 18)
 
 def _shape(p, q):
     return Shape.of(PointPairs(p, q, np.ones(len(p))))
-
-
-def _turn(rng):
-    """A random rotation."""
-    matrix = np.linalg.qr(rng.normal(size=(3, 3)))[0]
-    return matrix * np.linalg.det(matrix)
 
 
 def _spine(rng):
@@ -47,7 +42,7 @@ def _slice(rng):
 def test_maps_of_thin_sets_keep_the_volume_beside_them(make, name, turned):
     rng = np.random.default_rng(5)
     p, q = make(rng)
-    matrix = _turn(rng) if turned else np.eye(3)
+    matrix = random_rotation(rng) if turned else np.eye(3)
     p, q = p @ matrix, q @ matrix + 5 * turned
     value = report(p, q, device=DEVICE)
     assert f"nearly on a {name} (" in heading(value)[0]
@@ -56,15 +51,12 @@ def test_maps_of_thin_sets_keep_the_volume_beside_them(make, name, turned):
     assert is_refused or name == "plane"
     assert (f"`{best.flags}` predicts best, but" in heading(value)[0]) == is_refused
     box = q.mean(axis=0) + np.ptp(q, axis=0).max() / 2 * rng.uniform(-1, 1, (300, 3))
-    motion, step = q - p, 1e-4
+    motion = q - p
 
     def sampled(settings):
         d = Deformation(p, q, device=DEVICE, **settings.options)
-        columns = [
-            (d.backward(box + e) - d.backward(box - e)) / (2 * step) for e in step * np.eye(3)
-        ]
         moved = np.linalg.norm(d.backward(box) - box + motion.mean(axis=0), axis=1)
-        return np.linalg.det(np.stack(columns, axis=-1)), np.quantile(moved, 0.85)
+        return np.linalg.det(slopes(d, box, 1e-4)), np.quantile(moved, 0.85)
 
     largest = np.linalg.norm(motion - motion.mean(axis=0), axis=1).max()
     determinant, moved = sampled(value.recommended)
@@ -88,7 +80,7 @@ def test_pairs_without_a_sensible_map_are_reported(rng):
 def test_extents_are_those_along_principal_axes(scale):
     rng = np.random.default_rng(0)
     box = np.stack(np.meshgrid(*[np.linspace(-1, 1, 3)] * 3), -1).reshape(-1, 3) * (50, 20, 3)
-    shape = _shape(box @ _turn(rng) * scale, box * (1, 1, 5))
+    shape = _shape(box @ random_rotation(rng) * scale, box * (1, 1, 5))
     np.testing.assert_allclose(shape.extents, np.array([100, 40, 6]) * scale)
     assert shape.is_thin
     assert not shape.is_line
@@ -113,7 +105,7 @@ def test_a_mirror_is_reported_first(axis):
     )
     assert f"the axis {'xyz'[axis]} is turned around" in heading(value)[0]
     assert value.smallest_determinant > 0
-    shape = _shape(p, q @ _turn(np.random.default_rng(5)))
+    shape = _shape(p, q @ random_rotation(np.random.default_rng(5)))
     assert shape.mirror
 
 
@@ -123,7 +115,7 @@ def test_mirrors_are_claimed_for_mirrors_only():
         count = int(rng.integers(4, 30))
         q = rng.uniform(-80, 80, (count, 3))
         p = smooth_warp(rng)(q) + rng.normal(0, 0.5, q.shape)
-        assert not _shape(p, q @ _turn(rng)).mirror
+        assert not _shape(p, q @ random_rotation(rng)).mirror
         assert _shape(p * (1, -1, 1), q).mirror == "y" or count < 12
         flat = q * (1, 1, 0.01)  # a mirror on a plane is a rotation
         assert not _shape(flat * (-1, 1, 1), flat + rng.normal(0, 0.1, q.shape)).mirror

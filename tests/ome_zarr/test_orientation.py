@@ -60,8 +60,7 @@ def same_places(found, expected):
 
 
 @pytest.mark.parametrize("code", CODES)
-def test_each_orientation_through_each_door(code, rng, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_each_orientation_through_each_door(code, rng, folder):
     number, stored = CODES.index(code), values(rng)[:6, :10, :14]
     grid = grid_of(code, shape=stored.shape)
     stated, version = words(code, number % 2), ("0.4", "0.5")[number // 2 % 2]
@@ -147,9 +146,7 @@ def test_label_images_take_what_their_image_states(rng, tmp_path):
         {"x": "left-to-right", "y": "ventral-to-dorsal", "z": "caudal-to-rostral"},
     ],
 )
-def test_data_without_a_frame_are_reported(stated, rng, tmp_path, monkeypatch, caplog):
-    monkeypatch.chdir(tmp_path)
-    np.savetxt("handles.csv", HANDLES, delimiter=",")
+def test_data_without_a_frame_are_reported(stated, rng, folder, caplog):
     stated = {name: {"orientation": text} for name, text in stated.items()}
     write("in.ome.zarr", [values(rng)], stated=stated)
     for target in ("out.ome.zarr", "out.vti"):

@@ -14,16 +14,11 @@ from vtk_mls.blocks import image_job as job
 from vtk_mls.commands.cli import main
 from vtk_mls.files.ome_zarr import open_image
 
+pytestmark = pytest.mark.usefixtures("folder")
 GRID = Grid(SHAPE[::-1], ORIGIN[::-1], SPACING[::-1])
 D = Deformation(HANDLES[:, :3], HANDLES[:, 3:], device="reference")
 SETTINGS = {"interpolation": "linear", "background": 0.0, "void_values": "background"}
 REST = Deformation(HANDLES[:, :3], HANDLES[:, :3], device="reference")
-
-
-@pytest.fixture(autouse=True)
-def folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    np.savetxt("handles.csv", HANDLES, delimiter=",")
 
 
 def level(path, number=0):
