@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from command_fixtures import run
 from hands import MIDDLE, SIZE, Hands, ball_image, ball_mesh, pixels_in
-from vtk_fixtures import TURNED, add_scalars
+from vtk_fixtures import TURNED, add_scalars, polydata_of
 from vtkmodules.vtkCommonCore import (
     VTK_BIT,
     VTK_INT,
@@ -15,9 +15,8 @@ from vtkmodules.vtkCommonCore import (
     VTK_SIGNED_CHAR,
     VTK_UNSIGNED_SHORT,
     vtkDataArray,
-    vtkPoints,
 )
-from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPolyData
+from vtkmodules.vtkCommonDataModel import vtkImageData
 
 from vtk_mls import io
 from vtk_mls.editor import State
@@ -38,14 +37,6 @@ def image_with(values, dimensions):
     return image
 
 
-def points_alone():
-    points, cloud = vtkPoints(), vtkPolyData()
-    for i in range(5):
-        points.InsertNextPoint(i, i * i, 1)
-    cloud.SetPoints(points)
-    return cloud
-
-
 UNUSUAL = {
     "two voxels": lambda: image_with(np.array([0.0, 1.0]), (2, 1, 1)),
     "one voxel": lambda: image_with(np.array([1.0]), (1, 1, 1)),
@@ -54,7 +45,7 @@ UNUSUAL = {
     "all the same": lambda: image_with(np.zeros(27), (3, 3, 3)),
     "not finite": lambda: image_with(np.r_[np.nan, np.inf, np.arange(25.0)], (3, 3, 3)),
     "colors": lambda: image_with(np.arange(81).reshape(27, 3).astype(np.uint8), (3, 3, 3)),
-    "points": points_alone,
+    "points": lambda: polydata_of([(i, i * i, 1) for i in range(5)]),
 }
 
 

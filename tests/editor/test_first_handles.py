@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from hands import MIDDLE, SIZE, Hands, ball_image, ball_mesh
 from pipelines import ball
-from vtkmodules.vtkCommonCore import vtkPoints
-from vtkmodules.vtkCommonDataModel import vtkPolyData
+from vtk_fixtures import polydata_of
 from vtkmodules.vtkFiltersCore import vtkAppendPolyData
 from vtkmodules.vtkFiltersSources import vtkPlaneSource, vtkPointSource
 
@@ -50,20 +49,16 @@ def test_no_handles_between_two_balls():
 
 
 def test_points_without_cells():
-    points = vtkPolyData()
-    points.SetPoints(output_of(vtkPointSource(), NumberOfPoints=500).GetPoints())
-    positions = arrays.to_numpy(points.GetPoints().GetData())
-    rest = Hands(points).editor.state.rest
+    points = output_of(vtkPointSource(), NumberOfPoints=500).GetPoints()
+    positions = arrays.to_numpy(points.GetData())
+    rest = Hands(polydata_of(positions)).editor.state.rest
     assert len(rest) > 15
     distances = np.linalg.norm(positions - rest[:, None], axis=2).min(axis=1)
     np.testing.assert_allclose(distances, 0, atol=1e-6)
 
 
 def test_a_single_point_has_one_handle():
-    points = vtkPolyData()
-    points.SetPoints(vtkPoints())
-    points.GetPoints().InsertNextPoint(3, 4, 5)
-    assert Hands(points).editor.state.rest.tolist() == [[3, 4, 5]]
+    assert Hands(polydata_of([(3, 4, 5)])).editor.state.rest.tolist() == [[3, 4, 5]]
 
 
 def test_an_empty_image_has_all_handles():

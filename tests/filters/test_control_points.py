@@ -5,6 +5,7 @@ from pipelines import control_points, update
 
 from vtk_mls.filters import MLSControlPoints
 from vtk_mls.vtk import arrays
+from vtk_mls.vtk.objects import configured
 
 
 def test_explicit_points(rng):
@@ -26,19 +27,14 @@ def test_explicit_points(rng):
 
 def test_nothing_moves_without_deformed_points():
     source = MLSControlPoints()
+    assert update(source).GetNumberOfPoints() == 0
     source.SetRestPoints([(1, 2, 3), (4, 5, 6)])
     displacement = update(source).GetPointData().GetArray("Displacement")
     np.testing.assert_array_equal(arrays.to_numpy(displacement), np.zeros((2, 3)))
 
 
-def test_no_points_are_none():
-    assert update(MLSControlPoints()).GetNumberOfPoints() == 0
-
-
 def test_lattice():
-    source = MLSControlPoints()
-    source.SetMode("lattice")
-    source.SetLatticeDimensions(2, 3, 1)
+    source = configured(MLSControlPoints(), Mode="lattice", LatticeDimensions=(2, 3, 1))
     source.SetBounds(0, 1, 0, 4, -3, 5)
     p, _, _ = arrays.control_points(update(source), "Displacement")
     expected = [(0, 0), (1, 0), (0, 2), (1, 2), (0, 4), (1, 4)]

@@ -21,14 +21,13 @@ from mesh_fixtures import (
     grid_of,
     linear,
     places_of,
-    set_places,
     sizes,
     sphere,
     split,
 )
 from pairwise import paired
 from pipelines import control_points, update
-from vtk_fixtures import REST, add_array
+from vtk_fixtures import REST, add_array, polydata_of
 from vtkmodules.vtkCommonCore import vtkVersion
 from vtkmodules.vtkCommonDataModel import (
     VTK_BEZIER_WEDGE,
@@ -49,9 +48,7 @@ from vtkmodules.vtkCommonDataModel import (
     VTK_VOXEL,
     VTK_WEDGE,
     vtkBiQuadraticQuadraticHexahedron,
-    vtkCellArray,
     vtkDataSetAttributes,
-    vtkPolyData,
 )
 from vtkmodules.vtkFiltersCore import vtkAppendFilter, vtkCellCenters, vtkConnectivityFilter
 
@@ -212,14 +209,8 @@ def cloud(count, others=0):
     x = np.random.default_rng(5).uniform(LOW, HIGH, (count + 3 * others, 3))
     x[:4, 0] = 4.03, 4.03, 1, 7  # on either side of the cut, and two on it
     x[:2, 1:] = 4, 3
-    mesh, vertices, triangles = vtkPolyData(), vtkCellArray(), vtkCellArray()
-    set_places(mesh, x)
-    vertices.InsertNextCell(count, list(range(count)))
-    for first in range(count, len(x), 3):
-        triangles.InsertNextCell(3, list(range(first, first + 3)))
-    mesh.SetVerts(vertices)
-    mesh.SetPolys(triangles)
-    return decorated(mesh)
+    triangles = [range(first, first + 3) for first in range(count, len(x), 3)]
+    return decorated(polydata_of(x, Verts=[range(count)], Polys=triangles))
 
 
 @pytest.mark.parametrize("cut", CUTS)
@@ -268,14 +259,8 @@ def test_a_line_of_many_corners_is_torn_where_two_that_follow_are_apart():
     t = np.linspace(0, 1, 100)[:, None]
     corners = np.array([(2.0, 4, 5), (2, 4, 1), (6, 4, 1), (6, 4, 5), (2, 4, 5)])
     ways = [a + t * (b - a) for a, b in pairwise(corners)]
-    round_the_edge, closed = np.concatenate(ways[:3]), np.concatenate(ways)
-    mesh, lines = vtkPolyData(), vtkCellArray()
-    set_places(mesh, np.concatenate([round_the_edge, closed]))
-    first = 0
-    for x in (round_the_edge, closed):
-        lines.InsertNextCell(len(x), list(range(first, first + len(x))))
-        first += len(x)
-    mesh.SetLines(lines)
+    round_the_edge, closed = range(300), range(400)
+    mesh = polydata_of(np.concatenate(ways), Lines=[round_the_edge, closed])
     assert splitting.crossed(mesh, [CUTS["half-plane"]]).tolist() == [False, True]
 
 
@@ -354,9 +339,7 @@ def test_each_side_moves_by_its_own_map(name, cut, device):
 
 def test_polydata_stays_polydata():
     mesh = sphere()
-    lines = vtkCellArray()
-    lines.InsertNextCell(3, [0, 100, 1])
-    mesh.SetLines(lines)
+    mesh.SetLines(polydata_of([], Lines=[(0, 100, 1)]).GetLines())
     mesh.GetCellData().Initialize()
     add_array(mesh.GetCellData(), "number", np.arange(mesh.GetNumberOfCells()))
     output = update(deforming(mesh, control_points(REST, OPENED), cut=CUTS["plane"]))

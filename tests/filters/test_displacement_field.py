@@ -4,9 +4,7 @@ import numpy as np
 import pytest
 from pipelines import assert_fails, connect, control_points, update, values_of
 from smooth_images import PLACES, smooth_image
-from vtk_fixtures import DEFORMED, REST, add_scalars, make_image
-from vtkmodules.vtkCommonCore import vtkPoints
-from vtkmodules.vtkCommonDataModel import vtkPolyData
+from vtk_fixtures import DEFORMED, REST, add_scalars, make_image, polydata_of
 from vtkmodules.vtkFiltersHybrid import vtkGridTransform
 from vtkmodules.vtkFiltersSources import vtkPlaneSource, vtkSphereSource
 from vtkmodules.vtkImagingCore import vtkImageReslice
@@ -98,11 +96,8 @@ def test_vtk_grid_transform_deforms_alike(field, device, start):
 
 def test_after_a_failure_a_smaller_grid_is_requested(messages):
     """VTK keeps the extent that was asked for last."""
-    bare, points = vtkPolyData(), vtkPoints()
-    points.InsertNextPoint(0, 0, 0)
-    bare.SetPoints(points)
-    field = connect(MLSDisplacementField(), output_of(vtkSphereSource()), bare)
-    field.SetDevice("reference")
+    field = configured(MLSDisplacementField(), Device="reference")
+    connect(field, output_of(vtkSphereSource()), polydata_of([(0, 0, 0)]))
     for _ in range(3):
         assert_fails(field, messages, "no numeric point array `Displacement`")
         field.SetSampleDimensions(5, 1, 3)

@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 from mesh_fixtures import deforming, explicit_structured
 from pipelines import Executions, assert_fails, connect, control_points, update
-from vtk_fixtures import DEFORMED, REST, add_array
+from vtk_fixtures import DEFORMED, REST, add_array, polydata_of
 from vtkmodules.util.misc import calldata_type
-from vtkmodules.vtkCommonCore import VTK_STRING, vtkObject, vtkPoints
+from vtkmodules.vtkCommonCore import VTK_STRING, vtkObject
 from vtkmodules.vtkCommonDataModel import (
-    vtkCellArray,
     vtkDataObject,
     vtkImageData,
     vtkMultiBlockDataSet,
@@ -34,9 +33,12 @@ class Scene:
         self.deforming.SetDevice("reference")
         connect(self.deforming, self.source, self.handles)
 
-    def feed(self, **polydata):
+    def feed(self, **point_arrays):
         """Give control points as data."""
-        self.deforming.SetInputDataObject(1, _polydata(**polydata))
+        polydata = polydata_of(REST)
+        for name, values in point_arrays.items():
+            add_array(polydata.GetPointData(), name, values)
+        self.deforming.SetInputDataObject(1, polydata)
 
     def cut(self, surface):
         self.deforming.SetInputDataObject(2, surface)
@@ -45,24 +47,7 @@ class Scene:
         self.deforming.SetInputArrayToProcess(index, 1, 0, POINTS, name)
 
 
-def _polydata(points=REST, **point_arrays):
-    polydata, vtk_points = vtkPolyData(), vtkPoints()
-    for point in points:
-        vtk_points.InsertNextPoint(point)
-    polydata.SetPoints(vtk_points)
-    for name, values in point_arrays.items():
-        add_array(polydata.GetPointData(), name, values)
-    return polydata
-
-
-def _sliver():
-    """A triangle without an area."""
-    polydata, triangles = _polydata([(0, 0, 0), (1, 0, 0), (2, 0, 0)]), vtkCellArray()
-    triangles.InsertNextCell(3, (0, 1, 2))
-    polydata.SetPolys(triangles)
-    return polydata
-
-
+SLIVER = polydata_of([(0, 0, 0), (1, 0, 0), (2, 0, 0)], Polys=[(0, 1, 2)])
 MOVE = DEFORMED - REST
 NAN = np.where(np.arange(24).reshape(8, 3) == 4, np.nan, MOVE)
 INF = np.where(np.arange(8) == 3, np.inf, 1.0)
@@ -111,7 +96,7 @@ BOTH = {
     "no cut": (lambda s: s.deforming.AddCut("x"), "`cuts` must be Plane, HalfPlane or Surface"),
     "no face": (lambda s: s.deforming.AddConstraint("x"), "`constraints` must be"),
     "no surface": (lambda s: s.cut(vtkPolyData()), "`Cuts` has no surface"),
-    "sliver": (lambda s: s.cut(_sliver()), "`Cuts` has no usable surface.*area"),
+    "sliver": (lambda s: s.cut(SLIVER), "`Cuts` has no usable surface.*area"),
     "no shapes": (sets(HandleShapes="lines"), "`HandleShapes` must be .* points, cells, .*'lines'"),
     **{
         f"blend {blend}": (sets(Blend=blend), f"`Blend` must be a (finite )?number, got {blend!r}")

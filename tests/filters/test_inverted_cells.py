@@ -24,7 +24,7 @@ from mesh_fixtures import (
     structured,
 )
 from pipelines import control_points, update
-from vtk_fixtures import REST, add_array
+from vtk_fixtures import REST, add_array, polydata_of
 from vtkmodules.vtkCommonCore import VTK_UNSIGNED_CHAR, vtkIdList
 from vtkmodules.vtkCommonDataModel import (
     VTK_HEXAGONAL_PRISM,
@@ -172,10 +172,7 @@ def test_blanked_cells_of_structured_grids_do_not_count():
 
 
 def test_concave_polygons_are_not_inside_out():
-    mesh, some = vtkPolyData(), vtkCellArray()
-    set_places(mesh, [(1, 1, 3), (7, 1, 3), (7, 7, 3), (6, 2, 3)])
-    some.InsertNextCell(4, range(4))
-    mesh.SetPolys(some)
+    mesh = polydata_of([(1, 1, 3), (7, 1, 3), (7, 7, 3), (6, 2, 3)], Polys=[range(4)])
     assert judged(mesh, control_points(REST, REST + 1))[1:] == (0, 0)
     assert judged(mesh, control_points(REST, REST * [1, -1, 1]), Kind="affine")[1:] == (1, 0)
 

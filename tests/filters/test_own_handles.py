@@ -85,9 +85,7 @@ def test_a_dragged_handle_is_followed_once(filter_type, image):
 
 def test_only_handles_at_rest_on_the_cut_itself_do_not_count(image):
     """Their weights go with them; what is dragged, or beside the cut, or beyond its edge counts."""
-    deforming = alone(MLSDeform, image)
-    deforming.SetCutType("half-plane")
-    deforming.SetCutOrigin(4, 4, 3)
+    deforming = alone(MLSDeform, image, CutType="half-plane", CutOrigin=(4, 4, 3))
     rest = np.vstack([REST, [(4, 1, 6), (4, 7, 6), (4, 1, 1), (4.1, 3, 5)]])
     deformed = np.vstack([DEFORMED, rest[8:]])
     deformed[9] += (0.5, 0, 0)
@@ -95,18 +93,14 @@ def test_only_handles_at_rest_on_the_cut_itself_do_not_count(image):
     weights = np.arange(1.0, 13)
 
     def outcome(numbers):
-        deforming.SetRestPoints(rest[numbers])
-        deforming.SetDeformedPoints(deformed[numbers])
-        deforming.SetWeights(weights[numbers])
-        return result(deforming)
+        lists = {"RestPoints": rest[numbers], "DeformedPoints": deformed[numbers]}
+        return result(configured(deforming, Weights=weights[numbers], **lists))
 
     everything = outcome(counts | True)
     np.testing.assert_array_equal(everything, outcome(counts))
     for number in range(9, 12):
         assert not np.array_equal(everything, outcome(counts & (np.arange(12) != number)))
-    deforming.SetRestPoints([(4, 1, 6)])
-    deforming.SetDeformedPoints(())
-    deforming.SetWeights(())
+    configured(deforming, RestPoints=[(4, 1, 6)], DeformedPoints=(), Weights=())
     np.testing.assert_array_equal(result(deforming), values_of(image, "value"))
 
 
@@ -138,8 +132,8 @@ def test_a_handle_that_is_dragged_off_the_cut_takes_that_side_along(cut, frame):
     rest = lattice((3, 3, 3), bounds)
     number = len(rest) // 2 + 9  # in the middle of the upper side
     assert (rest[number] == [*middle[:2], bounds[5]]).all()
-    deforming = configured(MLSDeform(), Device=FAST, InputData=image, RestPoints=rest)
-    configured(deforming, CutFrame=frame, CutType=cut, CutOrigin=middle)
+    cutting = {"CutFrame": frame, "CutType": cut, "CutOrigin": middle}
+    deforming = configured(alone(MLSDeform, image, RestPoints=rest, **cutting), Device=FAST)
     voids = []
     for way in (-4, 4):
         deformed = rest.copy()
