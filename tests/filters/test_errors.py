@@ -29,8 +29,7 @@ class Scene:
     def __init__(self, kind):
         self.source, self.handles = vtkRTAnalyticSource(), control_points()
         self.source.SetWholeExtent(0, 5, 0, 4, 0, 3)
-        self.deforming = kind()
-        self.deforming.SetDevice("reference")
+        self.deforming = configured(kind(), Device="reference")
         connect(self.deforming, self.source, self.handles)
 
     def feed(self, **point_arrays):
@@ -147,10 +146,8 @@ def mend(scene):
     for algorithm in (scene.handles, scene.deforming):
         for prop in algorithm.PROPERTIES:
             prop.assign(algorithm, prop.default)
-    scene.handles.SetRestPoints(REST)
-    scene.handles.SetDeformedPoints(DEFORMED)
-    scene.deforming.SetDevice("reference")
-    scene.deforming.DisconnectCuts()
+    configured(scene.handles, RestPoints=REST, DeformedPoints=DEFORMED)
+    configured(scene.deforming, Device="reference").DisconnectCuts()
     scene.source.Modified()
     connect(scene.deforming, scene.source, scene.handles)
     scene.use(0, "Displacement")
@@ -184,12 +181,9 @@ def test_observers_hear_the_sentence_once(kind):
         heard.append(text)
 
     if kind is MLSControlPoints:
-        algorithm = kind()
-        algorithm.SetMode("random")
+        algorithm = configured(kind(), Mode="random")
     else:
-        scene = Scene(kind)
-        algorithm = scene.deforming
-        algorithm.SetKind("elastic")
+        algorithm = configured(Scene(kind).deforming, Kind="elastic")
     algorithm.AddObserver("ErrorEvent", hear)
     algorithm.Update()
     assert len(heard) == 1
@@ -221,13 +215,11 @@ def test_no_output_when_vtk_is_silent(messages):
 def test_the_environment_names_the_device(monkeypatch, messages):
     monkeypatch.setenv("VTK_MLS_DEVICE", "77:0")
     for choice in ("input", "fitted"):
-        scene = Scene(MLSDeform)
-        scene.deforming.SetDevice("")
-        scene.deforming.SetOutputGrid(choice)
-        assert_fails(scene.deforming, messages, "no OpenCL device `77:0`")
+        deforming = configured(Scene(MLSDeform).deforming, Device="", OutputGrid=choice)
+        assert_fails(deforming, messages, "no OpenCL device `77:0`")
         monkeypatch.setenv("VTK_MLS_DEVICE", "reference")
         # nothing in the pipeline has changed, and yet it works now
-        assert update(scene.deforming).GetNumberOfPoints() >= 120
+        assert update(deforming).GetNumberOfPoints() >= 120
         monkeypatch.setenv("VTK_MLS_DEVICE", "77:0")
 
 

@@ -14,6 +14,7 @@ from vtk_mls import Deformation, Grid, Plane, Sampling
 from vtk_mls.filters import MLSDeform
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
+from vtk_mls.vtk.objects import configured
 
 FAR = [300.0, -200, 100]
 
@@ -25,13 +26,12 @@ def reference(shift=(0, 0, 0)):
 
 
 def deforming(dataset, grid=None, deformed=DEFORMED, port=True):
-    deform = connect(MLSDeform(), dataset, control_points(deformed=deformed))
-    deform.SetDevice("reference")
+    deform = configured(MLSDeform(), Device="reference")
     if port:
         deform.SetInputData(5, grid)
     else:
         deform.SetReference(grid)
-    return deform
+    return connect(deform, dataset, control_points(deformed=deformed))
 
 
 @pytest.mark.parametrize("kind", ["input", "image", "grid"])
@@ -60,9 +60,7 @@ def test_the_output_has_the_grid_of_the_reference(kind):
 def test_gradients_jacobians_and_voids_are_those_of_its_points():
     image, cut = smooth_image(), Plane((4, 4, 3), (1, 0, 0))
     deform = deforming(image, reference())
-    deform.SetGradientArray("values")
-    deform.SetGenerateJacobian(True)
-    deform.AddCut(cut)
+    configured(deform, GradientArray="values", GenerateJacobian=True).AddCut(cut)
     output = update(deform)
     points = ImageGeometry.of_image(output).grid.points()
     value = Deformation(REST, DEFORMED, cuts=[cut], device="reference")

@@ -6,7 +6,6 @@ import importlib
 
 import numpy as np
 import pytest
-from vtk_fixtures import can_draw
 
 from vtk_mls import Deformation, Plane
 from vtk_mls.model.options import MAP_TOLERANCE
@@ -18,9 +17,7 @@ DEFAULT = MAP_TOLERANCE.interactive_default
 
 
 @pytest.fixture
-def plotter():
-    if not can_draw():
-        pytest.skip("VTK cannot draw here")
+def plotter(opengl):
     plotter = pyvista.Plotter(off_screen=True, window_size=(240, 240))
     yield plotter
     plotter.close()
@@ -106,15 +103,11 @@ def test_errors_of_an_editor_name_the_argument(plotter, options, message):
         plotter.mls.edit(pyvista.Sphere(), **options)
 
 
-def test_one_view_and_one_editor():
-    if not can_draw():
-        pytest.skip("VTK cannot draw here")
-    plotter = pyvista.Plotter(off_screen=True, shape=(1, 2), window_size=(400, 200))
+def test_one_view_and_one_editor(plotter):
+    two_views = pyvista.Plotter(off_screen=True, shape=(1, 2), window_size=(400, 200))
     with pytest.raises(ValueError, match="one view, got 2"):
-        plotter.mls.edit(pyvista.Sphere())
-    plotter.close()
-    plotter = pyvista.Plotter(off_screen=True, window_size=(240, 240))
+        two_views.mls.edit(pyvista.Sphere())
+    two_views.close()
     plotter.mls.edit(pyvista.Sphere())
     with pytest.raises(ValueError, match="has an editor"):
         plotter.mls.edit(pyvista.Sphere())
-    plotter.close()

@@ -202,9 +202,8 @@ def test_a_smart_mapper():
     mapper = vtkSmartVolumeMapper()
     mapper.SetRequestedRenderModeToGPU()
     mapper.InteractiveAdjustSampleDistancesOff()
-    volume = volume_of(image_of(VALUES), mapper=mapper)
-    scene, d = Scene(volume), deformation()
-    DeformedVolume(volume, scene.renderer).update(d)
+    (_, scene, drawn), d = drawn_volume(image_of(VALUES), mapper=mapper), deformation()
+    drawn.update(d)
     assert_alike(scene.picture(), Scene(volume_of(resampled(d))).picture())
 
 
