@@ -62,10 +62,10 @@ def told_values(each):
 def written(algorithm, dataset, cut, **properties):
     """The arrays that a filter adds."""
     connect(algorithm, dataset, control_points())
-    algorithm.SetDevice("reference")
     if cut:
         algorithm.AddCut(CUT)
-    return names(update(configured(algorithm, **properties))) - names(dataset)
+    configured(algorithm, Device="reference", **properties)
+    return names(update(algorithm)) - names(dataset)
 
 
 def switched(names=DEFORM_SWITCHES):
@@ -110,9 +110,7 @@ def of_port(tmp_path):
         markups = tmp_path / "points.fcsv"
         markups.write_text("# CoordinateSystem = LPS\n# columns = id,x,y,z,label\na,1,2,3,tip\n")
         listed = control_points(weights=np.ones(8))
-        read = MLSControlPoints()
-        read.SetMode("file")
-        read.SetFileName(str(markups))
+        read = configured(MLSControlPoints(), Mode="file", FileName=str(markups))
         outputs = []
         for algorithm in (listed, read):
             update(algorithm)

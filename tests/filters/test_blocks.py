@@ -7,7 +7,7 @@ import mesh_fixtures
 import numpy as np
 import pytest
 from mesh_fixtures import CUTS, array_of, cells, rectilinear, set_places, sphere
-from pipelines import assert_fails, assert_same, connect, control_points, update
+from pipelines import assert_fails, assert_same, connect, content, control_points, update
 from vtk_fixtures import DEFORMED, REST, add_array, make_image
 from vtkmodules.vtkCommonDataModel import (
     VTK_HEXAHEDRON,
@@ -182,24 +182,16 @@ def test_blocks_of_one_lattice_are_parts_of_one_image(kind, name, rng):
     for part, block in zip(parts, blocks(found)):
         assert block.GetExtent() == part.GetExtent()
         assert block.GetOrigin() == part.GetOrigin()
-        first = np.round(ImageGeometry.of_image(expected).grid.index_of(block_start(part))[0])
+        start = ImageGeometry.of_image(part).grid.origin[None]
+        first = np.round(ImageGeometry.of_image(expected).grid.index_of(start)[0])
         last = first + np.array(part.GetDimensions()) - 1
         same = part_of(expected, np.column_stack([first, last]).astype(int).tolist())
         assert block.GetPointData().GetNumberOfArrays() == 6
-        for data, own in (
-            (same.GetPointData(), block.GetPointData()),
-            (same.GetCellData(), block.GetCellData()),
-        ):
-            assert data.GetNumberOfArrays() == own.GetNumberOfArrays()
-            for i in range(data.GetNumberOfArrays()):
-                name = data.GetArrayName(i)
-                np.testing.assert_array_equal(
-                    arrays.to_numpy(own.GetArray(name)), arrays.to_numpy(data.GetArray(name)), name
-                )
-
-
-def block_start(image):
-    return ImageGeometry.of_image(image).grid.origin[None]
+        own, wanted = (
+            {key: values for key, values in content(image).items() if key[0] in ("Point", "Cell")}
+            for image in (block, same)
+        )
+        assert_same(own, wanted)
 
 
 def with_own_origin(image):
@@ -283,10 +275,8 @@ OTHERS = {table: 0, trees: 1, molecule: 1}  # and how many warnings
 def test_blocks_that_are_no_datasets_pass(make, kind, make_filter, messages):
     others, mesh = [make(), make()], cells(VTK_TETRA, 1)
     data = composite(kind, [others[0], mesh, others[1]])
-    filter_, alone = (connect(make_filter(), each, control_points()) for each in (data, mesh))
-    for each in (filter_, alone):
-        each.SetDevice("reference")
-        each.AddCut(HalfPlane((4, 4, 3), (1, 0.2, 0), (0, 0, 1)))
+    cut = HalfPlane((4, 4, 3), (1, 0.2, 0), (0, 0, 1))
+    filter_, alone = (deforming(each, cut=cut, kind=make_filter) for each in (data, mesh))
     for alpha in (1.0, 1.5):
         filter_.SetAlpha(alpha)
         alone.SetAlpha(alpha)

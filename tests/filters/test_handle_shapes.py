@@ -148,9 +148,8 @@ def test_blend_turns_by_a_share_of_the_angle(share):
 
 
 def test_handles_of_python():
-    deform, mesh = MLSDeform(), ball((0, 0, 0), 1)
-    deform.SetInputData(0, mesh)
-    deform.SetDevice("reference")
+    mesh = ball((0, 0, 0), 1)
+    deform = configured(MLSDeform(), InputData=mesh, Device="reference")
     deform.AddHandle(RegionHandle(Ball((0, 0, 0), 2), matrix(MOTION)))
     np.testing.assert_allclose(positions(update(deform)), carried_by(MOTION, mesh), atol=1e-5)
     deform.ClearHandles()

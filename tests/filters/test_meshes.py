@@ -270,10 +270,10 @@ def test_a_far_point_does_not_empty_a_mesh(far, cut):
 def test_control_points_that_are_no_places_get_a_sentence(make, messages):
     """As ParaView lays them over an input that has no bounds yet."""
     for far, sentence in ((1e299, "`RestPoints` must be places"), (1e12, "where the data are")):
-        for filter_ in (MLSDeform(), MLSDisplacementField()):
+        rest, deformed = [(far,) * 3, (-far,) * 3], [(far, far, 0), (-far,) * 3]
+        for kind in (MLSDeform, MLSDisplacementField):
+            filter_ = configured(kind(), RestPoints=rest, DeformedPoints=deformed)
             filter_.SetInputData(0, make())
-            filter_.SetRestPoints([(far, far, far), (-far, -far, -far)])
-            filter_.SetDeformedPoints([(far, far, 0), (-far, -far, -far)])
             assert_fails(filter_, messages, sentence)
 
 

@@ -7,15 +7,13 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 from scenes import Scene
 from vtkmodules.vtkCommonCore import vtkOutputWindow, vtkStringOutputWindow
-from vtkmodules.vtkCommonDataModel import (
-    vtkImageData,
-    vtkPointSet,
-)
+from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPointSet
 
 import vtk_mls
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
+from vtk_mls.vtk.objects import configured
 
 _MISS = 3e-3  # as of checks, relative to the size of the data
 _TETRAHEDRON = [(0, 1, 2), (0, 3, 1), (0, 2, 3), (1, 3, 2)]
@@ -37,12 +35,8 @@ def check_limits(rng, device):
     case = f"{case}{mask}, {faces} in a world of {scene.size:g}"
 
     def run(_=None):
-        filter_ = make()
-        filter_.SetInputDataObject(0, data)
-        filter_.SetRestPoints(rest)
-        filter_.SetDeformedPoints(deformed)
-        filter_.SetDevice(device)
-        filter_.SetMask(mask)
+        filter_ = configured(make(), InputData=data, Device=device, Mask=mask)
+        configured(filter_, RestPoints=rest, DeformedPoints=deformed)
         for handle in handles:
             filter_.AddHandle(handle)
         for face in faces:
