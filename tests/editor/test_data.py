@@ -26,11 +26,11 @@ from vtk_mls.rendering import transfer_functions
 from vtk_mls.rendering.image_values import scalar_image
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
+from vtk_mls.vtk.objects import configured
 
 
 def image_with(values, dimensions):
-    image = vtkImageData()
-    image.SetDimensions(dimensions)
+    image = configured(vtkImageData(), Dimensions=dimensions)
     if values is not None:
         arrays.add(image.GetPointData(), "values", values)
         image.GetPointData().SetActiveScalars("values")
@@ -154,9 +154,7 @@ def test_axes_of_any_order_keep_their_values(order, rng):
     values = rng.uniform(size=(5, 4, 3))
     image = image_with(values.ravel(), (3, 4, 5))
     direction = np.eye(3)[list(order)] * [1, -1, -1] @ TURNED
-    image.SetDirectionMatrix(direction.ravel())
-    image.SetSpacing(1, 2, 3)
-    image.SetOrigin(7, 8, 9)
+    configured(image, DirectionMatrix=direction.ravel(), Spacing=(1, 2, 3), Origin=(7, 8, 9))
     drawn = scalar_image(image)
     before, after = (ImageGeometry.of_image(image).grid for image in (image, drawn))
     assert (np.diag(after.direction) > 0).all()

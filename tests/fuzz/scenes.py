@@ -32,6 +32,7 @@ from vtk_mls import CUT_FRAMES, INTERPOLATIONS, VOID_VALUES, HalfPlane, Plane, S
 from vtk_mls.base.validation import short_repr
 from vtk_mls.model.options import named
 from vtk_mls.vtk import arrays
+from vtk_mls.vtk.objects import configured, output_of
 
 CONSTANT = "constant"  # the name of an array
 _CONSTANTS = (
@@ -100,11 +101,9 @@ class Scene:
         if kind == "half-plane":
             return HalfPlane(place, normal, inward)
         corners = self.places(4, 1.5)
-        return (
-            Surface.polygon(corners[:3])
-            if kind == "polygon"
-            else Surface(corners, [(0, 1, 2), (1, 2, 3)])
-        )
+        if kind == "polygon":
+            return Surface.polygon(corners[:3])
+        return Surface(corners, [(0, 1, 2), (1, 2, 3)])
 
     def dataset(self, may_be_composite=True):
         """Any that the filter takes."""
@@ -153,13 +152,12 @@ class Scene:
         return image
 
     def cells(self):
-        rng, source = self.rng, vtkCellTypeSource()
+        rng = self.rng
         types = _CELL_TYPES if rng.random() < 0.7 else _CURVED_TYPES
-        source.SetCellType(int(rng.choice(types)))
+        source = configured(vtkCellTypeSource(), CellType=int(rng.choice(types)))
         blocks = int(rng.integers(1, 4))
         source.SetBlocksDimensions(blocks, blocks, blocks)
-        source.Update()
-        mesh = source.GetOutput()
+        mesh = output_of(source)
         for data in (mesh.GetPointData(), mesh.GetCellData()):
             data.Initialize()
         x = arrays.to_numpy(mesh.GetPoints().GetData())

@@ -19,7 +19,7 @@ from drawing import (
 )
 from pairwise import one_of, paired, rare
 from pipelines import ball
-from vtk_fixtures import FAST, TURNED
+from vtk_fixtures import FAST, TURNED, make_image
 from vtkmodules.vtkCommonDataModel import vtkPiecewiseFunction, vtkPlane
 from vtkmodules.vtkImagingCore import vtkImageShiftScale
 from vtkmodules.vtkRenderingCore import (
@@ -100,29 +100,23 @@ def pictures(d, values=VALUES, prepare=None, hides_outside=False, **style):
     return picture, expected
 
 
-def volume_in(scene):
-    return scene.renderer.GetVolumes().GetItemAsObject(0)
+def mapper_in(scene):
+    return scene.renderer.GetVolumes().GetItemAsObject(0).GetMapper()
 
 
 # Styles
 
 
-def _cropped(scene):
-    mapper = volume_in(scene).GetMapper()
-    mapper.CroppingOn()
-    mapper.SetCroppingRegionPlanes(8, 45, -100, 30, 0, 47)
+def _with(**values):
+    """A function that sets properties of the mapper."""
+    return lambda scene: configured(mapper_in(scene), **values)
 
 
-def _plane():
-    return configured(vtkPlane(), Origin=CENTER, Normal=(0.5, 1, 0.2))
+_PLANE = configured(vtkPlane(), Origin=CENTER, Normal=(0.5, 1, 0.2))
 
 
 def _clipped(scene):
-    volume_in(scene).GetMapper().AddClippingPlane(_plane())
-
-
-def _sliced(scene):
-    volume_in(scene).GetProperty().SetSliceFunction(_plane())
+    mapper_in(scene).AddClippingPlane(_PLANE)
 
 
 def _with_ball(opacity):
@@ -140,23 +134,12 @@ def _with_ball(opacity):
 
 
 def _parallel(scene):
-    scene.renderer.GetActiveCamera().ParallelProjectionOn()
-    scene.renderer.GetActiveCamera().SetParallelScale(SIZE)
+    configured(scene.renderer.GetActiveCamera(), ParallelProjection=True, ParallelScale=SIZE)
 
 
 def _zoomed(scene):
     """Zoom in: VTK hides half a voxel more at the ends of the volume."""
     scene.renderer.GetActiveCamera().Zoom(2.5)
-
-
-def _jittered(scene):
-    volume_in(scene).GetMapper().UseJitteringOn()
-
-
-def _shadowed(scene):
-    mapper = volume_in(scene).GetMapper()
-    mapper.SetGlobalIlluminationReach(0.5)
-    mapper.SetVolumetricScatteringBlending(0.5)
 
 
 def _gradient_opacity():
@@ -173,22 +156,22 @@ PROJECTED = {"prepare": _zoomed, "hides_outside": True}
 STYLES = {
     "shaded": {},
     "not shaded": {"Shade": False},
-    "gradient opacity": {"GradientOpacity": (_gradient_opacity(),)},
+    "gradient opacity": {"GradientOpacity": _gradient_opacity()},
     "maximum": {"blend": "MaximumIntensity"},
     "minimum": {"blend": "MinimumIntensity", "values": 255 - VALUES, **PROJECTED},
     "average": {"blend": "AverageIntensity", **PROJECTED},
     "additive": {"blend": "Additive", **PROJECTED},
     "isosurface": {"blend": "IsoSurface"},
-    "slice": {"blend": "Slice", "prepare": _sliced},
+    "slice": {"blend": "Slice", "SliceFunction": _PLANE},
     "independent components": {"values": TWO, "components": 2},
     "colors": {"values": FOUR, "components": 4, "IndependentComponents": False},
-    "cropped": {"prepare": _cropped},
+    "cropped": {"prepare": _with(Cropping=True, CroppingRegionPlanes=(8, 45, -100, 30, 0, 47))},
     "clipped": {"prepare": _clipped},
     "opaque geometry": {"prepare": _with_ball(1.0)},
     "peeled geometry": {"prepare": _with_ball(0.4)},
     "parallel": {"prepare": _parallel},
-    "jittered": {"prepare": _jittered},
-    "shadowed": {"prepare": _shadowed},
+    "jittered": {"prepare": _with(UseJittering=True)},
+    "shadowed": {"prepare": _with(GlobalIlluminationReach=0.5, VolumetricScatteringBlending=0.5)},
 }
 BLENDED = ["shaded", *(name for name, style in STYLES.items() if "blend" in style)]
 
@@ -334,12 +317,10 @@ def test_only_the_part_within_an_output_grid_is_drawn():
 
 @pytest.mark.parametrize("start", [(0, 0, 0), (7, -3, 20)])
 def test_an_oblique_image(start):
-    image = image_of(VALUES)
-    image.SetExtent(*(i for a in start for i in (a, a + SIZE - 1)))
-    image.SetSpacing(1.2, 0.8, 1.0)
-    image.SetOrigin(5, -3, 20)
-    image.SetDirectionMatrix(*np.ravel(TURNED))
-    grid = ImageGeometry.of_image(image).grid
+    image, place = image_of(VALUES), {"origin": (5, -3, 20), "spacing": (1.2, 0.8, 1.0)}
+    geometry = ImageGeometry.of_image(make_image((SIZE,) * 3, start, TURNED, **place))
+    geometry.apply_to(image)
+    grid = geometry.grid
     rest = grid.at(REST)
     d = Deformation(rest, rest + (REST[:, :1] > MIDDLE) * [6, 4, 2], device=FAST)
     target = d.fitted_grid(grid)
@@ -367,13 +348,10 @@ def test_values_of_cells():
 
 
 def test_changes_of_the_data_are_followed():
-    scaled = vtkImageShiftScale()
-    scaled.SetInputData(image_of(VALUES))
+    scaled = configured(vtkImageShiftScale(), InputData=image_of(VALUES))
     scaled.SetOutputScalarTypeToUnsignedChar()
-    volume = volume_of(image_of(VALUES))
+    (volume, scene, drawn), d = drawn_volume(image_of(VALUES)), deformation()
     volume.GetMapper().SetInputConnection(scaled.GetOutputPort())
-    scene, d = Scene(volume), deformation()
-    drawn = DeformedVolume(volume, scene.renderer)
     drawn.update(d)
     first = scene.picture()
     scaled.SetScale(0.6)

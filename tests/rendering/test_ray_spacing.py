@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from drawing import Scene, image_of, phantom, volume_of
+from drawing import Scene, drawn_volume, image_of, phantom, volume_of
 from test_deformed_volume import deformation
 from vtkmodules.vtkRenderingVolumeOpenGL2 import vtkSmartVolumeMapper
 
-from vtk_mls.rendering import DeformedVolume, pace
+from vtk_mls.rendering import pace
 from vtk_mls.rendering.pace import adjust_rays, usual_step
+from vtk_mls.vtk.objects import configured
 
 pytestmark = pytest.mark.usefixtures("opengl")
 
@@ -22,9 +23,9 @@ def blurred(picture, size=6):
 
 
 def test_pictures_during_movement_have_fewer_rays_and_the_same_colors(monkeypatch):
-    volume = volume_of(image_of(phantom()))
-    scene, mapper = Scene(volume), volume.GetMapper()
-    DeformedVolume(volume, scene.renderer).update(deformation())
+    volume, scene, drawn = drawn_volume(image_of(phantom()))
+    mapper = volume.GetMapper()
+    drawn.update(deformation())
     resting = scene.picture()
     monkeypatch.setattr(pace, "_PICTURE_SECONDS", mapper.GetTimeToDraw() / 6)
     scene.window.SetDesiredUpdateRate(15)
@@ -51,16 +52,12 @@ def test_the_first_picture_during_movement_has_few_rays():
 
 @pytest.mark.parametrize("size", [30, 120])
 def test_steps_are_those_of_the_smart_mapper(size):
-    image = image_of(phantom(size))
-    image.SetSpacing(1, 2, 0.6)
-    mapper = vtkSmartVolumeMapper()
+    image = configured(image_of(phantom(size)), Spacing=(1, 2, 0.6))
+    mapper = configured(vtkSmartVolumeMapper(), InteractiveAdjustSampleDistances=False)
     mapper.SetRequestedRenderModeToGPU()
     volume = volume_of(image, mapper=mapper)
     mapper.SetSampleDistance(-1)  # automatic
-    mapper.AutoAdjustSampleDistancesOff()
-    mapper.InteractiveAdjustSampleDistancesOff()
-    scene = Scene(volume)
-    expected = scene.picture()
+    expected = Scene(volume).picture()
     other = volume_of(image)
     other.GetMapper().SetSampleDistance(usual_step(image))
     other.SetProperty(volume.GetProperty())
