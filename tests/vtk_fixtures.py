@@ -6,6 +6,7 @@ import os
 import re
 import subprocess
 import sys
+from contextlib import contextmanager
 
 import numpy as np
 import pytest
@@ -71,14 +72,22 @@ class Messages:
         assert text == "", f"VTK said: {text}"
 
 
+@contextmanager
+def collected_messages():
+    """The `Messages` of VTK meanwhile."""
+    usual, window = vtkOutputWindow.GetInstance(), vtkStringOutputWindow()
+    vtkOutputWindow.SetInstance(window)
+    try:
+        yield Messages(window)
+    finally:
+        vtkOutputWindow.SetInstance(usual)
+
+
 @pytest.fixture(autouse=True)
 def messages():
     """VTK's messages; those that a test does not take make it fail."""
-    usual, window = vtkOutputWindow.GetInstance(), vtkStringOutputWindow()
-    vtkOutputWindow.SetInstance(window)
-    messages = Messages(window)
-    yield messages
-    vtkOutputWindow.SetInstance(usual)
+    with collected_messages() as messages:
+        yield messages
     messages.assert_none()
 
 

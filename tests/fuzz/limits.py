@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import sys
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import numpy as np
 from scenes import Scene
-from vtkmodules.vtkCommonCore import vtkOutputWindow, vtkStringOutputWindow
 from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPointSet
+
+sys.path.append(str(Path(__file__).parents[1]))
+from vtk_fixtures import collected_messages
 
 import vtk_mls
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
@@ -46,18 +50,14 @@ def check_limits(rng, device):
         done = filter_.GetExecutive().Update()
         return done, filter_.GetOutputDataObject(0)
 
-    usual, window = vtkOutputWindow.GetInstance(), vtkStringOutputWindow()
-    vtkOutputWindow.SetInstance(window)
-    try:
+    with collected_messages() as messages:
         results = []
         if rng.random() < 0.2 or not _used:  # also the first use of the device
             _used.append(1)
             with ThreadPoolExecutor(_THREADS) as pool:
                 results = list(pool.map(run, range(_THREADS)))
         done, output = run()
-    finally:
-        vtkOutputWindow.SetInstance(usual)
-    said = [line for line in window.GetOutput().splitlines() if line.strip()]
+    said = [line for line in messages.take().splitlines() if line.strip()]
     assert all(line.startswith("Warning: MLS") for line in said), f"{said[:2]}: {case}"
     assert all(any(words in line for words in _SAID) for line in said), f"{said[:2]}: {case}"
     assert done, f"failed: {case}"
