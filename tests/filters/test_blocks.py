@@ -170,7 +170,8 @@ def test_blocks_of_one_lattice_are_parts_of_one_image(kind, name, rng):
     """Equal to the joined image to the bit; origins and extents are those of each block."""
     whole = scene(rng, has_cells=name != "no shared points")
     parts = boxes(whole, *RANGES[name])
-    parts[-1] = with_own_origin(parts[-1])
+    # the same points with the first at index 0
+    ImageGeometry.of_grid(ImageGeometry.of_image(parts[-1]).grid).apply_to(parts[-1])
     filters = [deforming(data) for data in (whole, composite(kind, parts))]
     for filter_ in filters:
         filter_.AddLabelArray("labels")
@@ -192,12 +193,6 @@ def test_blocks_of_one_lattice_are_parts_of_one_image(kind, name, rng):
             for image in (block, same)
         )
         assert_same(own, wanted)
-
-
-def with_own_origin(image):
-    """The same points with the first at index 0."""
-    ImageGeometry.of_grid(ImageGeometry.of_image(image).grid).apply_to(image)
-    return image
 
 
 @pytest.mark.parametrize(

@@ -48,6 +48,7 @@ from vtkmodules.vtkCommonDataModel import (
 )
 
 from vtk_mls.vtk import arrays
+from vtk_mls.vtk.objects import configured
 from vtk_mls.vtk.orientation import _find_faces_in_stream, _structured
 
 MIRRORED = control_points(REST, REST * [1, 1, -1])
@@ -126,25 +127,15 @@ def test_points_of_a_cell_of_a_large_structured_grid():
     ]
 
 
-def surface_plate():
-    surface, quads = vtkPolyData(), plate()
-    surface.SetPoints(quads.GetPoints())
-    surface.SetPolys(quads.GetCells())
-    return surface
-
-
-def structured_plate(dimensions):
-    mesh = vtkStructuredGrid()
-    mesh.SetDimensions(*dimensions)
-    set_places(mesh, places_of(plate()))
-    return mesh
-
-
 @pytest.mark.parametrize("dimensions", [None, (21, 21, 1), (21, 1, 21), (1, 21, 21)])
 def test_quads_of_other_meshes_are_those_of_a_grid(dimensions):
-    mesh = structured_plate(dimensions) if dimensions else surface_plate()
-    handles = control_points(FLAT_PINCHED, FOLDED)
-    expected, found = (judged(dataset, handles)[1:] for dataset in (plate(), mesh))
+    quads, handles = plate(), control_points(FLAT_PINCHED, FOLDED)
+    if dimensions:
+        mesh = configured(vtkStructuredGrid(), Dimensions=dimensions)
+    else:
+        mesh = configured(vtkPolyData(), Polys=quads.GetCells())
+    mesh.SetPoints(quads.GetPoints())
+    expected, found = (judged(dataset, handles)[1:] for dataset in (quads, mesh))
     assert found == expected
     assert expected[0] > 0
 

@@ -60,34 +60,22 @@ DEPTH = {
 }
 
 
-class Scene:
-    """A mesh that is cut and moved, and the deformation that did it."""
-
-    def __init__(self, name, cut, motion, device):
-        mesh, cut, moved = MESHES[name](), CUTS[cut], MOTIONS[motion]
-        self.undeformed, self.shift = split(mesh, [cut])
-        self.output = update(deforming(mesh, control_points(REST, moved), device, cut))
-        self.value = Deformation(REST, moved, cuts=[cut], device=device)
-        self.face = np.flatnonzero(self.shift.any(axis=1))
-
-    def faces(self):
-        """Points on the faces of the output, and how they move as material moves inwards."""
-        x = places_of(self.undeformed)[self.face] + self.shift[self.face]
-        v = places_of(self.output)[self.face].astype(np.float64)
-        jacobian = self.value.jacobian(v, origins=x)
-        inwards = unit(self.shift[self.face])
-        return x, v, np.linalg.solve(jacobian, inwards[:, :, None])[:, :, 0]
-
-
 @pytest.mark.parametrize(("cut", "motion"), OPENINGS)
 @pytest.mark.parametrize("name", ["cells 10", "cells 12"])
 def test_faces_of_a_mesh_are_those_of_the_void(name, cut, motion, device):
     """A step out of the material is as far in the void as it is long."""
-    scene = Scene(name, cut, motion, device)
-    assert not array_of(scene.output, "NoInverse").any()
-    x, v, inwards = scene.faces()
+    mesh, shape, moved = MESHES[name](), CUTS[cut], MOTIONS[motion]
+    output = update(deforming(mesh, control_points(REST, moved), device, shape))
+    assert not array_of(output, "NoInverse").any()
+    undeformed, shift = split(mesh, [shape])
+    face = shift.any(axis=1)
+    x, v = places_of(undeformed)[face] + shift[face], places_of(output)[face].astype(np.float64)
+    value = Deformation(REST, moved, cuts=[shape], device=device)
+    # how points on faces of the output move as material moves inwards
+    jacobian = value.jacobian(v, origins=x)
+    inwards = np.linalg.solve(jacobian, unit(shift[face])[:, :, None])[:, :, 0]
     step = 5e-4 * EXTENT
-    inner, outer = (scene.value.void_distance(v + side * step * inwards) for side in (1, -1))
+    inner, outer = (value.void_distance(v + side * step * inwards) for side in (1, -1))
     np.testing.assert_allclose(inner, step, rtol=0, atol=1e-4 * EXTENT)
     open_ = DEPTH[cut](x) > 0.3
     assert open_.mean() > 0.5
