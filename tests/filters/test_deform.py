@@ -125,7 +125,8 @@ def test_given_grid(deform, device):
 
 
 def test_fitted_grid_follows_the_control_points(reference):
-    image, handles = smooth_image(), control_points()
+    image = smooth_image(dimensions=(5, 4, 4), spacing=(1.8, 2.0, 2.2))
+    handles = control_points()
     reference.SetOutputGrid("fitted")
     connect(reference, image, handles)
     for deformed in (DEFORMED, DEFORMED + [20, 0, -5], REST):

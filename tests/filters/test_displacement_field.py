@@ -129,7 +129,8 @@ def test_points_without_a_forward_image_are_counted_and_finite(field):
     through = rest + np.where(rest[:, :1] < 4, (5, 0, 0), (0, 0, 0))
     field.AddCut(HalfPlane((4.2, 4, 0), (1, 0, 0), (0, 1, 0)))
     configured(field, CutFrame="deformed", **INVERSE)
-    output = update(connect(field, make_image(), control_points(rest, through)))
+    image = make_image((5, 4, 4), spacing=(1.8, 2.0, 2.2))
+    output = update(connect(field, image, control_points(rest, through)))
     lost = values_of(output, "NoInverse") > 0
     assert count(output, "FailedInverses") == lost.sum() > 0
     assert np.isfinite(values_of(output, "ForwardDisplacement")).all()

@@ -102,6 +102,11 @@ BOTH = {
         for blend in (np.nan, np.inf, "half", None)
     },
     "steps": (sets(Steps=1000), "`steps` must be an integer from 1 to 256"),
+    "no file": (sets(InitialTransform="no.nrrd"), "`InitialTransform`: there is no file `no.nrrd`"),
+    "no transform": (
+        sets(InitialTransform=3),
+        "`InitialTransform` must be the path of a file, or an Affine, .* got 3",
+    ),
 }
 DEFORM = {
     "unknown void": (sets(VoidValues="full"), "`VoidValues`.*'full'"),
@@ -123,6 +128,11 @@ DEFORM = {
         "8 rest points, got 3",
     ),
     "no device to fit": (sets(OutputGrid="fitted", Device="77:0"), "no OpenCL device `77:0`"),
+    "a file as reference": (
+        sets(Reference="a.nii"),
+        "`Reference` must be a vtkImageData or a `vtk_mls.Grid`, got 'a.nii'",
+    ),
+    "an empty reference": (sets(Reference=vtkImageData()), "`Reference` is an empty image"),
 }
 FIELD = {
     "empty mesh": (lambda s: s.deforming.SetInputDataObject(0, vtkPolyData()), "`Input` is empty"),

@@ -5,7 +5,7 @@ import pytest
 from pipelines import Executions, assert_fails, connect, control_points, update, values_of
 from smooth_images import PLACES, assert_holds, expected, smooth_image
 from vtk_fixtures import DEFORMED, REST, TURNED, make_image
-from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkImageData, vtkMultiBlockDataSet
+from vtkmodules.vtkCommonDataModel import vtkDataObject, vtkMultiBlockDataSet
 from vtkmodules.vtkCommonExecutionModel import vtkTrivialProducer
 from vtkmodules.vtkFiltersSources import vtkSphereSource
 from vtkmodules.vtkImagingCore import vtkRTAnalyticSource
@@ -127,18 +127,6 @@ def test_a_warning_names_both_boxes(messages):
     deform.SetBlend(0.5)
     update(deform)
     messages.assert_one("nothing of the input arrives")
-
-
-@pytest.mark.parametrize(
-    ("value", "sentence"),
-    [
-        ("a.nii", "`Reference` must be a vtkImageData or a `vtk_mls.Grid`, got 'a.nii'"),
-        (vtkImageData(), "`Reference` is an empty image"),
-    ],
-)
-def test_what_is_no_grid_is_an_error(messages, value, sentence):
-    assert not deforming(smooth_image(), value, port=False).GetExecutive().Update()
-    messages.assert_one(sentence)
 
 
 def test_a_mesh_with_a_reference_is_an_error(messages):
