@@ -52,7 +52,6 @@ the device in `VTK_MLS_DEVICE` (`VTK_MLS_DEVICE=cpu make bench LARGE=1`).
 
 
 def text():
-    """The page."""
     return "\n".join([HEAD, *(_chapter(path) for path in sorted(RESULTS.glob("*.json")))])
 
 

@@ -54,7 +54,6 @@ def state(rng, places=0, **options):
 
 
 def commands_of(script):
-    """The arguments of the commands in a script."""
     lines = [line.strip() for line in script.read_text().splitlines()]
     return [shlex.split(line)[1:] for line in lines if line.startswith("vtk-mls deform ")]
 

@@ -207,7 +207,6 @@ def _series(rng, make):
 
 
 def _connect(filter_, inputs, settings):
-    """Connect data and sources, and set properties."""
     for port, source in enumerate(inputs):
         if isinstance(source, Source):
             filter_.SetInputConnection(port, source.GetOutputPort())

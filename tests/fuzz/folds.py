@@ -33,7 +33,6 @@ class Scene:
 
 
 def scene(rng, kind=None, move=None):
-    """A random Scene."""
     n = int(rng.integers(6, 61))
     p = rng.random((n, 3))
     move = move or str(rng.choice(MOVES))

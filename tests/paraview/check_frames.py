@@ -32,7 +32,6 @@ ElementDataFile = LOCAL
 
 
 def warning(image, handles):
-    """The messages of the filters."""
     filters = [kind(Input=image, ControlPoints=handles) for kind in FILTERS]
     with output_messages() as text:
         for proxy in filters:

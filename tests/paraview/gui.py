@@ -188,12 +188,10 @@ class Gui:
         self.clicks += 1
 
     def windows(self):
-        """Ids of its visible windows."""
         found = self._xdotool("search", "--onlyvisible", "--class", "paraview", check=False)
         return found.split()
 
     def move(self, by):
-        """Move the mouse by so many pixels."""
         self._xdotool("mousemove_relative", "--sync", "--", by[0], -by[1])
 
     def shake(self, seconds, rate=100):
@@ -222,7 +220,6 @@ class Gui:
 
     @property
     def pointer(self):
-        """Position of the mouse on the screen."""
         found = self._xdotool("getmouselocation", "--shell").splitlines()
         return tuple(int(line.partition("=")[2]) for line in found[:2])
 
@@ -239,7 +236,6 @@ class Gui:
         self.resize(WIDTH, HEIGHT)
 
     def resize(self, width, height):
-        """Resize the main window."""
         self._xdotool("windowsize", "--sync", self._window, width, height)
 
     def _place(self, place):

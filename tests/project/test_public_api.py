@@ -63,7 +63,6 @@ def public():
 
 
 def is_own_function(module, name):
-    """Whether a public function is of a module, and not imported."""
     value = getattr(module, name)
     is_own = inspect.isfunction(value) and value.__module__ == module.__name__
     return is_own and not name.startswith("_")

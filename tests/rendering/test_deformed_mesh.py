@@ -46,7 +46,6 @@ class Scene(drawing.Scene):
 
 
 def drawn_mesh(data):
-    """A `Scene` of a mesh or a mapper, and its `DeformedMesh`."""
     scene = Scene(data)
     return scene, DeformedMesh(scene.actor)
 
@@ -56,7 +55,6 @@ def deformation(cuts=(), **options):
 
 
 def filtered(mesh, cuts=(), **properties):
-    """The output of `MLSDeform` for a mesh."""
     deform = deforming(mesh, control_points(REST, OPENED), **properties)
     for cut in cuts:
         deform.AddCut(cut)

@@ -177,7 +177,6 @@ def test_a_shader_error_after_the_first_picture(monkeypatch, messages):
 
 
 def three_volumes():
-    """A scene, and the DeformedVolumes of three volumes in it."""
     volumes = [volume_of(image_of(VALUES)) for _ in range(3)]
     scene = Scene(*volumes)
     return scene, [DeformedVolume(volume, scene.renderer) for volume in volumes]

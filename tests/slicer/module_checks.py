@@ -340,7 +340,6 @@ class View:
         self.window.Render()
 
     def at(self, place):
-        """The pixel of a place of the world."""
         self.renderer.SetWorldPoint(*place, 1)
         self.renderer.WorldToDisplay()
         return [round(value) for value in self.renderer.GetDisplayPoint()[:2]]

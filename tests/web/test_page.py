@@ -56,7 +56,6 @@ def folder(tmp_path_factory):
 
 
 def _ball_image():
-    """The ball as an image."""
     grid = Grid((24,) * 3, (-0.6,) * 3, (1.2 / 23,) * 3)
     radius = np.linalg.norm(grid.points(), axis=1)
     values = np.clip(200 * (0.5 - radius) / 0.05, 0, 200).astype(np.uint8)
@@ -148,7 +147,6 @@ class Page:
         return values[..., :3].astype(float)
 
     def rows(self):
-        """Positions in the handle table."""
         texts = self.tab.locator(".mls-row .at").all_inner_texts()
         return np.array([[float(number) for number in text.split(",")] for text in texts])
 

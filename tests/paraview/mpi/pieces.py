@@ -84,7 +84,6 @@ def sampled(time=0):
 
 
 def polydata(rest=REST, deformed=DEFORMED, name="Displacement"):
-    """Control points."""
     points = vtkPoints()
     points.SetData(numpy_to_vtk(np.array(rest, float).reshape(-1, 3), deep=True))
     moved = numpy_to_vtk(np.reshape(np.subtract(deformed, rest), (-1, 3)), deep=True)
@@ -163,7 +162,6 @@ def whole(kind, image, handles, cut=None, **settings):
 
 
 def volume(mesh):
-    """The volume of all cells."""
     volumes = output_of(vtkCellSizeFilter(), InputData=mesh).GetCellData().GetArray("Volume")
     return float(vtk_to_numpy(volumes).sum()) if mesh.GetNumberOfCells() else 0.0
 
