@@ -200,7 +200,7 @@ def test_blocks_of_one_lattice_are_parts_of_one_image(kind, name, rng):
     [{"OutputGrid": "fitted"}, {"kind": MLSDisplacementField, "SampleDimensions": (4, 4, 4)}],
 )
 @pytest.mark.parametrize("kind", KINDS)
-def test_blocks_of_all_types_are_as_alone(kind, options):
+def test_blocks_of_all_types_are_as_alone(kind, options, coarse_fits):
     parts = [cells(VTK_TETRA, 2), make_image((5, 4, 4)), ball((4, 4, 3), 2.4, 8), rectilinear()]
     filter_ = deforming(composite(kind, [None, *parts]), **options)
     for cut in (None, CUTS["plane"]):

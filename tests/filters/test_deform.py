@@ -124,7 +124,7 @@ def test_given_grid(deform, device):
     np.testing.assert_allclose(ImageGeometry.of_image(output).grid.points(), target.points())
 
 
-def test_fitted_grid_follows_the_control_points(reference):
+def test_fitted_grid_follows_the_control_points(reference, coarse_fits):
     image = smooth_image(dimensions=(5, 4, 4), spacing=(1.8, 2.0, 2.2))
     handles = control_points()
     reference.SetOutputGrid("fitted")

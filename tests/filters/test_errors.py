@@ -222,7 +222,7 @@ def test_no_output_when_vtk_is_silent(messages):
     assert messages.take() == ""
 
 
-def test_the_environment_names_the_device(monkeypatch, messages):
+def test_the_environment_names_the_device(monkeypatch, messages, coarse_fits):
     monkeypatch.setenv("VTK_MLS_DEVICE", "77:0")
     for choice in ("input", "fitted"):
         deforming = configured(Scene(MLSDeform).deforming, Device="", OutputGrid=choice)

@@ -208,7 +208,7 @@ def test_each_input_gets_the_requested_time():
     assert [len(source.times) for source in (*sources, cut)] == [2] * 3
 
 
-def test_a_fitted_grid_grows_in_time():
+def test_a_fitted_grid_grows_in_time(coarse_fits):
     still = make_image((5, 5, 5), origin=(0, 0, 0), spacing=(1.8, 2, 2.2))
     filter_ = connected(MLSDeform, still, Source(growth, [0.0, 5.0]))
     configured(filter_, OutputGrid="fitted", Kind="affine")
