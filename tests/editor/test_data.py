@@ -1,4 +1,4 @@
-"""Data of many types are drawn correctly, or refused with one sentence."""
+"""Data of many types are drawn correctly, with handles on what is visible, or refused."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from command_fixtures import run
 from hands import MIDDLE, SIZE, Hands, ball_image, ball_mesh, pixels_in
-from vtk_fixtures import TURNED, add_scalars, polydata_of
+from pipelines import ball
+from vtk_fixtures import TURNED, add_array, add_scalars, polydata_of
 from vtkmodules.vtkCommonCore import (
     VTK_BIT,
     VTK_INT,
@@ -14,9 +15,10 @@ from vtkmodules.vtkCommonCore import (
     VTK_SHORT,
     VTK_SIGNED_CHAR,
     VTK_UNSIGNED_SHORT,
-    vtkDataArray,
 )
 from vtkmodules.vtkCommonDataModel import vtkImageData
+from vtkmodules.vtkFiltersCore import vtkAppendPolyData
+from vtkmodules.vtkFiltersSources import vtkPlaneSource, vtkPointSource
 
 from vtk_mls import io
 from vtk_mls.editor import State
@@ -26,7 +28,7 @@ from vtk_mls.rendering import transfer_functions
 from vtk_mls.rendering.image_values import scalar_image
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
-from vtk_mls.vtk.objects import configured
+from vtk_mls.vtk.objects import configured, output_of
 
 
 def image_with(values, dimensions):
@@ -180,12 +182,10 @@ _TYPES = (VTK_SHORT, VTK_LONG_LONG, *(VTK_BIT, VTK_SIGNED_CHAR, VTK_UNSIGNED_SHO
     ],
 )
 def test_an_image_of_any_type_is_shown(vtk_type):
-    image, array = ball_image(), vtkDataArray.CreateDataArray(vtk_type)
-    array.SetNumberOfTuples(image.GetNumberOfPoints())
-    for i, value in enumerate(arrays.to_numpy(image.GetPointData().GetScalars())):
-        array.SetTuple1(i, value > 100)
-    array.SetName("values")
-    image.GetPointData().SetScalars(array)
+    image = ball_image()
+    data = image.GetPointData()
+    array = add_array(data, "values", arrays.to_numpy(data.GetScalars()) > 100, vtk_type)
+    data.SetScalars(array)
     hands = Hands(image)
     hands.press("h")
     hands.press("space")
@@ -257,3 +257,54 @@ def test_errors_of_the_command(arguments, sentence, tmp_path, monkeypatch):
     assert stdout == ""
     assert sentence in stderr
     assert stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize("data", [ball_image, ball_mesh])
+def test_handles_are_on_and_in_a_ball(data):
+    hands = Hands(data())
+    for count in (27, 64, 125):
+        rest = hands.state.rest
+        assert 0.9 * count < len(rest) <= count
+        radius = np.linalg.norm(rest - MIDDLE, axis=1)
+        assert radius.max() < SIZE / 3 + 1
+        assert (np.abs(radius - SIZE / 3) < 1).sum() >= count / 2
+        hands.press("l")
+    distances = np.linalg.norm(rest - rest[:, None], axis=2) + 99 * np.eye(len(rest))
+    assert distances.min() > 0.5
+
+
+def test_a_sheet_has_one_layer():
+    sheet = vtkPlaneSource()
+    sheet.SetResolution(10, 10)
+    rest = Hands(output_of(sheet)).editor.state.rest
+    assert len(rest) == 9
+    np.testing.assert_allclose(rest[:, 2], 0, atol=1e-9)
+
+
+def test_no_handles_between_two_balls():
+    append = vtkAppendPolyData()
+    for x in (0, 10):
+        append.AddInputData(ball((x, 0, 0), 2, 8))
+    rest = Hands(output_of(append)).editor.state.rest
+    assert len(rest) > 15
+    assert np.abs(np.abs(rest[:, 0] - 5) - 5).max() < 2.01
+    assert set(rest[:, 0] > 5) == {False, True}
+
+
+def test_points_without_cells():
+    points = output_of(vtkPointSource(), NumberOfPoints=500).GetPoints()
+    positions = arrays.to_numpy(points.GetData())
+    rest = Hands(polydata_of(positions)).editor.state.rest
+    assert len(rest) > 15
+    distances = np.linalg.norm(positions - rest[:, None], axis=2).min(axis=1)
+    np.testing.assert_allclose(distances, 0, atol=1e-6)
+
+
+def test_a_single_point_has_one_handle():
+    assert Hands(polydata_of([(3, 4, 5)])).editor.state.rest.tolist() == [[3, 4, 5]]
+
+
+def test_an_empty_image_has_all_handles():
+    image = ball_image()
+    arrays.to_numpy(image.GetPointData().GetScalars())[:] = 0
+    assert len(Hands(image).editor.state) == 27

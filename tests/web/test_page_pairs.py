@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from page_server import server
 from test_page import Page
-from test_pair_panel import SIZE, _image, _texture
+from test_session import SIZE, _image, _texture
 
 from vtk_mls import io
 from vtk_mls.files import control_point_files
