@@ -36,7 +36,7 @@ def check_limits(rng, device):
     handles = [_handle(scene) for _ in range(rng.integers(0, 3))]
     mask, faces = _mask(scene), [_face(scene) for _ in range(rng.integers(0, 2))]
     case = f"{make.__name__} of {data.GetClassName()}, {handles}, "
-    case = f"{case}{mask}, {faces} in a world of {scene.size:g}"
+    case += f"{mask}, {faces} in a world of {scene.size:g}"
 
     def run(_=None):
         filter_ = configured(make(), InputData=data, Device=device, Mask=mask)
@@ -103,9 +103,8 @@ def _handle(scene):
     rng, (a, b), size = scene.rng, scene.places(2), scene.size * scene.rng.uniform(0.05, 0.2)
     kind = rng.choice(5, p=[0.25, 0.25, 0.2, 0.05, 0.25])  # a Solid takes a second
     if kind == 0:
-        return vtk_mls.CurveHandle(
-            [a, b], np.array([a, b]) + rng.normal(0, 0.05 * scene.size, (2, 3))
-        )
+        moved = np.array([a, b]) + rng.normal(0, 0.05 * scene.size, (2, 3))
+        return vtk_mls.CurveHandle([a, b], moved)
     if kind == 1:
         shape = vtk_mls.Ball(a, size)
     elif kind == 2:
