@@ -17,17 +17,7 @@ WIDTH, HEIGHT = 1280, 1024
 
 
 class Gui:
-    """A running ParaView.
-
-    Parameters
-    ----------
-    folder : Path, relative to the project
-        For requests to the listener, and screenshots.
-    project : Path
-    display : str
-        X display.
-    process : Popen
-    """
+    """A running ParaView. Requests to the listener and screenshots are in a folder of `project`."""
 
     def __init__(self, folder, project, display, process):
         self._folder, self.folder = project / folder, folder
@@ -277,19 +267,7 @@ class Gui:
 
 @contextmanager
 def running(paraview, project, folder, display, command=PLAIN, **variables):
-    """A ParaView with a `Gui`.
-
-    Parameters
-    ----------
-    paraview : paraviews.ParaView
-    project : Path
-    folder : Path, relative to the project
-    display : str
-    command : sequence of str, optional
-        The command that starts it.
-    **variables : str
-        Environment variables.
-    """
+    """A `Gui` of a `paraviews.ParaView`, started by a command with more environment variables."""
     (project / folder).mkdir(parents=True, exist_ok=True)
     for name in ("request.py", "reply.json"):
         (project / folder / name).unlink(missing_ok=True)
