@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from vtk_fixtures import add_array
-from vtkmodules.vtkCommonCore import vtkPoints
-from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
+from vtk_fixtures import add_array, polydata_of
+from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkCommonTransforms import vtkTransform
 from vtkmodules.vtkFiltersCore import vtkAppendPolyData, vtkMassProperties, vtkTriangleFilter
 from vtkmodules.vtkFiltersGeneral import vtkTransformFilter
@@ -54,26 +53,13 @@ def displaced(surface, displacement):
 
 def polyline(nodes, displacement=(0, 0, 0), kind="Lines"):
     """One cell of points (n, 3), with their displacement."""
-    polydata, points, cells = vtkPolyData(), vtkPoints(), vtkCellArray()
-    points.SetDataTypeToDouble()
-    for node in nodes:
-        points.InsertNextPoint(node)
-    cells.InsertNextCell(len(nodes), list(range(len(nodes))))
-    polydata.SetPoints(points)
-    getattr(polydata, f"Set{kind}")(cells)
-    return displaced(polydata, displacement)
+    return displaced(polydata_of(nodes, **{kind: [range(len(nodes))]}), displacement)
 
 
 def soup(surface):
     """The triangles of a surface, each with corners of its own, as in .stl files."""
-    polydata, points, cells = vtkPolyData(), vtkPoints(), vtkCellArray()
-    points.SetDataTypeToDouble()
-    for number in range(surface.GetNumberOfPolys()):
-        corners = surface.GetCell(number).GetPoints()
-        cells.InsertNextCell(3, [points.InsertNextPoint(corners.GetPoint(i)) for i in range(3)])
-    polydata.SetPoints(points)
-    polydata.SetPolys(cells)
-    return polydata
+    corners = positions(surface)[arrays.to_numpy(surface.GetPolys().GetConnectivityArray())]
+    return polydata_of(corners, Polys=np.arange(len(corners)).reshape(-1, 3).tolist())
 
 
 def joined(*parts):

@@ -6,15 +6,22 @@ import os
 import re
 import subprocess
 import sys
+from contextlib import contextmanager
 
 import numpy as np
 import pytest
 from control_point_sets import DEVICES
 from vtkmodules import vtkCommonCore
-from vtkmodules.vtkCommonCore import vtkDataArray, vtkOutputWindow, vtkStringOutputWindow
-from vtkmodules.vtkCommonDataModel import vtkImageData
+from vtkmodules.vtkCommonCore import (
+    VTK_DOUBLE,
+    vtkDataArray,
+    vtkOutputWindow,
+    vtkStringOutputWindow,
+)
+from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkImageData, vtkPolyData
 
 from vtk_mls.vtk import arrays
+from vtk_mls.vtk.cells import set_positions
 from vtk_mls.vtk.objects import configured
 
 # The names of VTK's types of numbers, and their constants.
@@ -65,14 +72,22 @@ class Messages:
         assert text == "", f"VTK said: {text}"
 
 
+@contextmanager
+def collected_messages():
+    """The `Messages` of VTK meanwhile."""
+    usual, window = vtkOutputWindow.GetInstance(), vtkStringOutputWindow()
+    vtkOutputWindow.SetInstance(window)
+    try:
+        yield Messages(window)
+    finally:
+        vtkOutputWindow.SetInstance(usual)
+
+
 @pytest.fixture(autouse=True)
 def messages():
     """VTK's messages; those that a test does not take make it fail."""
-    usual, window = vtkOutputWindow.GetInstance(), vtkStringOutputWindow()
-    vtkOutputWindow.SetInstance(window)
-    messages = Messages(window)
-    yield messages
-    vtkOutputWindow.SetInstance(usual)
+    with collected_messages() as messages:
+        yield messages
     messages.assert_none()
 
 
@@ -97,6 +112,18 @@ def make_image(
     if direction is not None:
         image.SetDirectionMatrix(*np.ravel(direction))
     return image
+
+
+def polydata_of(places, **cells):
+    """A vtkPolyData of points (n, 3), and of ids of its Verts, Lines, Polys or Strips."""
+    mesh = vtkPolyData()
+    set_positions(mesh, np.array(places, float).reshape(-1, 3), VTK_DOUBLE)
+    for name, lists in cells.items():
+        array = vtkCellArray()
+        for ids in lists:
+            array.InsertNextCell(len(ids), list(ids))
+        getattr(mesh, f"Set{name}")(array)
+    return mesh
 
 
 def scalar_image(values, geometry, name="density"):

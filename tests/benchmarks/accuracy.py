@@ -57,7 +57,6 @@ made the tables on {device}. `tests/control_point_sets.py` defines the sets.
 
 
 def main(arguments):
-    """Print the tables for a device."""
     engine = dispatch.engine_for(*arguments[:1])
     if engine is reference:
         sys.exit("there is no OpenCL device whose error could be measured")

@@ -73,22 +73,18 @@ def _start():
 
 
 def _memory(n, tolerance):
-    _update(64, tolerance)  # kernels are loaded, threads started
+    _prepared(64, tolerance)[0].Update()  # kernels are loaded, threads started
     deform, image = _prepared(n, tolerance)
     before = _told("VmRSS")
     deform.Update()
     peak, arrays = _told("VmHWM"), deform.GetOutput().GetPointData()
-    output = sum(arrays.GetArray(i).GetDataSize() for i in range(arrays.GetNumberOfArrays()))
-    output /= _MB
+    sizes = [arrays.GetArray(i).GetDataSize() for i in range(arrays.GetNumberOfArrays())]
+    output = sum(sizes) / _MB
     return {
         "input": sum(array.nbytes for array in image) / _MB,
         "output": output,
         "beside": max(peak - before - output, 0),
     }
-
-
-def _update(n, tolerance):
-    _prepared(n, tolerance)[0].Update()
 
 
 def _prepared(n, tolerance):
@@ -99,6 +95,7 @@ def _prepared(n, tolerance):
     from vtkmodules.vtkCommonDataModel import vtkImageData
 
     from vtk_mls.filters import MLSDeform
+    from vtk_mls.vtk.objects import configured
 
     volume, arrays, along = vtkImageData(), [], np.arange(n, dtype=np.uint8)
     volume.SetDimensions(n, n, n)
@@ -110,13 +107,9 @@ def _prepared(n, tolerance):
         array.SetName(name)
         volume.GetPointData().AddArray(array)
         arrays.append(values)
-    deform = MLSDeform()
-    deform.SetInputDataObject(0, volume)
-    rest, deformed = handles(n)
-    deform.SetRestPoints(rest)
-    deform.SetDeformedPoints(deformed)
+    deform, (rest, deformed) = configured(MLSDeform(), InputData=volume), handles(n)
+    configured(deform, RestPoints=rest, DeformedPoints=deformed, MapTolerance=tolerance)
     deform.AddLabelArray("labels")
-    deform.SetMapTolerance(tolerance)
     return deform, arrays
 
 

@@ -228,7 +228,6 @@ def measure(functions, seconds=2.0, least=5, most=30):
 
 
 def show(table):
-    """Print a table."""
     print(f"\n{table['title']}" + (", milliseconds" if "base" in table else ""))
     heads, *rows = cells(table)
     widths = [

@@ -19,8 +19,10 @@ from vtkmodules.vtkImagingCore import vtkRTAnalyticSource
 
 import vtk_mls
 from vtk_mls.filters import MLSControlPoints, MLSDeform
+from vtk_mls.model.options import named
 from vtk_mls.rendering.map_layers import layers
 from vtk_mls.rendering.pace import MapPace
+from vtk_mls.vtk.objects import configured, output_of
 
 TOLERANCE = 0.02  # voxels
 TOLERANCES = {"": 0, f", within {TOLERANCE}": TOLERANCE}  # by the ending of a row's name
@@ -46,10 +48,10 @@ def maps(n):
         yield name, lambda ours=ours: ours.displacement_field((n, n, n))
     to_grid = peers.to_grid(n, rest, deformed)
     yield "vtkTransformToGrid (TPS)", lambda: again(to_grid)
-    for name, peer in peers.OPTIONAL.items():
-        function = peer(rest, deformed, n)
-        if function is not None:
-            yield name, function
+    absent = peers.absent()
+    for name, (_, peer) in peers.OPTIONAL.items():
+        if name not in absent:
+            yield name, peer(rest, deformed, n)
 
 
 def own_maps(n):
@@ -110,11 +112,9 @@ def points(n):
 def meshes(n):
     """Everyone who deforms a mesh of n^3 blocks of 12 tetrahedra, as (name, function)."""
     rest, deformed = handles(n)
-    blocks = vtkCellTypeSource()
-    blocks.SetCellType(VTK_TETRA)
+    blocks = configured(vtkCellTypeSource(), CellType=VTK_TETRA)
     blocks.SetBlocksDimensions(n, n, n)
-    blocks.Update()
-    mesh = blocks.GetOutput()
+    mesh = output_of(blocks)
     ours = _deform(mesh, rest, deformed)
     yield "rigid", lambda: again(ours)
     cut = _deform(mesh, rest, deformed)
@@ -226,11 +226,9 @@ def _dragged(n, deformed):
 
 
 def _image(n):
-    source = vtkRTAnalyticSource()
+    source = configured(vtkRTAnalyticSource(), Center=[n / 2] * 3)
     source.SetWholeExtent(0, n - 1, 0, n - 1, 0, n - 1)
-    source.SetCenter(n / 2, n / 2, n / 2)
-    source.Update()
-    return source.GetOutput()
+    return output_of(source)
 
 
 def _ours(n):
@@ -290,21 +288,15 @@ def _cut(n):
 def _filter(image, value):
     """A filter that does to an image what a Deformation does."""
     deform = _deform(image, value.rest, value.deformed)
-    deform.SetKind(value.kind)
-    deform.SetDegree(value.degree)
-    deform.SetAlpha(value.alpha)
-    deform.SetMapTolerance(value.map_tolerance)
-    deform.SetCutFrame(value.cut_frame)
+    for name in ("kind", "degree", "alpha", "map_tolerance", "cut_frame"):
+        configured(deform, **{named(name).property_name: getattr(value, name)})
     for cut in value.cuts:
         deform.AddCut(cut)
     return deform
 
 
 def _deform(data, rest, deformed):
-    source = MLSControlPoints()
-    source.SetRestPoints(rest.tolist())
-    source.SetDeformedPoints(deformed.tolist())
-    deform = MLSDeform()
-    deform.SetInputDataObject(0, data)
+    source = configured(MLSControlPoints(), RestPoints=rest, DeformedPoints=deformed)
+    deform = configured(MLSDeform(), InputData=data)
     deform.SetInputConnection(1, source.GetOutputPort())
     return deform

@@ -133,8 +133,6 @@ def ants(q, p, side=SIDE, **options):
 
 
 def scipy(kernel):
-    """A spline of scipy."""
-
     def fit(q, p):
         from scipy.interpolate import RBFInterpolator
 

@@ -99,20 +99,18 @@ def questions(n, count=HANDLES):
         engine.resample(maps["rigid"], [vectors], Sampling(grid), covariant={0: False})
 
     yield Question("gradients at voxels, rigid, linear", "grid_source_index", 36, covariant)
-    yield Question("differences of floats", "gradient", 16, _differences)
-    yield Question("void of cells by their corners", "void_by_corners", 5, _corners)
+    yield Question(
+        *("differences of floats", "gradient", 16),
+        lambda engine, grid: engine.gradient(np.zeros(grid.shape, np.float32), grid),
+    )
+    yield Question(
+        *("void of cells by their corners", "void_by_corners", 5),
+        lambda engine, grid: engine.void_by_corners(np.ones(grid.shape, np.float32), 1.0),
+    )
 
 
 def _field(value):
     return lambda engine, grid: engine.displacement_field(value, grid)
-
-
-def _differences(engine, grid):
-    engine.gradient(np.zeros(grid.shape, np.float32), grid)
-
-
-def _corners(engine, grid):
-    engine.void_by_corners(np.ones(grid.shape, np.float32), 1.0)
 
 
 def counted():

@@ -52,7 +52,6 @@ the device in `VTK_MLS_DEVICE` (`VTK_MLS_DEVICE=cpu make bench LARGE=1`).
 
 
 def text():
-    """The page."""
     return "\n".join([HEAD, *(_chapter(path) for path in sorted(RESULTS.glob("*.json")))])
 
 
@@ -61,7 +60,8 @@ def _chapter(path):
     lines = [f"## {run['processor']}\n"]
     lines += [f"- {what}: {run[what]}" for what in ("device", "system", "versions")]
     for table in run["tables"]:
-        lines += ["", f"### {_capital(table['title'])}", "", *_table(table)]
+        title = table["title"]
+        lines += ["", f"### {title[0].upper()}{title[1:]}", "", *_table(table)]
     return "\n".join(lines) + "\n"
 
 
@@ -73,10 +73,6 @@ def _table(table):
     for name, *figures in rows:
         name = f"**{name}**" if name == table.get("base") else name
         yield f"| {' | '.join([name, *figures])} |"
-
-
-def _capital(title):
-    return title[0].upper() + title[1:]
 
 
 if __name__ == "__main__":

@@ -5,7 +5,10 @@ A function does its job once and may be called again and again.
 
 from __future__ import annotations
 
+from importlib.util import find_spec
+
 import numpy as np
+from vtkmodules.util.numpy_support import numpy_to_vtk
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonTransforms import vtkThinPlateSplineTransform
 from vtkmodules.vtkFiltersGeneral import vtkTransformFilter
@@ -32,9 +35,7 @@ def spline(rest, deformed):
 
 def _vtk_points(array):
     points = vtkPoints()
-    points.SetDataTypeToDouble()
-    for point in array:
-        points.InsertNextPoint(point)
+    points.SetData(numpy_to_vtk(array, deep=True))
     return points
 
 
@@ -69,15 +70,6 @@ def transform_filters(mesh, rest, deformed):
         yield f"vtkTransformFilter {name}", lambda move=move: again(move)
 
 
-def itk_spline(rest, deformed):
-    """ITK's thin-plate spline, backward as ours."""
-    import itk
-
-    transform = itk.ThinPlateSplineKernelTransform[itk.D, 3].New()
-    set_landmarks(transform, deformed, rest)
-    return transform
-
-
 def set_landmarks(transform, source, target):
     """Fit a kernel transform of ITK that leads from source to target points."""
 
@@ -93,11 +85,10 @@ def set_landmarks(transform, source, target):
 
 
 def _itk(rest, deformed, n):
-    try:
-        import itk
-    except ImportError:
-        return None
-    transform = itk_spline(rest, deformed)
+    import itk
+
+    transform = itk.ThinPlateSplineKernelTransform[itk.D, 3].New()
+    set_landmarks(transform, deformed, rest)
     field = itk.Image[itk.Vector[itk.F, 3], 3]
     to_field = itk.TransformToDisplacementFieldFilter[field, itk.D].New()
     to_field.SetTransform(transform)
@@ -108,35 +99,30 @@ def _itk(rest, deformed, n):
 
 
 def _scipy(rest, deformed, n):
-    try:
-        from scipy.interpolate import RBFInterpolator
-    except ImportError:
-        return None
+    from scipy.interpolate import RBFInterpolator
+
     interpolator = RBFInterpolator(deformed, rest - deformed, kernel="linear", degree=1)
     points = vtk_mls.Grid((n, n, n)).points()
     return lambda: interpolator(points)
 
 
 def _molesq(rest, deformed, n):
-    try:
-        from molesq import Transformer
-    except ImportError:
-        return None
+    from molesq import Transformer
+
     affine = Transformer(deformed, rest)
     points = vtk_mls.Grid((n, n, n)).points()
     parts = np.array_split(points, max(1, len(points) // 2**16))  # it holds all pairs in memory
     return lambda: [affine.transform(part) for part in parts]
 
 
-# Makers of functions for displacements on a grid of n^3; they return None without the program.
+# Packages, and makers of functions for displacements on a grid of n^3.
 OPTIONAL = {
-    "ITK displacement field (TPS)": _itk,
-    "scipy RBFInterpolator": _scipy,
-    "molesq (affine MLS)": _molesq,
+    "ITK displacement field (TPS)": ("itk", _itk),
+    "scipy RBFInterpolator": ("scipy", _scipy),
+    "molesq (affine MLS)": ("molesq", _molesq),
 }
 
 
 def absent():
     """Names of other programs that are not installed here."""
-    rest = np.eye(4, 3)
-    return [name for name, peer in OPTIONAL.items() if peer(rest, rest + 0.1, 8) is None]
+    return [name for name, (package, _) in OPTIONAL.items() if not find_spec(package)]

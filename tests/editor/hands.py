@@ -90,11 +90,9 @@ class Hands:
             raise raised[0]
 
     def tick(self):
-        """Send a timer event."""
         self.send("TimerEvent")
 
     def press(self, symbol, keys=""):
-        """Press and release a key."""
         for event in ("KeyPressEvent", "CharEvent", "KeyReleaseEvent"):
             self.send(event, None, keys, symbol)
 

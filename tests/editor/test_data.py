@@ -1,4 +1,4 @@
-"""Data of many types are drawn correctly, or refused with one sentence."""
+"""Data of many types are drawn correctly, with handles on what is visible, or refused."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from command_fixtures import run
 from hands import MIDDLE, SIZE, Hands, ball_image, ball_mesh, pixels_in
-from vtk_fixtures import TURNED, add_scalars
+from pipelines import ball
+from vtk_fixtures import TURNED, add_array, add_scalars, polydata_of
 from vtkmodules.vtkCommonCore import (
     VTK_BIT,
     VTK_INT,
@@ -14,10 +15,10 @@ from vtkmodules.vtkCommonCore import (
     VTK_SHORT,
     VTK_SIGNED_CHAR,
     VTK_UNSIGNED_SHORT,
-    vtkDataArray,
-    vtkPoints,
 )
-from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPolyData
+from vtkmodules.vtkCommonDataModel import vtkImageData
+from vtkmodules.vtkFiltersCore import vtkAppendPolyData
+from vtkmodules.vtkFiltersSources import vtkPlaneSource, vtkPointSource
 
 from vtk_mls import io
 from vtk_mls.editor import State
@@ -27,23 +28,15 @@ from vtk_mls.rendering import transfer_functions
 from vtk_mls.rendering.transfer_functions import scalar_image
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
+from vtk_mls.vtk.objects import configured, output_of
 
 
 def image_with(values, dimensions):
-    image = vtkImageData()
-    image.SetDimensions(dimensions)
+    image = configured(vtkImageData(), Dimensions=dimensions)
     if values is not None:
         arrays.add(image.GetPointData(), "values", values)
         image.GetPointData().SetActiveScalars("values")
     return image
-
-
-def points_alone():
-    points, cloud = vtkPoints(), vtkPolyData()
-    for i in range(5):
-        points.InsertNextPoint(i, i * i, 1)
-    cloud.SetPoints(points)
-    return cloud
 
 
 UNUSUAL = {
@@ -54,7 +47,7 @@ UNUSUAL = {
     "all the same": lambda: image_with(np.zeros(27), (3, 3, 3)),
     "not finite": lambda: image_with(np.r_[np.nan, np.inf, np.arange(25.0)], (3, 3, 3)),
     "colors": lambda: image_with(np.arange(81).reshape(27, 3).astype(np.uint8), (3, 3, 3)),
-    "points": points_alone,
+    "points": lambda: polydata_of([(i, i * i, 1) for i in range(5)]),
 }
 
 
@@ -163,9 +156,7 @@ def test_axes_of_any_order_keep_their_values(order, rng):
     values = rng.uniform(size=(5, 4, 3))
     image = image_with(values.ravel(), (3, 4, 5))
     direction = np.eye(3)[list(order)] * [1, -1, -1] @ TURNED
-    image.SetDirectionMatrix(direction.ravel())
-    image.SetSpacing(1, 2, 3)
-    image.SetOrigin(7, 8, 9)
+    configured(image, DirectionMatrix=direction.ravel(), Spacing=(1, 2, 3), Origin=(7, 8, 9))
     drawn = scalar_image(image)
     before, after = (ImageGeometry.of_image(image).grid for image in (image, drawn))
     assert (np.diag(after.direction) > 0).all()
@@ -191,12 +182,10 @@ _TYPES = (VTK_SHORT, VTK_LONG_LONG, *(VTK_BIT, VTK_SIGNED_CHAR, VTK_UNSIGNED_SHO
     ],
 )
 def test_an_image_of_any_type_is_shown(vtk_type):
-    image, array = ball_image(), vtkDataArray.CreateDataArray(vtk_type)
-    array.SetNumberOfTuples(image.GetNumberOfPoints())
-    for i, value in enumerate(arrays.to_numpy(image.GetPointData().GetScalars())):
-        array.SetTuple1(i, value > 100)
-    array.SetName("values")
-    image.GetPointData().SetScalars(array)
+    image = ball_image()
+    data = image.GetPointData()
+    array = add_array(data, "values", arrays.to_numpy(data.GetScalars()) > 100, vtk_type)
+    data.SetScalars(array)
     hands = Hands(image)
     hands.press("h")
     hands.press("space")
@@ -268,3 +257,54 @@ def test_errors_of_the_command(arguments, sentence, tmp_path, monkeypatch):
     assert stdout == ""
     assert sentence in stderr
     assert stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize("data", [ball_image, ball_mesh])
+def test_handles_are_on_and_in_a_ball(data):
+    hands = Hands(data())
+    for count in (27, 64, 125):
+        rest = hands.state.rest
+        assert 0.9 * count < len(rest) <= count
+        radius = np.linalg.norm(rest - MIDDLE, axis=1)
+        assert radius.max() < SIZE / 3 + 1
+        assert (np.abs(radius - SIZE / 3) < 1).sum() >= count / 2
+        hands.press("l")
+    distances = np.linalg.norm(rest - rest[:, None], axis=2) + 99 * np.eye(len(rest))
+    assert distances.min() > 0.5
+
+
+def test_a_sheet_has_one_layer():
+    sheet = vtkPlaneSource()
+    sheet.SetResolution(10, 10)
+    rest = Hands(output_of(sheet)).editor.state.rest
+    assert len(rest) == 9
+    np.testing.assert_allclose(rest[:, 2], 0, atol=1e-9)
+
+
+def test_no_handles_between_two_balls():
+    append = vtkAppendPolyData()
+    for x in (0, 10):
+        append.AddInputData(ball((x, 0, 0), 2, 8))
+    rest = Hands(output_of(append)).editor.state.rest
+    assert len(rest) > 15
+    assert np.abs(np.abs(rest[:, 0] - 5) - 5).max() < 2.01
+    assert set(rest[:, 0] > 5) == {False, True}
+
+
+def test_points_without_cells():
+    points = output_of(vtkPointSource(), NumberOfPoints=500).GetPoints()
+    positions = arrays.to_numpy(points.GetData())
+    rest = Hands(polydata_of(positions)).editor.state.rest
+    assert len(rest) > 15
+    distances = np.linalg.norm(positions - rest[:, None], axis=2).min(axis=1)
+    np.testing.assert_allclose(distances, 0, atol=1e-6)
+
+
+def test_a_single_point_has_one_handle():
+    assert Hands(polydata_of([(3, 4, 5)])).editor.state.rest.tolist() == [[3, 4, 5]]
+
+
+def test_an_empty_image_has_all_handles():
+    image = ball_image()
+    arrays.to_numpy(image.GetPointData().GetScalars())[:] = 0
+    assert len(Hands(image).editor.state) == 27

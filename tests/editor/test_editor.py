@@ -13,15 +13,13 @@ from vtk_mls.editor.handle_glyphs import DRAGGED
 from vtk_mls.model.options import ALPHA
 from vtk_mls.rendering.pace import MapPace
 
-
-@pytest.fixture(params=["volume", "mesh"])
-def hands(request):
-    return Hands(ball_image() if request.param == "volume" else ball_mesh())
+BOTH = pytest.mark.parametrize("hands", ["volume", "mesh"], indirect=True)
 
 
 @pytest.fixture
-def mesh_hands():
-    return Hands(ball_mesh())
+def hands(request):
+    """Of a mesh, or of what a test asks for."""
+    return Hands(ball_image() if getattr(request, "param", "") == "volume" else ball_mesh())
 
 
 def front_row(hands):
@@ -29,6 +27,7 @@ def front_row(hands):
     return int(hands.pixels(hands.state.deformed)[:, 2].argmin())
 
 
+@BOTH
 def test_the_initial_lattice_covers_the_visible_data(hands):
     state = hands.state
     assert len(state) == 27
@@ -37,6 +36,7 @@ def test_the_initial_lattice_covers_the_visible_data(hands):
     np.testing.assert_allclose(np.ptp(state.rest, axis=0), 2 * SIZE / 3, atol=1.5)
 
 
+@BOTH
 def test_a_dragged_handle_follows_the_mouse_and_the_camera_stays(hands):
     row, camera, before = front_row(hands), hands.camera, hands.picture()
     start = hands.pixel_of(row)
@@ -52,9 +52,8 @@ def test_a_dragged_handle_follows_the_mouse_and_the_camera_stays(hands):
     assert depth[0] == pytest.approx(depth[1], abs=1e-9)
 
 
-def test_a_drag_ends_where_the_button_is_released(mesh_hands):
+def test_a_drag_ends_where_the_button_is_released(hands):
     """X11 merges movements during a slow picture, also those after the release."""
-    hands = mesh_hands
     row = front_row(hands)
     start = hands.pixel_of(row)
     hands.drag(start, (30, 18), released=False)
@@ -64,6 +63,7 @@ def test_a_drag_ends_where_the_button_is_released(mesh_hands):
     np.testing.assert_allclose(hands.pixel_of(row), start + (30, 18), atol=1.5)
 
 
+@BOTH
 def test_data_follow_during_a_drag(hands):
     row, before = front_row(hands), hands.picture()
     hands.press("a", "Ctrl")
@@ -77,8 +77,8 @@ def test_data_follow_during_a_drag(hands):
 
 
 @pytest.mark.parametrize("has_timer", [True, False])
-def test_with_a_timer_only_the_latest_position_is_shown(has_timer, mesh_hands, monkeypatch):
-    hands, calls = mesh_hands, []
+def test_with_a_timer_only_the_latest_position_is_shown(has_timer, hands, monkeypatch):
+    calls = []
     if has_timer:
         hands.tick()
     monkeypatch.setattr(hands.editor.scene, "show", lambda *arguments: calls.append(arguments))
@@ -92,6 +92,7 @@ def test_with_a_timer_only_the_latest_position_is_shown(has_timer, mesh_hands, m
     assert len(calls) == (1 if has_timer else 3)
 
 
+@BOTH
 def test_shift_drags_along_the_normal(hands):
     row = front_row(hands)
     hands.drag(hands.pixel_of(row), (0, 30), "Shift")
@@ -103,6 +104,7 @@ def test_shift_drags_along_the_normal(hands):
     assert abs(cosine) > 0.95
 
 
+@BOTH
 def test_ctrl_drags_on_the_surface(hands):
     hands.send("LeftButtonPressEvent", hands.pixel_of(front_row(hands)))
     hands.send("LeftButtonReleaseEvent")
@@ -114,8 +116,7 @@ def test_ctrl_drags_on_the_surface(hands):
     np.testing.assert_allclose(hands.pixel_of(row), middle, atol=2)
 
 
-def test_a_rubber_band_selects_handles_that_move_together(mesh_hands):
-    hands = mesh_hands
+def test_a_rubber_band_selects_handles_that_move_together(hands):
     pixels = np.array([hands.pixel_of(row) for row in range(27)])
     corner = np.rint(np.quantile(pixels, 0.7, axis=0)) + 0.5
     hands.drag((1, 1), corner - 1, "Ctrl")
@@ -133,8 +134,7 @@ def test_a_rubber_band_selects_handles_that_move_together(mesh_hands):
     assert hands.state.is_resting.all()
 
 
-def test_ctrl_click_toggles_selection(mesh_hands):
-    hands = mesh_hands
+def test_ctrl_click_toggles_selection(hands):
     pixels = [hands.pixel_of(row) for row in range(27)]
     first = front_row(hands)
     other = max(range(27), key=lambda row: np.linalg.norm(pixels[row] - pixels[first]))
@@ -148,6 +148,7 @@ def test_ctrl_click_toggles_selection(mesh_hands):
     assert len(hands.editor.selected) == 0
 
 
+@BOTH
 def test_a_new_handle_is_on_the_visible_surface_and_keeps_the_map(hands):
     row = front_row(hands)
     hands.drag(hands.pixel_of(row), (25, 15))
@@ -168,16 +169,15 @@ def test_a_new_handle_is_on_the_visible_surface_and_keeps_the_map(hands):
     assert len(hands.state) == 27
 
 
-def test_the_foremost_handle_is_picked(mesh_hands):
-    projection = mesh_hands.editor.scene.projection
+def test_the_foremost_handle_is_picked(hands):
+    projection = hands.editor.scene.projection
     near, far = projection.ray((120, 120))
     points = near + np.array([[0.9], [0.2], [0.6]]) * (far - near)
     assert projection.nearest(points, (122, 121), 9) == 1
     assert projection.nearest(points, (140, 120), 9) is None
 
 
-def test_undo_restores_deleted_handles(mesh_hands):
-    hands = mesh_hands
+def test_undo_restores_deleted_handles(hands):
     row = front_row(hands)
     deleted = hands.state.rest[row]
     hands.click(hands.pixel_of(row))
@@ -191,8 +191,7 @@ def test_undo_restores_deleted_handles(mesh_hands):
     np.testing.assert_array_equal(hands.state.rest[row], deleted)
 
 
-def test_all_handles_can_be_deleted_and_one_added(mesh_hands):
-    hands = mesh_hands
+def test_all_handles_can_be_deleted_and_one_added(hands):
     hands.press("a", "Ctrl")
     hands.press("x")
     assert len(hands.state) == 0
@@ -204,8 +203,7 @@ def test_all_handles_can_be_deleted_and_one_added(mesh_hands):
     assert not hands.state.is_resting.any()
 
 
-def test_an_anchored_handle_stays(mesh_hands):
-    hands = mesh_hands
+def test_an_anchored_handle_stays(hands):
     row = front_row(hands)
     hands.move(hands.pixel_of(row))
     hands.press("f")
@@ -216,8 +214,7 @@ def test_an_anchored_handle_stays(mesh_hands):
     assert not hands.state.is_resting[row]
 
 
-def test_undo_and_redo_are_unlimited(mesh_hands):
-    hands = mesh_hands
+def test_undo_and_redo_are_unlimited(hands):
     row = front_row(hands)
     for _ in range(30):
         hands.drag(hands.pixel_of(row), (2, 4), steps=1)
@@ -279,17 +276,17 @@ def test_kind_and_alpha_change_and_undeformed_data_are_shown(hands, monkeypatch)
     ("name", "keys", "largest", "values"),
     [("alpha", "-+", 6, (0.1, 0.3, 0.5, 1, 6, 9)), ("nu", "[]", 8, (1.02, 2, 8, 15))],
 )
-def test_keys_change_values_outside_the_range_of_sliders(name, keys, largest, values, mesh_hands):
+def test_keys_change_values_outside_the_range_of_sliders(name, keys, largest, values, hands):
     for value in values:
         found = []
         for key in keys:
-            mesh_hands.editor.change(mesh_hands.state.changed(**{name: float(value)}))
-            mesh_hands.press(key)
-            found.append(getattr(mesh_hands.state, name))
+            hands.editor.change(hands.state.changed(**{name: float(value)}))
+            hands.press(key)
+            found.append(getattr(hands.state, name))
         assert found[0] <= value <= found[1]
-    mesh_hands.editor.change(mesh_hands.state.changed(**{name: largest - 0.1}))
-    mesh_hands.press(keys[1])
-    assert getattr(mesh_hands.state, name) == largest
+    hands.editor.change(hands.state.changed(**{name: largest - 0.1}))
+    hands.press(keys[1])
+    assert getattr(hands.state, name) == largest
 
 
 def test_keys_change_smoothing_by_steps_down_to_none():
@@ -301,8 +298,7 @@ def test_keys_change_smoothing_by_steps_down_to_none():
     assert lengths == pytest.approx([0, 2, 2.5, 3.125, 2.5, 2, 0, 0], rel=0.01)
 
 
-def test_showing_undeformed_data_is_not_an_edit(mesh_hands, tmp_path):
-    hands = mesh_hands
+def test_showing_undeformed_data_is_not_an_edit(hands, tmp_path):
     row = front_row(hands)
     hands.drag(hands.pixel_of(row), (30, 18))
     after = hands.picture()
@@ -326,8 +322,7 @@ def test_showing_undeformed_data_is_not_an_edit(mesh_hands, tmp_path):
 
 
 @pytest.mark.parametrize("blend", [0.7, 0.0])
-def test_undeformed_display_does_not_change_saved_files(blend, mesh_hands, tmp_path):
-    hands = mesh_hands
+def test_undeformed_display_does_not_change_saved_files(blend, hands, tmp_path):
     hands.drag(hands.pixel_of(front_row(hands)), (30, 18))
     hands.editor.change(hands.state.changed(blend=blend))
     hands.editor.saver.folder = tmp_path / "first"
@@ -367,10 +362,9 @@ def test_a_hint_is_one_line_that_is_hidden_with_the_handles():
 
 
 @pytest.mark.parametrize("symbol", one_of(3, sorted(commands.actions())))
-def test_every_key_in_every_situation(symbol, mesh_hands, tmp_path, monkeypatch):
+def test_every_key_in_every_situation(symbol, hands, tmp_path, monkeypatch):
     """At the start, during a drag, and without handles."""
     monkeypatch.chdir(tmp_path)  # for saved files
-    hands = mesh_hands
     key, modifiers = key_and_modifiers(symbol)
 
     def press():
@@ -395,8 +389,7 @@ def test_every_key_in_every_situation(symbol, mesh_hands, tmp_path, monkeypatch)
     assert len(moved) in (27, 64, 28)
 
 
-def test_a_state_without_a_map_is_reported_and_not_committed(mesh_hands):
-    hands = mesh_hands
+def test_a_state_without_a_map_is_reported_and_not_committed(hands):
     hands.drag(hands.pixel_of(front_row(hands)), (10, 5))
     state = hands.state
     assert not hands.editor.change(state.changed(nu=0.5))
@@ -404,8 +397,7 @@ def test_a_state_without_a_map_is_reported_and_not_committed(mesh_hands):
     assert "`nu` must be a number above 1" in hands.message
 
 
-def test_hovered_and_dragged_handles_are_highlighted(mesh_hands):
-    hands = mesh_hands
+def test_hovered_and_dragged_handles_are_highlighted(hands):
     row = front_row(hands)
     pixel = np.rint(hands.pixel_of(row)).astype(int)
 
@@ -447,8 +439,7 @@ def test_the_initial_state_is_an_argument():
     assert hands.state.cuts == (plane,)
 
 
-def test_a_detached_editor_does_nothing(mesh_hands):
-    hands = mesh_hands
+def test_a_detached_editor_does_nothing(hands):
     hands.editor.detach()
     hands.drag(hands.pixel_of(front_row(hands)), (20, 20))
     hands.press("x")

@@ -7,6 +7,7 @@ import pytest
 from hands import MIDDLE, SIZE, Hands, ball_image, ball_mesh
 
 from vtk_mls import HalfPlane, Plane, Surface
+from vtk_mls.vtk.objects import configured
 
 
 @pytest.fixture(params=[pytest.param("volume", marks=pytest.mark.matrix), "mesh"])
@@ -54,8 +55,8 @@ def test_the_mouse_moves_the_plane(hands):
         (after,) = hands.state.cuts
         if hands.camera == camera and not np.array_equal(after.point, before.point):
             break
-        hands.editor.scene.renderer.GetActiveCamera().SetPosition(camera[0])
-        hands.editor.scene.renderer.GetActiveCamera().SetViewUp(0, 0, 1)
+        turned = hands.editor.scene.renderer.GetActiveCamera()
+        configured(turned, Position=camera[0], ViewUp=(0, 0, 1))
     else:
         raise AssertionError("the mouse does not find the plane")
     assert isinstance(after, Plane)
@@ -120,10 +121,8 @@ def test_a_line_without_points_is_no_cut(hands):
 def test_only_the_cutting_half_is_filled_up_to_its_edge():
     hands = Hands(ball_mesh(), pixels=300)
     hands.press("c")
-    camera = hands.editor.scene.renderer.GetActiveCamera()
-    camera.SetFocalPoint((MIDDLE,) * 3)
-    camera.SetPosition(MIDDLE + 60 * hands.state.cuts[0].normal)
-    camera.SetViewUp(0, 0, 1)
+    camera, normal = hands.editor.scene.renderer.GetActiveCamera(), hands.state.cuts[0].normal
+    configured(camera, FocalPoint=(MIDDLE,) * 3, Position=MIDDLE + 60 * normal, ViewUp=(0, 0, 1))
     hands.press("c")
     hands.press("Escape")
     hands.press(" ")  # no sheet

@@ -15,8 +15,6 @@ from vtk_mls.vtk.arrays import ImageGeometry
 
 
 def failing(error):
-    """A function that raises an error."""
-
     def fail(*arguments):
         raise error
 

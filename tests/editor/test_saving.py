@@ -54,9 +54,22 @@ def state(rng, places=0, **options):
 
 
 def commands_of(script):
-    """The arguments of the commands in a script."""
     lines = [line.strip() for line in script.read_text().splitlines()]
     return [shlex.split(line)[1:] for line in lines if line.startswith("vtk-mls deform ")]
+
+
+def assert_made_again(paths, monkeypatch):
+    """The script beside files makes them again to the bit, and so do the commands in it."""
+    before, script = [path.read_bytes() for path in paths], paths[0].with_name("deform.py")
+    status, _, stderr = python(script)
+    assert status == 0, stderr
+    assert [path.read_bytes() for path in paths] == before
+    monkeypatch.chdir(script.parent)
+    for path in paths:
+        path.unlink()
+    for command in commands_of(script):
+        assert run(*command)[::2] == (0, "")
+    assert [path.read_bytes() for path in paths] == before
 
 
 @pytest.mark.parametrize(
@@ -74,7 +87,7 @@ def test_command_and_script_make_the_same_files(name, tmp_path, monkeypatch):
     assert f"Saved in {folder.name}" in hands.message
     deformed = sorted(folder.glob("ball-deformed.*"))
     assert len(deformed) == 2
-    before = {path: path.read_bytes() for path in [*deformed, folder / "displacement-field.nrrd"]}
+    before = (folder / "displacement-field.nrrd").read_bytes()
     grid = ImageGeometry.of_image(data[0]).grid
     displacement = hands.state.deformation().displacement_field(grid).displacement
     field = io.read_dataset(folder / "displacement-field.nrrd").GetPointData().GetScalars()
@@ -82,24 +95,12 @@ def test_command_and_script_make_the_same_files(name, tmp_path, monkeypatch):
     # a ball is saved as a surface of some thousand triangles
     np.testing.assert_allclose(saved, displacement, atol=0.05 if name == "shapes" else 1e-5)
 
-    status, _, stderr = python(folder / "deform.py")
-    assert status == 0, stderr
-    assert all(path.read_bytes() == before[path] for path in deformed)
-
-    monkeypatch.chdir(folder)
-    for path in deformed:
-        path.unlink()
-    commands = commands_of(folder / "deform.py")
-    for command in commands:
-        status, _, stderr = run(*command)
-        assert status == 0, stderr
-    assert all(path.read_bytes() == before[path] for path in deformed)
-    options = [argument for argument in commands[0] if argument.startswith("--")]
+    assert_made_again(deformed, monkeypatch)
+    options = [word for word in commands_of(folder / "deform.py")[0] if word.startswith("--")]
     handles = "handles.vtp" if name == "shapes" else "handles.csv"
     status, _, stderr = run("field", "../ball.nii.gz", handles, "field.nrrd", *options)
     assert status == 0, stderr
-    field = (folder / "field.nrrd").read_bytes()
-    assert field == before[folder / "displacement-field.nrrd"]
+    assert (folder / "field.nrrd").read_bytes() == before
 
 
 def test_a_picture_on_a_full_disk_leaves_the_old_one(tmp_path, monkeypatch):
@@ -185,12 +186,8 @@ def test_data_of_the_same_name_have_separate_files(tmp_path, monkeypatch):
     hands.press("s")
     folder = tmp_path / "ball-edited"
     deformed = [folder / f"ball-deformed{number}.vtp" for number in ("", "-2", "-3")]
-    before = [path.read_bytes() for path in deformed]
-    assert len(set(before)) == 3
-    monkeypatch.chdir(folder)
-    for command in commands_of(folder / "deform.py"):
-        assert run(*command)[::2] == (0, "")
-    assert [path.read_bytes() for path in deformed] == before
+    assert len({path.read_bytes() for path in deformed}) == 3
+    assert_made_again(deformed, monkeypatch)
 
 
 def test_a_second_save_replaces_the_first_and_another_session_takes_a_new_folder(tmp_path):
@@ -255,14 +252,7 @@ def test_images_are_saved_on_the_grid_of_the_target(uses_target_grid, tmp_path, 
     for name in ("ball-deformed.nii.gz", "displacement-field.nrrd"):
         assert io.read_dataset(folder / name).GetDimensions() == expected
     assert ("on the grid of target.nii.gz" in hands.message) == uses_target_grid
-    before = (folder / "ball-deformed.nii.gz").read_bytes()
-    status, _, stderr = python(folder / "deform.py")
-    assert status == 0, stderr
-    assert (folder / "ball-deformed.nii.gz").read_bytes() == before
-    monkeypatch.chdir(folder)
-    for command in commands_of(folder / "deform.py"):
-        assert run(*command)[::2] == (0, "")
-    assert (folder / "ball-deformed.nii.gz").read_bytes() == before
+    assert_made_again([folder / "ball-deformed.nii.gz"], monkeypatch)
 
 
 def test_a_stopped_save_leaves_no_files(tmp_path):

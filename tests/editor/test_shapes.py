@@ -12,7 +12,6 @@ from vtk_fixtures import scalar_image
 from vtk_mls import Ball, BallMask, Capsule, CurveHandle, Grid, Labels, RegionHandle, Solid, io
 from vtk_mls.commands import view
 from vtk_mls.editor import State
-from vtk_mls.editor.autosave import Autosave
 from vtk_mls.editor.handle_glyphs import DRAWN
 from vtk_mls.editor.handle_polydata import handle_polydata
 from vtk_mls.vtk import arrays
@@ -362,15 +361,6 @@ def shapes():
         handles=[*map(RegionHandle, solids, moves), curve],
         mask=BallMask((5, 5, 5), 20, 3),
     )
-
-
-def test_a_broken_autosave_file_offers_nothing(tmp_path):
-    Autosave("ball.vtp", tmp_path).store(shapes())
-    (path,) = tmp_path.iterdir()
-    text = path.read_text()
-    start = text.index('"labels", ["') + len('"labels", ["')
-    path.write_text(text[:start] + "AAAA" + text[start + 4 :])
-    assert Autosave("ball.vtp", tmp_path).offered is None
 
 
 def test_grips_of_all_shapes_move_their_handles_only():

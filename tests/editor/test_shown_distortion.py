@@ -97,9 +97,8 @@ def test_slices_are_tinted_by_the_map():
 
 
 def test_colors_and_grid_follow_a_drag(hands):
-    hands.press("j")
-    hands.press("j")
-    hands.press("j")
+    for _ in range(BOTH):
+        hands.press("j")
     before = hands.picture()
     row = int(np.argmax(hands.pixels(hands.state.deformed)[:, 0]))
     hands.press("space")

@@ -6,12 +6,11 @@ import itertools
 
 import numpy as np
 import pytest
-from hands import SIZE, Hands, ball_mesh
+from hands import MIDDLE, Hands, ball_mesh
 
 from vtk_mls import CurveHandle
 from vtk_mls.editor import State
 
-MIDDLE = (SIZE - 1) / 2
 TURNED = 9  # handles of the lattice in the upper half
 FREE_PIXELS = 10  # from a handle, which the mouse would take
 

@@ -29,7 +29,6 @@ class Window:
         time.sleep(2)  # for the first pictures
 
     def do(self, *arguments):
-        """Run xdotool."""
         command = ["xdotool", *map(str, arguments)]
         process = subprocess.run(
             command, env=self._environment, capture_output=True, text=True, check=False
@@ -37,11 +36,9 @@ class Window:
         return process.stdout
 
     def press(self, *keys):
-        """Press keys in the window."""
         self.do("key", "--delay", 100, *keys)
 
     def drag(self, start, by):
-        """Drag the mouse with its left button."""
         self.do("mousemove", *start)
         time.sleep(0.3)
         self.do("mousedown", 1)
@@ -53,7 +50,6 @@ class Window:
         time.sleep(0.5)
 
     def click(self, pixel):
-        """Click with the mouse's left button."""
         self.drag(pixel, (0, 0))
 
     def end(self):
@@ -71,7 +67,6 @@ class Window:
         return folder
 
     def wait_for(self, path):
-        """Wait until a file exists."""
         self.wait_until(path.exists, path)
 
     def wait_until(self, exists, name):

@@ -22,6 +22,7 @@ from vtk_mls.engine import dispatch
 from vtk_mls.engine.device import device_check, devices
 from vtk_mls.filters import MLSDeform
 from vtk_mls.vtk import arrays
+from vtk_mls.vtk.objects import configured, output_of
 
 # Of PyPI's PoCL, whose LLVM of 2022 does not know newer ones.
 UNKNOWN_PROCESSOR = "unknown target CPU"
@@ -33,25 +34,18 @@ CUT = vtk_mls.HalfPlane((5, 5, 4), (1, 0, 0), (0, 0, 1))
 def volume():
     source = vtkRTAnalyticSource()
     source.SetWholeExtent(0, 8, 0, 8, 0, 8)
-    source.Update()
-    return source.GetOutput()
+    return output_of(source)
 
 
 def mesh():
-    source = vtkCellTypeSource()
-    source.SetCellType(VTK_TETRA)
+    source = configured(vtkCellTypeSource(), CellType=VTK_TETRA)
     source.SetBlocksDimensions(8, 8, 8)
-    source.Update()
-    return source.GetOutput()
+    return output_of(source)
 
 
 def deformed(dataset, device):
-    deform = MLSDeform()
-    deform.SetInputData(dataset)
-    deform.SetRestPoints(REST)
-    deform.SetDeformedPoints(DEFORMED)
-    deform.AddCut(CUT)
-    deform.SetDevice(device)
+    deform = configured(MLSDeform(), InputData=dataset, Device=device)
+    configured(deform, RestPoints=REST, DeformedPoints=DEFORMED).AddCut(CUT)
     assert deform.GetExecutive().Update(), f"{dataset.GetClassName()} by {device}"
     return deform.GetOutputDataObject(0)
 

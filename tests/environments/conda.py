@@ -92,7 +92,6 @@ def local_channel(folder):
 
 
 def pack(channel, name, version, folder, needs):
-    """A package of the files of a folder."""
     platform = str(Platform.current())
     place = channel / platform
     place.mkdir(parents=True, exist_ok=True)

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from mesh_fixtures import mixed, rectilinear, sphere, structured
-from pipelines import connect, control_points, update
+from mesh_fixtures import mixed, rectilinear, structured
+from pipelines import ball, connect, control_points, update
 from vtk_fixtures import add_array, make_image
 
 from vtk_mls import Plane
@@ -62,10 +62,10 @@ def told_values(each):
 def written(algorithm, dataset, cut, **properties):
     """The arrays that a filter adds."""
     connect(algorithm, dataset, control_points())
-    algorithm.SetDevice("reference")
     if cut:
         algorithm.AddCut(CUT)
-    return names(update(configured(algorithm, **properties))) - names(dataset)
+    configured(algorithm, Device="reference", **properties)
+    return names(update(algorithm)) - names(dataset)
 
 
 def switched(names=DEFORM_SWITCHES):
@@ -73,9 +73,13 @@ def switched(names=DEFORM_SWITCHES):
 
 
 def image():
-    image = make_image()
+    image = make_image((4, 3, 3), spacing=(2.7, 3.5, 3.3))
     add_array(image.GetPointData(), "values", np.arange(image.GetNumberOfPoints()) % 17)
     return image
+
+
+def small_ball():
+    return ball((4, 4, 3), 2.4, 8)
 
 
 def of_all(kind, datasets, switches, flag, **always):
@@ -95,12 +99,12 @@ def of_image():
 
 
 def of_mesh():
-    meshes = mixed(), rectilinear(), sphere(), structured()
+    meshes = mixed(), rectilinear(), small_ball(), structured()
     return of_all(MLSDeform, meshes, switched(), "SplitCells")
 
 
 def of_map():
-    datasets, size = (image(), sphere()), {"SampleDimensions": (4, 4, 4)}
+    datasets, size = (image(), small_ball()), {"SampleDimensions": (4, 4, 4)}
     return of_all(MLSDisplacementField, datasets, switched(SWITCHES), "Inverse", **size)
 
 
@@ -110,9 +114,7 @@ def of_port(tmp_path):
         markups = tmp_path / "points.fcsv"
         markups.write_text("# CoordinateSystem = LPS\n# columns = id,x,y,z,label\na,1,2,3,tip\n")
         listed = control_points(weights=np.ones(8))
-        read = MLSControlPoints()
-        read.SetMode("file")
-        read.SetFileName(str(markups))
+        read = configured(MLSControlPoints(), Mode="file", FileName=str(markups))
         outputs = []
         for algorithm in (listed, read):
             update(algorithm)

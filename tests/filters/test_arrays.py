@@ -14,6 +14,7 @@ from vtkmodules.vtkFiltersCore import vtkCellCenters
 
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
+from vtk_mls.vtk.objects import configured
 
 SHARES = hasattr(vtkCommonCore.vtkDoubleArray, "GetBuffer")
 IMAGES = {
@@ -85,12 +86,10 @@ def test_numpy_memory_is_shared_and_kept_as_long_as_needed():
 
 
 def test_memory_in_separate_components_is_read():
-    if hasattr(vtkCommonCore, "vtkSOADataArrayTemplate"):
-        array = vtkCommonCore.vtkSOADataArrayTemplate["float32"]()
-    else:
+    if not hasattr(vtkCommonCore, "vtkSOADataArrayTemplate"):
         pytest.skip("this VTK has no such array in Python")
-    array.SetNumberOfComponents(2)
-    array.SetNumberOfTuples(3)
+    array = vtkCommonCore.vtkSOADataArrayTemplate["float32"]()
+    configured(array, NumberOfComponents=2, NumberOfTuples=3)
     for i in range(6):
         array.SetComponent(i // 2, i % 2, i)
     np.testing.assert_array_equal(arrays.to_numpy(array), [[0, 1], [2, 3], [4, 5]])

@@ -1,11 +1,11 @@
 """Cells that VTK's filters treat apart: boxes by type, empty ones; and points that are integers."""
 
 import os
-import subprocess
 import sys
 
 import numpy as np
 import pytest
+from command_fixtures import python
 from mesh_fixtures import (
     CUTS,
     array_of,
@@ -13,6 +13,7 @@ from mesh_fixtures import (
     cells,
     count,
     deforming,
+    grid_of,
     places_of,
     polyhedra,
     reference,
@@ -20,7 +21,7 @@ from mesh_fixtures import (
     sizes,
 )
 from pipelines import control_points, update
-from vtk_fixtures import REST, TURNED, TYPES, add_array
+from vtk_fixtures import FAST, REST, TURNED, TYPES, add_array, polydata_of
 from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_ID_TYPE, vtkIdList, vtkPoints
 from vtkmodules.vtkCommonDataModel import (
     VTK_EMPTY_CELL,
@@ -37,7 +38,6 @@ from vtkmodules.vtkCommonDataModel import (
     VTK_TRIANGLE_STRIP,
     VTK_VERTEX,
     VTK_VOXEL,
-    vtkCellArray,
     vtkDataSetAttributes,
     vtkPointSet,
     vtkPolyData,
@@ -48,6 +48,7 @@ from vtkmodules.vtkCommonDataModel import (
 from vtkmodules.vtkFiltersCore import vtkAppendFilter
 
 from vtk_mls import Plane
+from vtk_mls.base.linear_algebra import unit
 from vtk_mls.rendering.rest_surface import RestSurface
 from vtk_mls.vtk import arrays
 
@@ -142,24 +143,15 @@ EMPTY_TYPES += (VTK_TRIANGLE_STRIP, VTK_POLYGON, VTK_TETRA, 21, 68)
 def with_empty_cells(kind):
     """A mesh whose first, third and last cells are empty, with vectors of cells."""
     lists = [(), (0, 1, 2), (), (1, 2, 3), ()]
+    places = [(1, 2, 4), (3, 1, 4), (7, 6, 2), (5, 5, 3), (6, 1, 1)]
     if kind in POLYDATA:
-        mesh, some = vtkPolyData(), vtkCellArray()
-        for ids in lists:
-            some.InsertNextCell(len(ids), ids)
-        getattr(mesh, f"Set{kind}")(some)
+        mesh = polydata_of(places, **{kind: lists})
     else:
-        mesh = vtkUnstructuredGrid()
-    set_places(mesh, [(1, 2, 4), (3, 1, 4), (7, 6, 2), (5, 5, 3), (6, 1, 1)])
-    if kind not in POLYDATA:
-        for ids in lists:
-            mesh.InsertNextCell(VTK_TRIANGLE if ids else kind, len(ids), ids)
+        mesh = grid_of(places, [(VTK_TRIANGLE if ids else kind, ids) for ids in lists])
     values = np.random.default_rng(5).normal(size=(5, 3))
     add_array(mesh.GetCellData(), "flow", values)
     add_array(mesh.GetCellData(), "number", np.arange(5))
-    normals = add_array(
-        mesh.GetCellData(), "across", values / np.linalg.norm(values, axis=1)[:, None]
-    )
-    mesh.GetCellData().SetNormals(normals)
+    mesh.GetCellData().SetNormals(add_array(mesh.GetCellData(), "across", unit(values)))
     return mesh
 
 
@@ -172,14 +164,8 @@ def empty_of(mesh):
 def test_empty_cells():
     """In a process of its own: see `check_empty`, which this file runs when it is called."""
     folders = os.pathsep.join(path for path in sys.path if path)
-    ended = subprocess.run(
-        [sys.executable, __file__],
-        capture_output=True,
-        text=True,
-        timeout=300,
-        env={**os.environ, "PYTHONPATH": folders},
-    )
-    assert ended.returncode == 0, ended.stdout + ended.stderr
+    status, out, err = python(__file__, path=folders)
+    assert status == 0, out + err
 
 
 def check_empty(kind):
@@ -189,7 +175,9 @@ def check_empty(kind):
     flow = array_of(mesh, "flow", "Cell").copy()
     for cut in (None, *CUTS.values()):
         for splits in (True, False):
-            filter_ = deforming(mesh, cut=cut, SplitCells=splits, **options)
+            # kernels of cuts are not the point
+            device = FAST if cut is None else "reference"
+            filter_ = deforming(mesh, None, device, cut, SplitCells=splits, **options)
             filter_.AddPushForwardArray("flow")
             output = update(filter_)
             empty = empty_of(output)
@@ -217,7 +205,7 @@ def check_empty(kind):
         data.GetAbstractArray(i).SetName(None)
     data.SetActiveAttribute(1, vtkDataSetAttributes.SCALARS)
     for cut in CUTS.values():
-        output = update(deforming(mesh, cut=cut))
+        output = update(deforming(mesh, None, "reference", cut))
         held = [output.GetCellData().GetAbstractArray(i) for i in range(data.GetNumberOfArrays())]
         assert {array.GetNumberOfTuples() for array in held} == {output.GetNumberOfCells()}
         numbers = arrays.to_numpy(output.GetCellData().GetScalars())
@@ -260,10 +248,8 @@ def integer_mesh(kind, vtk_type):
     if kind is vtkStructuredGrid:
         mesh.SetDimensions(2, 3, 2)
     if kind is vtkPolyData:
-        some = vtkCellArray()
-        for ids in ((0, 1, 3, 2), (2, 3, 5, 4), (6, 7, 9, 8)):
-            some.InsertNextCell(4, ids)
-        mesh.SetPolys(some)
+        quads = (0, 1, 3, 2), (2, 3, 5, 4), (6, 7, 9, 8)
+        mesh.SetPolys(polydata_of([], Polys=quads).GetPolys())
     if kind is vtkUnstructuredGrid:
         mesh.InsertNextCell(VTK_VOXEL, 8, (0, 1, 2, 3, 6, 7, 8, 9))
         mesh.InsertNextCell(VTK_VOXEL, 8, (2, 3, 4, 5, 8, 9, 10, 11))

@@ -5,7 +5,7 @@ import tracemalloc
 import numpy as np
 import pytest
 from handle_surfaces import soup
-from opened_images import APART, BOTH, HALF, REST, grid_of, numbers_of, scene, set_half_plane
+from mesh_fixtures import array_of, count
 from pipelines import connect, control_points, update, values_of
 from vtk_fixtures import FAST, add_array, make_image
 from vtkmodules.vtkCommonDataModel import vtkCellArray
@@ -13,9 +13,35 @@ from vtkmodules.vtkFiltersCore import vtkAppendPolyData
 from vtkmodules.vtkFiltersSources import vtkDiskSource, vtkPlaneSource, vtkSphereSource
 
 from vtk_mls import CUT_FRAMES, Deformation, HalfPlane, Plane, Sampling, Surface
-from vtk_mls.filters import MLSDeform
+from vtk_mls.base.linear_algebra import unit
+from vtk_mls.filters import MLSDeform, MLSDisplacementField
 from vtk_mls.vtk import arrays
+from vtk_mls.vtk.arrays import ImageGeometry
 from vtk_mls.vtk.objects import configured
+
+# Pulled apart across x = 3.9, held below.
+REST = np.array([(2.0, 3.0, 5.0), (6.0, 3.0, 5.0), (2.0, 3.0, 1.0), (6.0, 3.0, 1.0)])
+APART = REST + [(-1.2, 0, 0), (1.2, 0, 0), (0, 0, 0), (0, 0, 0)]
+HALF = (3.9, 3.0, 2.6), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
+HALF_PLANE = {"CutType": "half-plane"}
+HALF_PLANE |= {"CutOrigin": HALF[0], "CutNormal": HALF[1], "CutInward": HALF[2]}
+BOTH = pytest.mark.parametrize("kind", [MLSDeform, MLSDisplacementField])
+
+
+def scene(kind, device=FAST, image=None, **properties):
+    """A filter on an image with the point array "values"."""
+    image = image or make_image()
+    if not image.GetPointData().HasArray("values"):
+        x, y, z = grid_of(image).points().T
+        add_array(image.GetPointData(), "values", 5 + np.sin(0.3 * x) + 0.2 * y * z)
+        add_array(image.GetCellData(), "cells", np.ones(image.GetNumberOfCells()))
+        image.GetPointData().SetActiveScalars("values")
+    deforming = configured(kind(), Device=device, **properties)
+    return connect(deforming, image, control_points(REST, APART))
+
+
+def grid_of(image):
+    return ImageGeometry.of_image(image).grid
 
 
 def rectangle(x=3.9, z=2.6):
@@ -28,26 +54,22 @@ def rectangle(x=3.9, z=2.6):
 @pytest.mark.parametrize("cut", ["plane", "half-plane"])
 @pytest.mark.parametrize("frame", CUT_FRAMES)
 def test_void_is_that_of_the_value(kind, device, cut, frame):
-    deforming = scene(kind, device)
-    set_half_plane(deforming)
-    deforming.SetCutType(cut)
-    deforming.SetCutFrame(frame)
-    deforming.SetNu(3)
-    output = update(deforming)
+    properties = {**HALF_PLANE, "CutType": cut, "CutFrame": frame, "Nu": 3}
+    output = update(scene(kind, device, **properties))
     shape = Plane(*HALF[:2]) if cut == "plane" else HalfPlane(*HALF)
     options = {"cuts": [shape], "cut_frame": frame, "nu": 3}
     value = Deformation(REST, APART, **options, device="reference")
     grid = grid_of(output)
     points, cells = value.void(grid.points()), value.void(grid.cells.points())
     assert 10 < points.sum() < len(points) / 2
-    distance = numbers_of(output.GetPointData(), "VoidDistance")
-    np.testing.assert_allclose(distance, value.void_distance(grid_of(output).points()), atol=1e-4)
-    np.testing.assert_array_equal(numbers_of(output.GetPointData(), "Void"), points)
+    distance = array_of(output, "VoidDistance")
+    np.testing.assert_allclose(distance, value.void_distance(grid.points()), atol=1e-4)
+    np.testing.assert_array_equal(array_of(output, "Void"), points)
     assert distance.dtype == np.float32
     if kind is MLSDeform:
-        np.testing.assert_array_equal(numbers_of(output.GetCellData(), "Void"), cells)
-        assert (values_of(output, "values").ravel()[points] == 0).all()
-        assert (numbers_of(output.GetCellData(), "cells")[cells] == 0).all()
+        np.testing.assert_array_equal(array_of(output, "Void", "Cell"), cells)
+        assert (array_of(output, "values")[points] == 0).all()
+        assert (array_of(output, "cells", "Cell")[cells] == 0).all()
     else:
         assert not output.GetPointData().HasArray("vtkGhostType")
 
@@ -68,12 +90,11 @@ def test_ghosts_hide_the_void_beside_what_was_hidden():
     deforming = scene(MLSDeform, image=image)
     deforming.AddCut(HalfPlane(*HALF))
     output = update(deforming)
-    kept = numbers_of(output.GetPointData(), "vtkGhostType")
-    void = numbers_of(output.GetPointData(), "Void")
-    np.testing.assert_array_equal(kept & 2 > 0, void)
+    kept = array_of(output, "vtkGhostType")
+    np.testing.assert_array_equal(kept & 2 > 0, array_of(output, "Void"))
     assert (kept & 1).any()
-    hidden = numbers_of(output.GetCellData(), "vtkGhostType") == 32
-    assert hidden[numbers_of(output.GetCellData(), "Void") > 0].all()
+    hidden = array_of(output, "vtkGhostType", "Cell") == 32
+    assert hidden[array_of(output, "Void", "Cell") > 0].all()
     corners = values_of(output, "Void").astype(bool)
     touching = corners[:-1] | corners[1:]
     touching = touching[:, :-1] | touching[:, 1:]
@@ -82,15 +103,14 @@ def test_ghosts_hide_the_void_beside_what_was_hidden():
     assert not hidden.all()
     deforming.SetHideVoid(False)
     output = update(deforming)
-    assert not (numbers_of(output.GetPointData(), "vtkGhostType") & 2).any()
+    assert not (array_of(output, "vtkGhostType") & 2).any()
     assert not output.GetCellData().HasArray("vtkGhostType")
 
 
 def test_continued_values_end_sharp_at_the_face(device):
-    deforming = scene(MLSDeform, device)
+    deforming = scene(MLSDeform, device, GradientArray="values")
     deforming.AddCut(HalfPlane(*HALF))
     deforming.AddGradientVectorArray("g")
-    deforming.SetGradientArray("values")
     image = deforming.GetInputDataObject(0, 0)
     add_array(image.GetPointData(), "g", np.tile([1.0, 0, 0], (image.GetNumberOfPoints(), 1)))
     before = update(deforming)
@@ -122,9 +142,7 @@ def test_polygons_cut(kind, device):
     deforming.SetInputConnection(2, source.GetOutputPort())
     by_polygon = update(deforming)
     void, values = values_of(by_polygon, "Void").copy(), values_of(by_polygon, name).copy()
-    other = scene(kind, device)
-    set_half_plane(other)
-    by_properties = update(other)
+    by_properties = update(scene(kind, device, **HALF_PLANE))
     np.testing.assert_array_equal(void, values_of(by_properties, "Void"))
     np.testing.assert_allclose(values, values_of(by_properties, name), atol=1e-4)
     source.SetOrigin(3.9, -90, 3.7)
@@ -136,8 +154,7 @@ def test_polygons_cut(kind, device):
 
 def test_each_surface_is_a_cut():
     first, second = rectangle(), rectangle(x=5.3)
-    disk = vtkDiskSource()  # of quads, far away
-    disk.SetInnerRadius(0)
+    disk = configured(vtkDiskSource(), InnerRadius=0)  # of quads, far away
     append = vtkAppendPolyData()
     for source in (first, second, disk):
         append.AddInputConnection(source.GetOutputPort())
@@ -154,8 +171,7 @@ def test_each_surface_is_a_cut():
 
 
 def test_fitted_grid_knows_the_cuts():
-    deforming, source = scene(MLSDeform), rectangle()
-    deforming.SetOutputGrid("fitted")
+    deforming, source = scene(MLSDeform, OutputGrid="fitted"), rectangle()
     deforming.SetInputConnection(2, source.GetOutputPort())
     output = update(deforming)
     corners = [(3.9, -90, 2.6), (3.9, 90, 2.6), (3.9, 90, 90), (3.9, -90, 90)]
@@ -165,9 +181,8 @@ def test_fitted_grid_knows_the_cuts():
 
 
 def test_doubled_points_and_lines_do_not_matter():
-    sphere = vtkSphereSource()  # closed; two rows of triangles that meet at the poles
-    sphere.SetCenter(4, 3, 3)
-    sphere.SetRadius(1.5)
+    # closed; two rows of triangles that meet at the poles
+    sphere = configured(vtkSphereSource(), Center=(4, 3, 3), Radius=1.5)
     deforming = scene(MLSDeform)
     deforming.SetInputConnection(2, sphere.GetOutputPort())
     expected = values_of(update(deforming), "values").copy()
@@ -186,9 +201,8 @@ def test_memory_is_that_of_input_and_output(monkeypatch):
     image = make_image((size, size, size))
     values = np.random.default_rng(3).integers(0, 255, size**3).astype(np.uint8)
     arrays.add(image.GetPointData(), "values", values)
-    deforming = scene(MLSDeform, image=image)
+    deforming = scene(MLSDeform, image=image, **HALF_PLANE)
     image.GetCellData().Initialize()
-    set_half_plane(deforming)
     tracemalloc.start()
     try:
         output = update(deforming)
@@ -215,50 +229,39 @@ def test_normals_and_gradients_of_the_input_are_turned(device):
     output = update(deforming)
     value = Deformation(REST, APART, device="reference")
     expected = np.einsum("nij,ni->nj", value.jacobian(grid_of(image).points()), 3 * normals)
-    turned = numbers_of(output.GetPointData(), "g")
-    inside = numbers_of(output.GetPointData(), "plain")[:, 0] > 1.7
-    np.testing.assert_allclose(turned[inside], expected[inside], atol=1e-3)
+    inside = array_of(output, "plain")[:, 0] > 1.7
+    np.testing.assert_allclose(array_of(output, "g")[inside], expected[inside], atol=1e-3)
     assert np.abs(expected - 3 * normals).max() > 0.1
-    unit = expected / np.linalg.norm(expected, axis=1, keepdims=True)
-    data = output.GetPointData()
-    assert data.GetNormals().GetName() == "n"
-    np.testing.assert_allclose(numbers_of(data, "n")[inside], unit[inside], atol=1e-3)
-    assert np.ptp(numbers_of(data, "plain")[inside], axis=0).max() < 1e-6
+    assert output.GetPointData().GetNormals().GetName() == "n"
+    np.testing.assert_allclose(array_of(output, "n")[inside], unit(expected)[inside], atol=1e-3)
+    assert np.ptp(array_of(output, "plain")[inside], axis=0).max() < 1e-6
     deforming.ClearGradientVectorArrays()
     assert deforming.GetGradientVectorArrays() == ()
-    np.testing.assert_allclose(
-        numbers_of(update(deforming).GetPointData(), "g")[inside], 3 * normals[inside], atol=1e-6
-    )
+    plain = array_of(update(deforming), "g")
+    np.testing.assert_allclose(plain[inside], 3 * normals[inside], atol=1e-6)
 
 
 @BOTH
 def test_jacobians(kind, device):
-    deforming = scene(kind, device)
-    set_half_plane(deforming)
-    deforming.SetGenerateJacobian(True)
-    deforming.SetGenerateJacobianDeterminant(True)
-    output = update(deforming)
+    properties = {"GenerateJacobian": True, "GenerateJacobianDeterminant": True, **HALF_PLANE}
+    output = update(scene(kind, device, **properties))
     value = Deformation(REST, APART, cuts=[HalfPlane(*HALF)], device="reference")
     expected = value.jacobian(grid_of(output).points())
-    data = output.GetPointData()
-    jacobian = numbers_of(data, "Jacobian").reshape(-1, 3, 3)
+    jacobian = array_of(output, "Jacobian").reshape(-1, 3, 3)
     np.testing.assert_allclose(jacobian, expected.swapaxes(-1, -2), atol=1e-3)
-    determinant = numbers_of(data, "JacobianDeterminant")
+    determinant = array_of(output, "JacobianDeterminant")
     np.testing.assert_allclose(determinant, np.linalg.det(expected), atol=1e-3)
-    folded = (determinant <= 0) & (numbers_of(data, "Void") == 0)
-    assert output.GetFieldData().GetArray("FoldedVoxels").GetValue(0) == folded.sum()
+    folded = (determinant <= 0) & (array_of(output, "Void") == 0)
+    assert count(output, "FoldedVoxels") == folded.sum()
 
 
 def test_folds_are_counted():
-    deforming = scene(MLSDeform)
+    deforming = scene(MLSDeform, Kind="affine", GenerateJacobianDeterminant=True)
     # one control point is dragged past its neighbor
     rest = [(2.0, 3, 3), (4.0, 3, 3), (6.0, 3, 3)]
     deformed = [(2.0, 3, 3), (6.5, 3, 3), (6.0, 3, 3)]
-    connect(deforming, make_image(), control_points(rest, deformed))
-    deforming.SetKind("affine")
-    deforming.SetGenerateJacobianDeterminant(True)
-    output = update(deforming)
-    folded = (numbers_of(output.GetPointData(), "JacobianDeterminant") <= 0).sum()
-    assert output.GetFieldData().GetArray("FoldedVoxels").GetValue(0) == folded > 0
-    connect(deforming, make_image(), control_points(REST, REST))
-    assert update(deforming).GetFieldData().GetArray("FoldedVoxels").GetValue(0) == 0
+    output = update(connect(deforming, make_image(), control_points(rest, deformed)))
+    folded = (array_of(output, "JacobianDeterminant") <= 0).sum()
+    assert count(output, "FoldedVoxels") == folded > 0
+    output = update(connect(deforming, make_image(), control_points(REST, REST)))
+    assert count(output, "FoldedVoxels") == 0

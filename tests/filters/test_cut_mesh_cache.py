@@ -32,15 +32,14 @@ def calls(monkeypatch):
 @pytest.mark.parametrize("way", ["AddCut", "properties", "port 2"])
 def test_dragging_does_not_split_again(way, calls):
     mesh, handles = cells(VTK_TETRA), control_points()
-    scalpel = configured(vtkPlaneSource(), Origin=(4.03, 1, 1), Point1=[4.03, 6, 1])
-    scalpel.SetPoint2(4.03, 1, 5)
     filter_ = deforming(mesh, handles)
     if way == "AddCut":
         filter_.AddCut(CUTS["plane"])
     elif way == "properties":
-        filter_.SetCutType("plane")
-        filter_.SetCutOrigin(4.03, 4, 3)
+        configured(filter_, CutType="plane", CutOrigin=(4.03, 4, 3))
     else:
+        scalpel = configured(vtkPlaneSource(), Origin=(4.03, 1, 1), Point1=[4.03, 6, 1])
+        scalpel.SetPoint2(4.03, 1, 5)
         filter_.SetInputConnection(2, scalpel.GetOutputPort())
     update(filter_)
     handles.SetDeformedPoints(OPENED)

@@ -21,15 +21,15 @@ from mesh_fixtures import (
     grid_of,
     linear,
     places_of,
-    set_places,
     sizes,
     sphere,
     split,
 )
 from pairwise import paired
 from pipelines import control_points, update
-from vtk_fixtures import REST, add_array
-from vtkmodules.vtkCommonCore import vtkVersion
+from scipy.spatial import cKDTree
+from vtk_fixtures import REST, TYPES, add_array, polydata_of
+from vtkmodules.vtkCommonCore import vtkVariant, vtkVariantArray, vtkVersion
 from vtkmodules.vtkCommonDataModel import (
     VTK_BEZIER_WEDGE,
     VTK_BIQUADRATIC_QUADRATIC_HEXAHEDRON,
@@ -49,9 +49,8 @@ from vtkmodules.vtkCommonDataModel import (
     VTK_VOXEL,
     VTK_WEDGE,
     vtkBiQuadraticQuadraticHexahedron,
-    vtkCellArray,
     vtkDataSetAttributes,
-    vtkPolyData,
+    vtkUnstructuredGrid,
 )
 from vtkmodules.vtkFiltersCore import vtkAppendFilter, vtkCellCenters, vtkConnectivityFilter
 
@@ -212,14 +211,8 @@ def cloud(count, others=0):
     x = np.random.default_rng(5).uniform(LOW, HIGH, (count + 3 * others, 3))
     x[:4, 0] = 4.03, 4.03, 1, 7  # on either side of the cut, and two on it
     x[:2, 1:] = 4, 3
-    mesh, vertices, triangles = vtkPolyData(), vtkCellArray(), vtkCellArray()
-    set_places(mesh, x)
-    vertices.InsertNextCell(count, list(range(count)))
-    for first in range(count, len(x), 3):
-        triangles.InsertNextCell(3, list(range(first, first + 3)))
-    mesh.SetVerts(vertices)
-    mesh.SetPolys(triangles)
-    return decorated(mesh)
+    triangles = [range(first, first + 3) for first in range(count, len(x), 3)]
+    return decorated(polydata_of(x, Verts=[range(count)], Polys=triangles))
 
 
 @pytest.mark.parametrize("cut", CUTS)
@@ -268,14 +261,8 @@ def test_a_line_of_many_corners_is_torn_where_two_that_follow_are_apart():
     t = np.linspace(0, 1, 100)[:, None]
     corners = np.array([(2.0, 4, 5), (2, 4, 1), (6, 4, 1), (6, 4, 5), (2, 4, 5)])
     ways = [a + t * (b - a) for a, b in pairwise(corners)]
-    round_the_edge, closed = np.concatenate(ways[:3]), np.concatenate(ways)
-    mesh, lines = vtkPolyData(), vtkCellArray()
-    set_places(mesh, np.concatenate([round_the_edge, closed]))
-    first = 0
-    for x in (round_the_edge, closed):
-        lines.InsertNextCell(len(x), list(range(first, first + len(x))))
-        first += len(x)
-    mesh.SetLines(lines)
+    round_the_edge, closed = range(300), range(400)
+    mesh = polydata_of(np.concatenate(ways), Lines=[round_the_edge, closed])
     assert splitting.crossed(mesh, [CUTS["half-plane"]]).tolist() == [False, True]
 
 
@@ -354,9 +341,7 @@ def test_each_side_moves_by_its_own_map(name, cut, device):
 
 def test_polydata_stays_polydata():
     mesh = sphere()
-    lines = vtkCellArray()
-    lines.InsertNextCell(3, [0, 100, 1])
-    mesh.SetLines(lines)
+    mesh.SetLines(polydata_of([], Lines=[(0, 100, 1)]).GetLines())
     mesh.GetCellData().Initialize()
     add_array(mesh.GetCellData(), "number", np.arange(mesh.GetNumberOfCells()))
     output = update(deforming(mesh, control_points(REST, OPENED), cut=CUTS["plane"]))
@@ -420,3 +405,72 @@ def test_a_curved_cell_that_leads_nowhere_is_not_divided(others, nowhere, messag
     types = arrays.cell_types(deform.GetOutput()).tolist()
     assert types.count(VTK_QUADRATIC_EDGE) == 1
     assert len(types) == 1 + 3 * others  # two lines, one of them divided
+
+
+def numbered(mesh):
+    """With the number of each point and each cell in arrays of several kinds."""
+    for data, size in (
+        (mesh.GetPointData(), mesh.GetNumberOfPoints()),
+        (mesh.GetCellData(), mesh.GetNumberOfCells()),
+    ):
+        data.SetGlobalIds(add_array(data, "global", np.arange(size), TYPES["id type"]))
+        data.SetPedigreeIds(add_array(data, "pedigree", np.arange(size), TYPES["id type"]))
+        add_array(data, "ids", np.arange(size), TYPES["id type"])
+        add_array(data, "odd", np.arange(size) % 2, TYPES["bit"])
+        variants = configured(vtkVariantArray(), Name="variants")
+        for number in range(size):
+            variants.InsertNextValue(vtkVariant(number))
+        data.AddArray(variants)
+    return mesh
+
+
+def texts(data, name):
+    array = data.GetAbstractArray(name)
+    return [array.GetVariantValue(i).ToString() for i in range(array.GetNumberOfTuples())]
+
+
+@pytest.mark.parametrize("cut", ["plane", "tent"])
+@pytest.mark.parametrize("name", [name for name in MESHES if name != "points"])
+def test_pieces_keep_ids_bits_and_texts(name, cut):
+    mesh = numbered(MESHES[name]())
+    output, _ = split(mesh, [CUTS[cut]])
+    assert output.GetNumberOfCells() > mesh.GetNumberOfCells()
+    x = np.array([mesh.GetPoint(i) for i in range(mesh.GetNumberOfPoints())])
+    rows = array_of(output, "ids")
+    distances, _ = cKDTree(x).query(places_of(output))
+    is_old = distances == 0
+    assert is_old.sum() >= len(x)
+    np.testing.assert_array_equal(x[rows[is_old]], places_of(output)[is_old])
+    assert texts(output.GetPointData(), "names") == [str(row) for row in rows]
+    of_cells = array_of(output, "number", "Cell")
+    np.testing.assert_array_equal(array_of(output, "ids", "Cell"), of_cells)
+    for data, numbers in (("Point", rows), ("Cell", of_cells.astype(int))):
+        attributes = getattr(output, f"Get{data}Data")()
+        assert attributes.GetGlobalIds() is None
+        for each in ("global", "pedigree"):
+            np.testing.assert_array_equal(array_of(output, each, data), numbers)
+        np.testing.assert_array_equal(array_of(output, "odd", data), numbers % 2)
+        assert texts(attributes, "variants") == [str(number) for number in numbers]
+
+
+def test_new_points_have_the_id_of_the_nearest_corner():
+    mesh = numbered(cells(VTK_HEXAHEDRON))
+    output, _ = split(mesh, [CUTS["plane"]])
+    x, found = places_of(mesh), places_of(output)
+    distances, _ = cKDTree(x).query(found)
+    own = np.linalg.norm(found - x[array_of(output, "ids")], axis=1)
+    assert (distances > 0.1).any()
+    np.testing.assert_allclose(own, distances, atol=1e-12)
+
+
+@pytest.mark.parametrize("is_filled", [False, True])
+def test_cells_without_points_keep_their_ids(is_filled):
+    mesh = vtkUnstructuredGrid()
+    mesh.SetPoints(cells(VTK_HEXAHEDRON).GetPoints())
+    for _ in range(2):
+        mesh.InsertNextCell(VTK_TRIANGLE, 0, [])
+    if is_filled:
+        mesh.InsertNextCell(VTK_TRIANGLE, 3, [0, 4, 5])
+    output, _ = split(numbered(mesh), [CUTS["plane"]])
+    ids = array_of(output, "ids", "Cell").tolist()
+    assert ids == [2] * (output.GetNumberOfCells() - 2) + [0, 1]

@@ -2,14 +2,13 @@
 
 import numpy as np
 import pytest
-from pipelines import Executions, connect, control_points, update, values_of
+from pipelines import Executions, assert_same, connect, control_points, update, values_of
 from smooth_images import PLACES, assert_holds, expected, smooth_image
 from vtk_fixtures import DEFORMED, REST, TURNED, TYPES, add_array, make_image
 from vtkmodules.vtkCommonDataModel import vtkDataSetAttributes
 
 from vtk_mls import INTERPOLATIONS, Deformation, Grid
 from vtk_mls.filters import MLSDeform
-from vtk_mls.model.options import ALPHA
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 from vtk_mls.vtk.objects import configured
@@ -53,11 +52,8 @@ def test_a_background_outside_the_range_of_a_type_is_reported(reference, message
 @pytest.mark.parametrize("options", OPTIONS, ids=lambda o: o["kind"])
 def test_gives_the_numbers_of_the_value(reference, place, options):
     image = smooth_image(**PLACES[place])
-    reference.SetKind(options["kind"])
-    reference.SetAlpha(options.get("alpha", ALPHA.default))
-    reference.SetDegree(options.get("degree", 2))
-    reference.SetSmoothing(options.get("smoothing", 0))
-    reference.SetBackground(-3.5)
+    properties = {name.capitalize(): value for name, value in options.items() if name != "weights"}
+    configured(reference, Background=-3.5, **properties)
     add_array(image.GetFieldData(), "patient", [17])
     handles = control_points(weights=options.get("weights", ()))
     output = update(connect(reference, image, handles))
@@ -80,17 +76,14 @@ def test_identity_is_exact_in_every_type(reference, name, interpolation, rng):
     add_array(image.GetCellData(), "cell", rng.integers(0, high, 24), TYPES[name])
     reference.SetInterpolation(interpolation)
     output = update(connect(reference, image, control_points(REST, REST)))
+    assert_same(output, image)
     for old, new in (
         (image.GetPointData(), output.GetPointData()),
         (image.GetCellData(), output.GetCellData()),
     ):
-        assert new.GetNumberOfArrays() == old.GetNumberOfArrays()
         for i in range(old.GetNumberOfArrays()):
             assert new.GetArray(i).GetClassName() == old.GetArray(i).GetClassName()
             assert new.GetArrayName(i) == old.GetArrayName(i)
-            np.testing.assert_array_equal(
-                arrays.to_numpy(new.GetArray(i)), arrays.to_numpy(old.GetArray(i))
-            )
 
 
 @pytest.mark.parametrize("where", ["point", "cell"])
@@ -122,19 +115,18 @@ def test_labels_ghosts_and_strings_are_not_mixed(reference, where):
 
 def test_given_grid(deform, device):
     image = smooth_image(direction=TURNED, start=(2, 0, -1))
-    deform.SetOutputGrid("given")
-    deform.SetOutputDimensions(4, 5, 6)
-    deform.SetOutputSpacing(1.5, 1.25, 0.75)
-    deform.SetOutputOrigin(0.5, 1, 2)
-    output = update(connect(deform, image, control_points()))
     target = Grid((4, 5, 6), (0.5, 1, 2), (1.5, 1.25, 0.75), TURNED)
+    configured(deform, OutputDimensions=target.dimensions, OutputSpacing=target.spacing)
+    configured(deform, OutputGrid="given", OutputOrigin=target.origin)
+    output = update(connect(deform, image, control_points()))
     value = Deformation(REST, DEFORMED, device=device)
     assert_holds(output, *expected(image, value, target))
     np.testing.assert_allclose(ImageGeometry.of_image(output).grid.points(), target.points())
 
 
-def test_fitted_grid_follows_the_control_points(reference):
-    image, handles = smooth_image(), control_points()
+def test_fitted_grid_follows_the_control_points(reference, coarse_fits):
+    image = smooth_image(dimensions=(5, 4, 4), spacing=(1.8, 2.0, 2.2))
+    handles = control_points()
     reference.SetOutputGrid("fitted")
     connect(reference, image, handles)
     for deformed in (DEFORMED, DEFORMED + [20, 0, -5], REST):

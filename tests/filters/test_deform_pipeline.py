@@ -19,6 +19,7 @@ from vtkmodules.vtkImagingCore import vtkRTAnalyticSource
 from vtk_mls import Deformation, HalfPlane
 from vtk_mls.filters import MLSDeform
 from vtk_mls.vtk import arrays
+from vtk_mls.vtk.objects import configured
 
 
 @pytest.fixture
@@ -136,16 +137,11 @@ def test_blocks_do_not_keep_scalars_of_other_blocks(deform, messages):
 
 
 def test_outputs_that_are_held_stay_as_they_are(rng):
-    image = vtkImageData()
-    image.SetDimensions(104, 104, 104)
-    image.AllocateScalars(10, 1)
-    values = np.frombuffer(image.GetPointData().GetScalars(), np.float32)
-    values[:] = rng.random(values.size)
-    deform, held = MLSDeform(), []
-    deform.SetInputData(image)
+    image = make_image((104,) * 3, origin=(0, 0, 0), spacing=(1, 1, 1))
+    arrays.add(image.GetPointData(), "values", rng.random(104**3, np.float32))
+    rest, held = rng.uniform(0, 100, (6, 3)), []
+    deform = configured(MLSDeform(), InputData=image, RestPoints=rest)
     deform.AddCut(HalfPlane((35, 35, 35), (0, 0, 1), (1, 0, 0)))
-    rest = rng.uniform(0, 100, (6, 3))
-    deform.SetRestPoints(rest)
     for _ in range(4):
         deform.SetDeformedPoints(rest + rng.normal(size=(6, 3)))
         deform.Update()

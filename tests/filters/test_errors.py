@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 from mesh_fixtures import deforming, explicit_structured
 from pipelines import Executions, assert_fails, connect, control_points, update
-from vtk_fixtures import DEFORMED, REST, add_array
+from vtk_fixtures import DEFORMED, REST, add_array, polydata_of
 from vtkmodules.util.misc import calldata_type
-from vtkmodules.vtkCommonCore import VTK_STRING, vtkObject, vtkPoints
+from vtkmodules.vtkCommonCore import VTK_STRING, vtkObject
 from vtkmodules.vtkCommonDataModel import (
-    vtkCellArray,
     vtkDataObject,
     vtkImageData,
     vtkMultiBlockDataSet,
@@ -30,13 +29,15 @@ class Scene:
     def __init__(self, kind):
         self.source, self.handles = vtkRTAnalyticSource(), control_points()
         self.source.SetWholeExtent(0, 5, 0, 4, 0, 3)
-        self.deforming = kind()
-        self.deforming.SetDevice("reference")
+        self.deforming = configured(kind(), Device="reference")
         connect(self.deforming, self.source, self.handles)
 
-    def feed(self, **polydata):
+    def feed(self, **point_arrays):
         """Give control points as data."""
-        self.deforming.SetInputDataObject(1, _polydata(**polydata))
+        polydata = polydata_of(REST)
+        for name, values in point_arrays.items():
+            add_array(polydata.GetPointData(), name, values)
+        self.deforming.SetInputDataObject(1, polydata)
 
     def cut(self, surface):
         self.deforming.SetInputDataObject(2, surface)
@@ -45,24 +46,7 @@ class Scene:
         self.deforming.SetInputArrayToProcess(index, 1, 0, POINTS, name)
 
 
-def _polydata(points=REST, **point_arrays):
-    polydata, vtk_points = vtkPolyData(), vtkPoints()
-    for point in points:
-        vtk_points.InsertNextPoint(point)
-    polydata.SetPoints(vtk_points)
-    for name, values in point_arrays.items():
-        add_array(polydata.GetPointData(), name, values)
-    return polydata
-
-
-def _sliver():
-    """A triangle without an area."""
-    polydata, triangles = _polydata([(0, 0, 0), (1, 0, 0), (2, 0, 0)]), vtkCellArray()
-    triangles.InsertNextCell(3, (0, 1, 2))
-    polydata.SetPolys(triangles)
-    return polydata
-
-
+SLIVER = polydata_of([(0, 0, 0), (1, 0, 0), (2, 0, 0)], Polys=[(0, 1, 2)])
 MOVE = DEFORMED - REST
 NAN = np.where(np.arange(24).reshape(8, 3) == 4, np.nan, MOVE)
 INF = np.where(np.arange(8) == 3, np.inf, 1.0)
@@ -111,13 +95,18 @@ BOTH = {
     "no cut": (lambda s: s.deforming.AddCut("x"), "`cuts` must be Plane, HalfPlane or Surface"),
     "no face": (lambda s: s.deforming.AddConstraint("x"), "`constraints` must be"),
     "no surface": (lambda s: s.cut(vtkPolyData()), "`Cuts` has no surface"),
-    "sliver": (lambda s: s.cut(_sliver()), "`Cuts` has no usable surface.*area"),
+    "sliver": (lambda s: s.cut(SLIVER), "`Cuts` has no usable surface.*area"),
     "no shapes": (sets(HandleShapes="lines"), "`HandleShapes` must be .* points, cells, .*'lines'"),
     **{
         f"blend {blend}": (sets(Blend=blend), f"`Blend` must be a (finite )?number, got {blend!r}")
         for blend in (np.nan, np.inf, "half", None)
     },
     "steps": (sets(Steps=1000), "`steps` must be an integer from 1 to 256"),
+    "no file": (sets(InitialTransform="no.nrrd"), "`InitialTransform`: there is no file `no.nrrd`"),
+    "no transform": (
+        sets(InitialTransform=3),
+        "`InitialTransform` must be the path of a file, or an Affine, .* got 3",
+    ),
 }
 DEFORM = {
     "unknown void": (sets(VoidValues="full"), "`VoidValues`.*'full'"),
@@ -139,6 +128,11 @@ DEFORM = {
         "8 rest points, got 3",
     ),
     "no device to fit": (sets(OutputGrid="fitted", Device="77:0"), "no OpenCL device `77:0`"),
+    "a file as reference": (
+        sets(Reference="a.nii"),
+        "`Reference` must be a vtkImageData or a `vtk_mls.Grid`, got 'a.nii'",
+    ),
+    "an empty reference": (sets(Reference=vtkImageData()), "`Reference` is an empty image"),
 }
 FIELD = {
     "empty mesh": (lambda s: s.deforming.SetInputDataObject(0, vtkPolyData()), "`Input` is empty"),
@@ -162,10 +156,8 @@ def mend(scene):
     for algorithm in (scene.handles, scene.deforming):
         for prop in algorithm.PROPERTIES:
             prop.assign(algorithm, prop.default)
-    scene.handles.SetRestPoints(REST)
-    scene.handles.SetDeformedPoints(DEFORMED)
-    scene.deforming.SetDevice("reference")
-    scene.deforming.DisconnectCuts()
+    configured(scene.handles, RestPoints=REST, DeformedPoints=DEFORMED)
+    configured(scene.deforming, Device="reference").DisconnectCuts()
     scene.source.Modified()
     connect(scene.deforming, scene.source, scene.handles)
     scene.use(0, "Displacement")
@@ -199,12 +191,9 @@ def test_observers_hear_the_sentence_once(kind):
         heard.append(text)
 
     if kind is MLSControlPoints:
-        algorithm = kind()
-        algorithm.SetMode("random")
+        algorithm = configured(kind(), Mode="random")
     else:
-        scene = Scene(kind)
-        algorithm = scene.deforming
-        algorithm.SetKind("elastic")
+        algorithm = configured(Scene(kind).deforming, Kind="elastic")
     algorithm.AddObserver("ErrorEvent", hear)
     algorithm.Update()
     assert len(heard) == 1
@@ -233,16 +222,14 @@ def test_no_output_when_vtk_is_silent(messages):
     assert messages.take() == ""
 
 
-def test_the_environment_names_the_device(monkeypatch, messages):
+def test_the_environment_names_the_device(monkeypatch, messages, coarse_fits):
     monkeypatch.setenv("VTK_MLS_DEVICE", "77:0")
     for choice in ("input", "fitted"):
-        scene = Scene(MLSDeform)
-        scene.deforming.SetDevice("")
-        scene.deforming.SetOutputGrid(choice)
-        assert_fails(scene.deforming, messages, "no OpenCL device `77:0`")
+        deforming = configured(Scene(MLSDeform).deforming, Device="", OutputGrid=choice)
+        assert_fails(deforming, messages, "no OpenCL device `77:0`")
         monkeypatch.setenv("VTK_MLS_DEVICE", "reference")
         # nothing in the pipeline has changed, and yet it works now
-        assert update(scene.deforming).GetNumberOfPoints() >= 120
+        assert update(deforming).GetNumberOfPoints() >= 120
         monkeypatch.setenv("VTK_MLS_DEVICE", "77:0")
 
 

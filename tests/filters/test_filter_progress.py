@@ -17,10 +17,10 @@ JACOBIAN = {"GenerateJacobian": True, "GenerateJacobianDeterminant": True}
 
 def with_directions(data):
     """Scalars, vectors of both sorts and labels on points and cells."""
-    for attributes in (data.GetPointData(), data.GetCellData()):
-        count = data.GetNumberOfPoints()
-        if attributes is data.GetCellData():
-            count = data.GetNumberOfCells()
+    for attributes, count in (
+        (data.GetPointData(), data.GetNumberOfPoints()),
+        (data.GetCellData(), data.GetNumberOfCells()),
+    ):
         rng = np.random.default_rng(3)
         add_array(attributes, "values", rng.normal(size=count))
         add_array(attributes, "labels", rng.integers(0, 9, count))

@@ -60,7 +60,7 @@ def test_a_closed_surface_moves_as_a_whole(device):
 
 
 def test_overlapping_bones_are_reported_once(messages):
-    pushed = [moved(ball((x, 0, 0), 1), transform(0, move=(0, 0, 0.1))) for x in (-3, 0, 3)]
+    pushed = [moved(ball((x, 0, 0), 1, 6), transform(0, move=(0, 0, 0.1))) for x in (-3, 0, 3)]
     deform = deforming(joined(*pushed))
     update(deform)
     messages.assert_none()
@@ -77,7 +77,7 @@ def test_overlapping_bones_are_reported_once(messages):
 def test_equal_bones_that_change_places_are_reported(radius, is_reported, messages):
     """Copies that were appended in another order look so."""
     moves = ((-3, 1, 3), (0, radius, -3), (3, 1, 0))  # x, radius, motion
-    bones = [moved(ball((x, 0, 0), r), transform(0, move=(move, 0, 0))) for x, r, move in moves]
+    bones = [moved(ball((x, 0, 0), r, 6), transform(0, move=(move, 0, 0))) for x, r, move in moves]
     update(deforming(joined(*bones)))
     if is_reported:
         messages.assert_one("MLSDeform: rigid regions 0 and 1 have the same shape, and are moved")
@@ -148,9 +148,8 @@ def test_blend_turns_by_a_share_of_the_angle(share):
 
 
 def test_handles_of_python():
-    deform, mesh = MLSDeform(), ball((0, 0, 0), 1)
-    deform.SetInputData(0, mesh)
-    deform.SetDevice("reference")
+    mesh = ball((0, 0, 0), 1)
+    deform = configured(MLSDeform(), InputData=mesh, Device="reference")
     deform.AddHandle(RegionHandle(Ball((0, 0, 0), 2), matrix(MOTION)))
     np.testing.assert_allclose(positions(update(deform)), carried_by(MOTION, mesh), atol=1e-5)
     deform.ClearHandles()

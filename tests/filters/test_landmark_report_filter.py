@@ -10,6 +10,7 @@ from vtk_mls.filters import MLSLandmarkReport
 from vtk_mls.landmarks import report
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.control_point_polydata import fill_polydata
+from vtk_mls.vtk.objects import configured
 
 FAULTY, SWAPPED = 3, (5, 11)
 
@@ -24,11 +25,9 @@ def _pairs(rng):
 
 
 def _reporting(p, q, labels=(), weights=None):
-    polydata, found = vtkPolyData(), MLSLandmarkReport()
+    polydata = vtkPolyData()
     fill_polydata(polydata, p, q, weights, labels)
-    found.SetDevice(FAST)
-    found.SetInputData(polydata)
-    return found
+    return configured(MLSLandmarkReport(), Device=FAST, InputData=polydata)
 
 
 def _column(table, name):

@@ -1,9 +1,11 @@
 """Where the deformation acts: masks and faces by properties and an input."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from pipelines import assert_fails, connect, control_points, update, values_of
-from vtk_fixtures import DEFORMED, REST, add_array, add_scalars, make_image
+from vtk_fixtures import DEFORMED, REST, add_scalars, make_image
 from vtkmodules.vtkCommonCore import VTK_FLOAT, VTK_UNSIGNED_SHORT
 from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPolyData
 from vtkmodules.vtkImagingCore import vtkRTAnalyticSource
@@ -17,9 +19,7 @@ from vtk_mls.vtk.objects import configured
 def scene(kind=MLSDeform):
     source = vtkRTAnalyticSource()
     source.SetWholeExtent(0, 8, 0, 8, 0, 8)
-    deform = connect(kind(), source, control_points())
-    deform.SetDevice("reference")
-    return deform, source
+    return connect(configured(kind(), Device="reference"), source, control_points()), source
 
 
 @pytest.fixture
@@ -46,18 +46,14 @@ def test_displacements_are_multiplied_by_an_image(as_input, inside, vtk_type):
     values[:, :, 4:] = inside
     field, _ = scene(MLSDisplacementField)
     whole = values_of(update(field), "BackwardDisplacement").copy()
-    if as_input:
-        field.SetInputDataObject(3, mask_image(values, vtk_type))
-    else:
-        field.SetMask(mask_image(values, vtk_type))
+    set_mask = partial(field.SetInputDataObject, 3) if as_input else field.SetMask
+    set_mask(mask_image(values, vtk_type))
     part = values_of(update(field), "BackwardDisplacement")
     assert not part[:, :, :4].any()
     factor = min(inside, 1)
     np.testing.assert_allclose(part[:, :, 4:], factor * whole[:, :, 4:], atol=1e-6)
-    if as_input:
-        field.DisconnectMask()
-    else:
-        field.SetMask(None)
+    unset_mask = field.DisconnectMask if as_input else partial(field.SetMask, None)
+    unset_mask()
     np.testing.assert_array_equal(values_of(update(field), "BackwardDisplacement"), whole)
 
 
@@ -122,13 +118,7 @@ def test_limits_are_those_of_the_value(limit):
     np.testing.assert_allclose(found.reshape(-1, 3), expected, atol=1e-6)
 
 
-def _flat():
-    image = vtkImageData()
-    image.SetDimensions(9, 9, 1)
-    add_array(image.GetPointData(), "mask", np.ones(81))
-    return image
-
-
+FLAT = add_scalars(make_image((9, 9, 1)), "mask", np.ones(81))
 FULL = np.full((9, 9, 9), 200.0)
 BAD = {
     "radius": ({"MaskBall": (0, 0, 0, -1, 1)}, "`MaskBall` is no ball: `radius` .*-1"),
@@ -140,7 +130,7 @@ BAD = {
         "`Mask` must have numbers from 0 to 1, got 200 to 200; divide",
     ),
     "no values": ({"Mask": vtkImageData()}, "`Mask` must be an image with one number"),
-    "flat": ({"Mask": _flat()}, "`Mask` is no mask: .*2 points along each axis"),
+    "flat": ({"Mask": FLAT}, "`Mask` is no mask: .*2 points along each axis"),
     "a mesh": ({"Mask": vtkPolyData()}, "`mask` must be a BallMask"),
     "two masks": (
         {"MaskBall": (4, 4, 4, 1, 1), "Mask": BoxMask((0, 0, 0), (1, 1, 1), 1)},

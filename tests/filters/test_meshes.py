@@ -20,13 +20,12 @@ from mesh_fixtures import (
     structured,
 )
 from pipelines import assert_fails, assert_same, content, control_points, update
-from vtk_fixtures import DEFORMED, REST, add_array, make_image
+from vtk_fixtures import DEFORMED, REST, add_array, make_image, polydata_of
 from vtkmodules.vtkCommonCore import VTK_FLOAT
 from vtkmodules.vtkCommonDataModel import (
     VTK_HEXAHEDRON,
     VTK_TETRA,
     VTK_VOXEL,
-    vtkCellArray,
     vtkMultiBlockDataSet,
     vtkPolyData,
     vtkUnstructuredGrid,
@@ -90,8 +89,7 @@ def test_mesh_and_image_stay_registered(rng):
     mesh = cells(VTK_TETRA, 24)
     add_array(mesh.GetPointData(), "f", smooth(places_of(mesh)))
     outputs = [update(deforming(dataset)) for dataset in (image, mesh)]
-    probes = vtkPolyData()
-    set_places(probes, rng.uniform(LOW, HIGH, (10_000, 3)))
+    probes = polydata_of(rng.uniform(LOW, HIGH, (10_000, 3)))
     values, valid = [], np.ones(10_000, bool)
     for output in outputs:
         probed = output_of(vtkProbeFilter(), InputData=probes, SourceData=output)
@@ -203,11 +201,7 @@ def test_small_meshes():
     empty = update(deforming(vtkUnstructuredGrid()))
     assert (empty.GetNumberOfPoints(), empty.GetClassName()) == (0, "vtkUnstructuredGrid")
     assert update(deforming(vtkPolyData(), cut=CUTS["plane"])).GetNumberOfPoints() == 0
-    one = vtkPolyData()
-    set_places(one, [[7, 7, 5]])
-    verts = vtkCellArray()
-    verts.InsertNextCell(1, [0])
-    one.SetVerts(verts)
+    one = polydata_of([(7, 7, 5)], Verts=[[0]])
     for cut in (None, CUTS["plane"], Plane((7, 7, 5), (1, 0, 0))):
         output = update(deforming(one, cut=cut))
         assert (output.GetNumberOfPoints(), output.GetNumberOfVerts()) == (1, 1)
@@ -276,10 +270,10 @@ def test_a_far_point_does_not_empty_a_mesh(far, cut):
 def test_control_points_that_are_no_places_get_a_sentence(make, messages):
     """As ParaView lays them over an input that has no bounds yet."""
     for far, sentence in ((1e299, "`RestPoints` must be places"), (1e12, "where the data are")):
-        for filter_ in (MLSDeform(), MLSDisplacementField()):
+        rest, deformed = [(far,) * 3, (-far,) * 3], [(far, far, 0), (-far,) * 3]
+        for kind in (MLSDeform, MLSDisplacementField):
+            filter_ = configured(kind(), RestPoints=rest, DeformedPoints=deformed)
             filter_.SetInputData(0, make())
-            filter_.SetRestPoints([(far, far, far), (-far, -far, -far)])
-            filter_.SetDeformedPoints([(far, far, 0), (-far, -far, -far)])
             assert_fails(filter_, messages, sentence)
 
 

@@ -1,4 +1,4 @@
-"""The deforming filters without control points on port 1: their own, and the blend factor."""
+"""Control points of a source, and of the deforming filters themselves; and the blend factor."""
 
 import numpy as np
 import pytest
@@ -6,8 +6,9 @@ from pipelines import Executions, connect, control_points, update, values_of
 from vtk_fixtures import DEFORMED, FAST, REST, add_array, make_image
 
 from vtk_mls import CUT_FRAMES
-from vtk_mls.filters import MLSDeform, MLSDisplacementField
+from vtk_mls.filters import MLSControlPoints, MLSDeform, MLSDisplacementField
 from vtk_mls.filters.control_point_source import lattice
+from vtk_mls.vtk import arrays
 from vtk_mls.vtk.objects import configured
 
 FILTERS = pytest.mark.parametrize("filter_type", [MLSDeform, MLSDisplacementField])
@@ -85,9 +86,7 @@ def test_a_dragged_handle_is_followed_once(filter_type, image):
 
 def test_only_handles_at_rest_on_the_cut_itself_do_not_count(image):
     """Their weights go with them; what is dragged, or beside the cut, or beyond its edge counts."""
-    deforming = alone(MLSDeform, image)
-    deforming.SetCutType("half-plane")
-    deforming.SetCutOrigin(4, 4, 3)
+    deforming = alone(MLSDeform, image, CutType="half-plane", CutOrigin=(4, 4, 3))
     rest = np.vstack([REST, [(4, 1, 6), (4, 7, 6), (4, 1, 1), (4.1, 3, 5)]])
     deformed = np.vstack([DEFORMED, rest[8:]])
     deformed[9] += (0.5, 0, 0)
@@ -95,18 +94,14 @@ def test_only_handles_at_rest_on_the_cut_itself_do_not_count(image):
     weights = np.arange(1.0, 13)
 
     def outcome(numbers):
-        deforming.SetRestPoints(rest[numbers])
-        deforming.SetDeformedPoints(deformed[numbers])
-        deforming.SetWeights(weights[numbers])
-        return result(deforming)
+        lists = {"RestPoints": rest[numbers], "DeformedPoints": deformed[numbers]}
+        return result(configured(deforming, Weights=weights[numbers], **lists))
 
     everything = outcome(counts | True)
     np.testing.assert_array_equal(everything, outcome(counts))
     for number in range(9, 12):
         assert not np.array_equal(everything, outcome(counts & (np.arange(12) != number)))
-    deforming.SetRestPoints([(4, 1, 6)])
-    deforming.SetDeformedPoints(())
-    deforming.SetWeights(())
+    configured(deforming, RestPoints=[(4, 1, 6)], DeformedPoints=(), Weights=())
     np.testing.assert_array_equal(result(deforming), values_of(image, "value"))
 
 
@@ -138,8 +133,8 @@ def test_a_handle_that_is_dragged_off_the_cut_takes_that_side_along(cut, frame):
     rest = lattice((3, 3, 3), bounds)
     number = len(rest) // 2 + 9  # in the middle of the upper side
     assert (rest[number] == [*middle[:2], bounds[5]]).all()
-    deforming = configured(MLSDeform(), Device=FAST, InputData=image, RestPoints=rest)
-    configured(deforming, CutFrame=frame, CutType=cut, CutOrigin=middle)
+    cutting = {"CutFrame": frame, "CutType": cut, "CutOrigin": middle}
+    deforming = configured(alone(MLSDeform, image, RestPoints=rest, **cutting), Device=FAST)
     voids = []
     for way in (-4, 4):
         deformed = rest.copy()
@@ -148,3 +143,57 @@ def test_a_handle_that_is_dragged_off_the_cut_takes_that_side_along(cut, frame):
         voids.append(values_of(update(deforming), "VoidDistance") < -0.1)
     assert voids[0].sum() > 50
     np.testing.assert_array_equal(voids[0], voids[1][:, :, ::-1])
+
+
+# MLSControlPoints makes the polydata that the other filters read
+
+
+def test_explicit_points(rng):
+    rest, deformed = rng.normal(size=(2, 5, 3)) * 1e-9 + 5e5
+    source = control_points(rest, deformed)
+    output = update(source)
+    p, q, weights = arrays.control_points(output, "Displacement")
+    np.testing.assert_array_equal(p, rest)
+    np.testing.assert_array_equal(q, deformed)
+    assert weights is None
+    assert output.GetPointData().GetNumberOfArrays() == 1
+    assert output.GetPointData().GetVectors().GetName() == "Displacement"
+    assert output.GetNumberOfVerts() == output.GetNumberOfCells() == 5
+    assert [output.GetCell(i).GetPointId(0) for i in range(5)] == list(range(5))
+    source.SetWeights([1, 2, 3, 4, 5])
+    weights = update(source).GetPointData().GetArray("Weight")
+    assert arrays.to_numpy(weights).tolist() == [1, 2, 3, 4, 5]
+
+
+def test_nothing_moves_without_deformed_points():
+    source = MLSControlPoints()
+    assert update(source).GetNumberOfPoints() == 0
+    source.SetRestPoints([(1, 2, 3), (4, 5, 6)])
+    displacement = update(source).GetPointData().GetArray("Displacement")
+    np.testing.assert_array_equal(arrays.to_numpy(displacement), np.zeros((2, 3)))
+
+
+def test_lattice():
+    source = configured(MLSControlPoints(), Mode="lattice", LatticeDimensions=(2, 3, 1))
+    source.SetBounds(0, 1, 0, 4, -3, 5)
+    p, _, _ = arrays.control_points(update(source), "Displacement")
+    expected = [(0, 0), (1, 0), (0, 2), (1, 2), (0, 4), (1, 4)]
+    np.testing.assert_array_equal(p, [(x, y, 1) for x, y in expected])
+    moved = p + [0, 0, 1]
+    source.SetDeformedPoints(moved)
+    _, q, _ = arrays.control_points(update(source), "Displacement")
+    np.testing.assert_array_equal(q, moved)
+
+
+def test_arrows_lead_from_rest_to_deformed():
+    source = MLSControlPoints()
+    source.SetRestPoints([(0, 0, 0), (5, 5, 5), (1, 2, 3)])
+    assert update(source).GetNumberOfPoints() == 3
+    assert source.GetOutputDataObject(1).GetNumberOfPoints() == 0
+    source.SetDeformedPoints([(0, 0, 0), (np.nan, 5, 5), (1, 2, 7)])
+    update(source)
+    arrows = source.GetOutputDataObject(1)
+    assert arrows.GetNumberOfPolys() > 0
+    np.testing.assert_allclose(arrows.GetBounds()[4:], (3, 7))
+    np.testing.assert_allclose(arrows.GetCenter()[:2], (1, 2), atol=0.01)
+    assert arrows.GetPointData().GetArray("Displacement").GetRange(2) == (4, 4)

@@ -54,8 +54,7 @@ class Cropped(VTKPythonAlgorithmBase):
 
 
 def pipeline(kind, cuts=(), **place):
-    algorithm = connect(kind(), Cropped(**place), control_points())
-    algorithm.SetDevice(FAST)
+    algorithm = connect(configured(kind(), Device=FAST), Cropped(**place), control_points())
     for cut in cuts:
         algorithm.AddCut(cut)
     return algorithm
@@ -97,22 +96,13 @@ CUTS = {"none": (), "half-plane": (OPENED,), "plane": (Plane((4, 4, 3), (1, 0.3,
     frame=CUT_FRAMES,
 )
 def test_pieces_of_a_deformed_image(cuts, interpolation, grid, frame):
-
-    def make():
-        deform = pipeline(MLSDeform, CUTS[cuts])
-        deform.SetCutFrame(frame)
-        deform.SetInterpolation(interpolation)
-        if grid == "reference":
-            deform.SetReference(make_image((5, 6, 7), (2, 0, -1), TURNED))
-        else:
-            deform.SetOutputGrid(grid)
-        deform.SetOutputDimensions(5, 6, 7)
-        deform.SetGenerateJacobian(True)
-        deform.SetGradientArray("values")
-        deform.SetVoidValues("continued" if grid == "given" else "background")
-        return deform
-
-    check(make)
+    target = {"OutputGrid": grid, "OutputDimensions": (5, 6, 7)}
+    if grid == "reference":
+        target = {"Reference": make_image((5, 6, 7), (2, 0, -1), TURNED)}
+    properties = {"CutFrame": frame, "Interpolation": interpolation, **target}
+    properties |= {"GenerateJacobian": True, "GradientArray": "values"}
+    properties["VoidValues"] = "continued" if grid == "given" else "background"
+    check(lambda: configured(pipeline(MLSDeform, CUTS[cuts]), **properties))
 
 
 @pytest.mark.parametrize("place", [{"direction": TURNED}, {"dimensions": (9, 8, 1)}])
@@ -123,12 +113,7 @@ def test_pieces_of_any_image(place):
 
 @pytest.mark.parametrize("cuts", [(), (OPENED,)])
 def test_pieces_of_a_field(cuts):
-    def make():
-        field = pipeline(MLSDisplacementField, cuts)
-        field.SetGenerateJacobian(True)
-        return field
-
-    check(make)
+    check(lambda: configured(pipeline(MLSDisplacementField, cuts), GenerateJacobian=True))
 
 
 def asked(algorithm, extent):
@@ -144,9 +129,8 @@ def shifted(*steps, **place):
     """Everything moved by so many points along the axes."""
     spacing = np.array(make_image(**place).GetSpacing())
     image = Cropped(**place)
-    deform = connect(MLSDeform(), image, control_points([(0, 0, 0)], [np.multiply(steps, spacing)]))
-    deform.SetDevice(FAST)
-    return deform
+    handles = control_points([(0, 0, 0)], [np.multiply(steps, spacing)])
+    return connect(configured(MLSDeform(), Device=FAST), image, handles)
 
 
 def test_only_the_needed_extent_is_requested():
@@ -156,11 +140,9 @@ def test_only_the_needed_extent_is_requested():
     # halfway between points; cells are then where cells are
     assert asked(shifted(-2, 0.5, 0), part) == (7, 9, -1, 2, 7, 8)
     # the gradient looks two points around, cubic interpolation one; beyond the border is nothing
-    cubic = shifted(-2, 0.5, 0)
-    cubic.SetInterpolation("cubic")
+    cubic = configured(shifted(-2, 0.5, 0), Interpolation="cubic")
     assert asked(cubic, part) == (6, 10, -2, 3, 6, 9)
-    steep = shifted(0, 0, 0)
-    steep.SetGradientArray("values")
+    steep = configured(shifted(0, 0, 0), GradientArray="values")
     assert asked(steep, part) == (3, 9, -2, 4, 5, 10)
     # all comes from outside
     assert asked(shifted(100, 0, 0), part) == (3, 4, -2, -1, 5, 6)
@@ -170,8 +152,7 @@ def test_only_the_needed_extent_is_requested():
 
 def test_cells_of_a_fine_grid_need_the_cells_around():
     fine = shifted(0, 0, 0, origin=(0, 0, 0))
-    fine.SetOutputGrid("given")
-    fine.SetOutputSpacing(0.09, 0.1, 0.11)
+    configured(fine, OutputGrid="given", OutputSpacing=(0.09, 0.1, 0.11))
     fine.SetOutputOrigin(np.multiply(START, (0.9, 1, 1.1)) + (2.565, 0, 0))
     # the cell between points 2.85 and 2.95 is cell 2.4: of cells 2 and 3, which end at point 4
     assert asked(fine, [0, 1, 0, 0, 0, 0])[:2] == (5, 7)
@@ -224,8 +205,7 @@ def handles(part=slice(None)):
 
 
 def deformed(polydata, *cuts):
-    deform = connect(MLSDeform(), Cropped(), polydata)
-    deform.SetDevice(FAST)
+    deform = connect(configured(MLSDeform(), Device=FAST), Cropped(), polydata)
     for cut in cuts:
         deform.AddInputDataObject(2, cut)
     return deform
@@ -265,9 +245,8 @@ def test_a_path_of_several_processes(processes):
 def test_processes_talk_only_after_a_change(processes):
     calls = processes([], [[vtkPolyData()]])
     source = control_points()
-    deform = connect(MLSDeform(), Cropped(), source)
-    deform.SetDevice(FAST)
-    deform.SetOutputGrid("fitted")
+    deform = configured(MLSDeform(), Device=FAST, OutputGrid="fitted")
+    connect(deform, Cropped(), source)
     first = values(deform)
     assert len(calls) <= 2  # for the information, and for an extent
     calls.clear()

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from mesh_fixtures import CUTS, MESHES, array_of, deforming, places_of, split
-from pipelines import connect, control_points, update, values_of
+from mesh_fixtures import CUTS, MESHES, array_of, count, deforming, places_of, split
+from pipelines import control_points, update, values_of
 from vtk_fixtures import FAST, REST, add_array, add_scalars, make_image
 
 from vtk_mls import Deformation, Plane
@@ -60,34 +60,22 @@ DEPTH = {
 }
 
 
-class Scene:
-    """A mesh that is cut and moved, and the deformation that did it."""
-
-    def __init__(self, name, cut, motion, device):
-        mesh, cut, moved = MESHES[name](), CUTS[cut], MOTIONS[motion]
-        self.undeformed, self.shift = split(mesh, [cut])
-        self.output = update(deforming(mesh, control_points(REST, moved), device, cut))
-        self.value = Deformation(REST, moved, cuts=[cut], device=device)
-        self.face = np.flatnonzero(self.shift.any(axis=1))
-
-    def faces(self):
-        """Points on the faces of the output, and how they move as material moves inwards."""
-        x = places_of(self.undeformed)[self.face] + self.shift[self.face]
-        v = places_of(self.output)[self.face].astype(np.float64)
-        jacobian = self.value.jacobian(v, origins=x)
-        inwards = unit(self.shift[self.face])
-        return x, v, np.linalg.solve(jacobian, inwards[:, :, None])[:, :, 0]
-
-
 @pytest.mark.parametrize(("cut", "motion"), OPENINGS)
 @pytest.mark.parametrize("name", ["cells 10", "cells 12"])
 def test_faces_of_a_mesh_are_those_of_the_void(name, cut, motion, device):
     """A step out of the material is as far in the void as it is long."""
-    scene = Scene(name, cut, motion, device)
-    assert not array_of(scene.output, "NoInverse").any()
-    x, v, inwards = scene.faces()
+    mesh, shape, moved = MESHES[name](), CUTS[cut], MOTIONS[motion]
+    output = update(deforming(mesh, control_points(REST, moved), device, shape))
+    assert not array_of(output, "NoInverse").any()
+    undeformed, shift = split(mesh, [shape])
+    face = shift.any(axis=1)
+    x, v = places_of(undeformed)[face] + shift[face], places_of(output)[face].astype(np.float64)
+    value = Deformation(REST, moved, cuts=[shape], device=device)
+    # how points on faces of the output move as material moves inwards
+    jacobian = value.jacobian(v, origins=x)
+    inwards = np.linalg.solve(jacobian, unit(shift[face])[:, :, None])[:, :, 0]
     step = 5e-4 * EXTENT
-    inner, outer = (scene.value.void_distance(v + side * step * inwards) for side in (1, -1))
+    inner, outer = (value.void_distance(v + side * step * inwards) for side in (1, -1))
     np.testing.assert_allclose(inner, step, rtol=0, atol=1e-4 * EXTENT)
     open_ = DEPTH[cut](x) > 0.3
     assert open_.mean() > 0.5
@@ -95,10 +83,6 @@ def test_faces_of_a_mesh_are_those_of_the_void(name, cut, motion, device):
 
 
 # Directions
-
-
-def pushed(output, name, data):
-    return array_of(output, name, data).astype(np.float64)
 
 
 @pytest.mark.parametrize("angle", [0.25, -0.25])
@@ -128,8 +112,10 @@ def test_sides_that_overlap_turn_by_their_own_maps(angle, device):
         ]
         expected = np.where(is_above[:, None], *turns)
         for name in ("normal", "tangent"):
-            np.testing.assert_allclose(pushed(output, name, data), expected, rtol=0, atol=1e-4)
-    determinant = np.linalg.det(pushed(output, "Jacobian", "Point").reshape(-1, 3, 3))
+            found = array_of(output, name, data)
+            np.testing.assert_allclose(found, expected, rtol=0, atol=1e-4)
+    jacobian = array_of(output, "Jacobian").astype(np.float64)
+    determinant = np.linalg.det(jacobian.reshape(-1, 3, 3))
     np.testing.assert_allclose(determinant, 1, rtol=0, atol=1e-4)
 
 
@@ -178,10 +164,7 @@ def test_overlap_is_where_other_material_comes_to_the_same_place(cut, motion, de
 def test_filters_mark_the_overlap(kind, frame):
     image = make_image((13, 12, 11), origin=(-1, -1, -1))
     cut, moved = CUTS["half-plane"], MOTIONS["one side pushed"]
-    filter_ = connect(kind(), image, control_points(REST, moved))
-    filter_.SetDevice(FAST)
-    filter_.AddCut(cut)
-    filter_.SetCutFrame(frame)
+    filter_ = deforming(image, control_points(REST, moved), FAST, cut, kind, CutFrame=frame)
     assert not update(filter_).GetPointData().HasArray("Overlap")
     filter_.SetGenerateOverlap(True)
     output = update(filter_)
@@ -190,9 +173,8 @@ def test_filters_mark_the_overlap(kind, frame):
     got = values_of(output, "Overlap")
     assert got.dtype == np.uint8
     np.testing.assert_array_equal(got, expected)
-    total = output.GetFieldData().GetArray("OverlappingPoints").GetValue(0)
-    assert total == expected.sum()
-    assert (total > 10) == (frame == "rest")
+    assert count(output, "OverlappingPoints") == expected.sum()
+    assert (expected.sum() > 10) == (frame == "rest")
 
 
 def test_nothing_overlaps_without_cuts_or_where_material_is_gone(device):
@@ -212,10 +194,8 @@ def test_faces_of_a_turned_image_look_into_the_opening(device):
     image = make_image((17, 17, 17), origin=(-3, -4, -8))
     add_scalars(image, "one", np.ones(image.GetNumberOfPoints()))
     handles = control_points(REST, turned(apart, angle, axis) + by)
-    filter_ = deforming(image, handles, device, Plane((4, 4, 3), (0, 0, 1)), CutFrame="rest")
-    filter_.SetGradientArray("one")
-    filter_.SetNormalizeGradient(True)
-    output = update(filter_)
+    properties = {"CutFrame": "rest", "GradientArray": "one", "NormalizeGradient": True}
+    output = update(deforming(image, handles, device, Plane((4, 4, 3), (0, 0, 1)), **properties))
     slope = values_of(output, "Gradient").reshape(-1, 3)
     distance = values_of(output, "VoidDistance").ravel()
     assert (slope[distance < 0] == 0).all()

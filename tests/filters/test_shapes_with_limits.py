@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
-from mesh_fixtures import places_of, set_places
+from mesh_fixtures import places_of
 from pipelines import ball, update
-from vtk_fixtures import make_image
-from vtkmodules.vtkCommonDataModel import vtkPointSet
+from vtk_fixtures import make_image, polydata_of
 
 from vtk_mls import (
     Ball,
@@ -77,12 +76,6 @@ def image():
     return data
 
 
-def mesh():
-    data = vtkPointSet()
-    set_places(data, X)
-    return data
-
-
 def image_values(output, value):
     found = arrays.to_numpy(output.GetPointData().GetArray("x"))
     origins = value.backward(X)
@@ -102,7 +95,7 @@ def displacements(output, value):
 
 FILTERS = {
     "image": (MLSDeform, image, image_values),
-    "mesh": (MLSDeform, mesh, moved_points),
+    "mesh": (MLSDeform, lambda: polydata_of(X), moved_points),
     "field": (MLSDisplacementField, image, displacements),
 }
 
@@ -146,7 +139,7 @@ def test_a_region_that_is_held_inside_is_reported(messages):
     values = np.ones((9, 9, 9))
     values[4, 4, 4] = 0
     filter_ = MLSDeform()
-    filter_.SetInputDataObject(0, mesh())
+    filter_.SetInputDataObject(0, polydata_of(X))
     filter_.SetDevice("reference")
     filter_.AddHandle(RegionHandle(Ball((2, 2, 2), 1.5), MOTION))
     filter_.SetMask(ImageMask(values, Grid((9, 9, 9), (0, 0, 0), (0.5, 0.5, 0.5))))

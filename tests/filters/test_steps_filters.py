@@ -1,15 +1,19 @@
-"""Filters in steps: nothing folds."""
+"""Filters in steps: nothing folds; and on paths of control points: the array "Path"."""
 
 import numpy as np
 import pytest
 from mesh_fixtures import array_of, cells, count, deforming, places_of
-from pipelines import control_points, update
-from vtk_fixtures import FAST, make_image
+from pipelines import connect, control_points, update
+from turned_column import LEGS, turned
+from turned_column import REST as COLUMN
+from vtk_fixtures import FAST, add_array, make_image
 from vtkmodules.vtkCommonDataModel import VTK_TETRA, vtkPolyData
 
-from vtk_mls import Deformation, Grid
+from vtk_mls import CurveHandle, Deformation, Grid
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
+from vtk_mls.model.handles.handle_cells import HandleCells
 from vtk_mls.queries import certificate, fold_free
+from vtk_mls.vtk.arrays import ImageGeometry
 from vtk_mls.vtk.cells import scaled_jacobians
 from vtk_mls.vtk.control_point_polydata import fill_polydata
 
@@ -124,3 +128,74 @@ def test_as_many_steps_as_given(handles):
     assert not field.GetFieldData().HasArray("StepsUsed")
     a, b = (array_of(d, "BackwardDisplacement") for d in (field, same))
     assert np.abs(a - b).max() > 0.01
+
+
+# Paths
+
+
+PATH = np.array([turned(k / LEGS) for k in range(1, LEGS)])
+
+
+def column(path=PATH, **more):
+    polydata = vtkPolyData()
+    fill_polydata(polydata, COLUMN, turned(1), None, path=path, **more)
+    return polydata
+
+
+def field_of(control_points, **properties):
+    field = deforming(make_image(), control_points, kind=MLSDisplacementField, **properties)
+    return array_of(update(field), "BackwardDisplacement"), field
+
+
+def expected(*handles, **options):
+    grid = ImageGeometry.of_image(make_image()).grid
+    d = Deformation(*handles, device=FAST, **options)
+    return d.displacement_field(grid).displacement.reshape(-1, 3)
+
+
+def test_a_path_is_that_of_a_deformation():
+    found, field = field_of(column())
+    np.testing.assert_allclose(found, expected(COLUMN, turned(1), path=PATH), atol=1e-6)
+    assert field.updated_deformation().smallest_step_determinant > 0.1
+    straight, _ = field_of(column(()))
+    assert np.abs(found - straight).max() > 1
+
+
+@pytest.mark.parametrize("blend", [0.5, 0.25])
+def test_a_blend_stops_on_the_way(blend):
+    found, field = field_of(column(), Blend=blend)
+    there = [turned(blend * k / LEGS) for k in range(1, LEGS + 1)]
+    deformation = field.updated_deformation()
+    np.testing.assert_allclose(deformation.deformed, there[-1], atol=1e-12)
+    off = np.abs(found - expected(COLUMN, there[-1], path=there[:-1])).max()
+    assert off < 0.1  # the way between the places of the array is straight
+    half = np.abs(found - expected(COLUMN, COLUMN + blend * (turned(1) - COLUMN))).max()
+    assert half > 1
+
+
+def test_curves_have_no_path():
+    rows = np.arange(len(COLUMN))
+    cells = HandleCells(rows[9:], (rows[:9],))
+    found, _ = field_of(column(cells=cells), HandleShapes="cells")
+    curve = CurveHandle(COLUMN[:9], turned(1)[:9])
+    other = expected(COLUMN[9:], turned(1)[9:], path=PATH[:, 9:], handles=[curve])
+    np.testing.assert_allclose(found, other, atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("values", "match"),
+    [
+        (np.zeros((len(COLUMN), 4)), "`ControlPoints`, array `Path`, must have 3 components per"),
+        (np.zeros(len(COLUMN)), "got 1 components"),
+        (np.full((len(COLUMN), 6), np.nan), "`ControlPoints`, array `Path`, must be finite"),
+    ],
+)
+def test_bad_paths_are_errors(values, match, messages):
+    polydata = column(())
+    add_array(polydata.GetPointData(), "Path", values, 11)
+    deform = connect(MLSDeform(), make_image(), polydata)
+    deform.Update()
+    messages.assert_one(match)
+    polydata.GetPointData().RemoveArray("Path")
+    deform.Update()
+    assert deform.GetOutputDataObject(0).GetNumberOfPoints() > 0

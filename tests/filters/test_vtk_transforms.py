@@ -14,9 +14,7 @@ def moved(transform, points):
 
 
 def affine(rng):
-    matrix = np.eye(4)
-    matrix[:3] += rng.normal(0, 0.1, (3, 4))
-    return Affine(matrix)
+    return Affine(np.eye(4) + np.vstack([rng.normal(0, 0.1, (3, 4)), np.zeros(4)]))
 
 
 def field(rng):

@@ -9,7 +9,6 @@ import numpy as np
 from limits import check_limits
 from scenes import CONSTANT, Scene, properties_text
 from tolerance import check_tolerance
-from vtkmodules.vtkCommonCore import vtkOutputWindow, vtkStringOutputWindow
 from vtkmodules.vtkCommonDataModel import (
     VTK_PIXEL,
     VTK_VOXEL,
@@ -24,6 +23,7 @@ from vtkmodules.vtkIOLegacy import vtkGenericDataObjectWriter
 
 sys.path.append(str(Path(__file__).parents[1]))
 from pipelines import Source
+from vtk_fixtures import collected_messages
 
 from vtk_mls import CUT_FRAMES, Deformation, DeviceError
 from vtk_mls.base import interpolation
@@ -165,15 +165,11 @@ def _check_filter(scene, device):
         fresh = _outcome(_set(make(), *given))
         assert before == (_state(data), _state(surfaces)), f"the input has changed: {case}"
         assert reused == fresh, f"a reused filter is not as a fresh one: {case}"
-        if (
-            make is MLSDeform
-            and reused[0]
-            and isinstance(data, vtkPointSet)
-            and data.GetNumberOfPoints()
-        ):
-            _check_mesh(data, filter_.GetOutput(), case)
-        if make is MLSDeform and reused[0] and isinstance(data, vtkImageData):
-            _check_constant(data, filter_, case)
+        if make is MLSDeform and reused[0]:
+            if isinstance(data, vtkPointSet) and data.GetNumberOfPoints():
+                _check_mesh(data, filter_.GetOutput(), case)
+            if isinstance(data, vtkImageData):
+                _check_constant(data, filter_, case)
 
 
 def _check_series(scene, device):
@@ -211,7 +207,6 @@ def _series(rng, make):
 
 
 def _connect(filter_, inputs, settings):
-    """Connect data and sources, and set properties."""
     for port, source in enumerate(inputs):
         if isinstance(source, Source):
             filter_.SetInputConnection(port, source.GetOutputPort())
@@ -255,14 +250,10 @@ def _set_handles(filter_, origin, rest, deformed, weights):
 
 def _outcome(filter_, time=None):
     """Whether an update (at a time) succeeded, its errors, and the state of the output."""
-    usual, window = vtkOutputWindow.GetInstance(), vtkStringOutputWindow()
-    vtkOutputWindow.SetInstance(window)
-    try:
+    with collected_messages() as messages:
         is_still = time is None
         done = filter_.GetExecutive().Update() if is_still else filter_.UpdateTimeStep(time)
-    finally:
-        vtkOutputWindow.SetInstance(usual)
-    said = window.GetOutput()
+    said = messages.take()
     lines = {line for line in said.splitlines() if line.strip()}
     lines = {line for line in lines if not any(words in line for words in _SAID)}
     said = "\n".join(sorted(lines))

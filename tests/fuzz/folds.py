@@ -33,7 +33,6 @@ class Scene:
 
 
 def scene(rng, kind=None, move=None):
-    """A random Scene."""
     n = int(rng.integers(6, 61))
     p = rng.random((n, 3))
     move = move or str(rng.choice(MOVES))
@@ -77,10 +76,8 @@ def rotation(rng, angle):
 def negative_tetrahedra(field):
     """Voxels (nz - 1, ny - 1, nx - 1) bool with a tetrahedron of no positive volume, in float64."""
     v = field.grid.points().reshape(*field.displacement.shape) + field.displacement
-    result, mirror = (
-        np.zeros(field.grid.cells.shape, bool),
-        np.linalg.det(field.grid.index_to_world),
-    )
+    result = np.zeros(field.grid.cells.shape, bool)
+    mirror = np.linalg.det(field.grid.index_to_world)
     first, last = slice(None, -1), slice(1, None)
     for order in ((0, 1, 2), (1, 2, 0), (2, 0, 1), (0, 2, 1), (2, 1, 0), (1, 0, 2)):
         sides, path = [first] * 3, []

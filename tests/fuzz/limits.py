@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
+import sys
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import numpy as np
 from scenes import Scene
-from vtkmodules.vtkCommonCore import vtkOutputWindow, vtkStringOutputWindow
-from vtkmodules.vtkCommonDataModel import (
-    vtkImageData,
-    vtkPointSet,
-)
+from vtkmodules.vtkCommonDataModel import vtkImageData, vtkPointSet
+
+sys.path.append(str(Path(__file__).parents[1]))
+from vtk_fixtures import collected_messages
 
 import vtk_mls
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
+from vtk_mls.vtk.objects import configured
 
 _MISS = 3e-3  # as of checks, relative to the size of the data
 _TETRAHEDRON = [(0, 1, 2), (0, 3, 1), (0, 2, 3), (1, 3, 2)]
@@ -34,15 +36,11 @@ def check_limits(rng, device):
     handles = [_handle(scene) for _ in range(rng.integers(0, 3))]
     mask, faces = _mask(scene), [_face(scene) for _ in range(rng.integers(0, 2))]
     case = f"{make.__name__} of {data.GetClassName()}, {handles}, "
-    case = f"{case}{mask}, {faces} in a world of {scene.size:g}"
+    case += f"{mask}, {faces} in a world of {scene.size:g}"
 
     def run(_=None):
-        filter_ = make()
-        filter_.SetInputDataObject(0, data)
-        filter_.SetRestPoints(rest)
-        filter_.SetDeformedPoints(deformed)
-        filter_.SetDevice(device)
-        filter_.SetMask(mask)
+        filter_ = configured(make(), InputData=data, Device=device, Mask=mask)
+        configured(filter_, RestPoints=rest, DeformedPoints=deformed)
         for handle in handles:
             filter_.AddHandle(handle)
         for face in faces:
@@ -52,18 +50,14 @@ def check_limits(rng, device):
         done = filter_.GetExecutive().Update()
         return done, filter_.GetOutputDataObject(0)
 
-    usual, window = vtkOutputWindow.GetInstance(), vtkStringOutputWindow()
-    vtkOutputWindow.SetInstance(window)
-    try:
+    with collected_messages() as messages:
         results = []
         if rng.random() < 0.2 or not _used:  # also the first use of the device
             _used.append(1)
             with ThreadPoolExecutor(_THREADS) as pool:
                 results = list(pool.map(run, range(_THREADS)))
         done, output = run()
-    finally:
-        vtkOutputWindow.SetInstance(usual)
-    said = [line for line in window.GetOutput().splitlines() if line.strip()]
+    said = [line for line in messages.take().splitlines() if line.strip()]
     assert all(line.startswith("Warning: MLS") for line in said), f"{said[:2]}: {case}"
     assert all(any(words in line for words in _SAID) for line in said), f"{said[:2]}: {case}"
     assert done, f"failed: {case}"
@@ -109,9 +103,8 @@ def _handle(scene):
     rng, (a, b), size = scene.rng, scene.places(2), scene.size * scene.rng.uniform(0.05, 0.2)
     kind = rng.choice(5, p=[0.25, 0.25, 0.2, 0.05, 0.25])  # a Solid takes a second
     if kind == 0:
-        return vtk_mls.CurveHandle(
-            [a, b], np.array([a, b]) + rng.normal(0, 0.05 * scene.size, (2, 3))
-        )
+        moved = np.array([a, b]) + rng.normal(0, 0.05 * scene.size, (2, 3))
+        return vtk_mls.CurveHandle([a, b], moved)
     if kind == 1:
         shape = vtk_mls.Ball(a, size)
     elif kind == 2:

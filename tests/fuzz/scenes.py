@@ -32,6 +32,7 @@ from vtk_mls import CUT_FRAMES, INTERPOLATIONS, VOID_VALUES, HalfPlane, Plane, S
 from vtk_mls.base.validation import short_repr
 from vtk_mls.model.options import named
 from vtk_mls.vtk import arrays
+from vtk_mls.vtk.objects import configured, output_of
 
 CONSTANT = "constant"  # the name of an array
 _CONSTANTS = (
@@ -100,30 +101,18 @@ class Scene:
         if kind == "half-plane":
             return HalfPlane(place, normal, inward)
         corners = self.places(4, 1.5)
-        return (
-            Surface.polygon(corners[:3])
-            if kind == "polygon"
-            else Surface(corners, [(0, 1, 2), (1, 2, 3)])
-        )
+        if kind == "polygon":
+            return Surface.polygon(corners[:3])
+        return Surface(corners, [(0, 1, 2), (1, 2, 3)])
 
     def dataset(self, may_be_composite=True):
         """Any that the filter takes."""
         rng = self.rng
-        makers = [
-            self.image,
-            self.image,
-            self.cells,
-            self.cells,
-            self.flat_cells,
-            self.boxes,
-            self.polydata,
-            self.structured,
-            self.rectilinear,
-            self.point_set,
-        ]
+        makers = [self.image, self.image, self.cells, self.cells, self.flat_cells, self.boxes]
+        makers += [self.polydata, self.structured, self.rectilinear, self.point_set]
         if may_be_composite and rng.random() < 0.08:
             if rng.random() < 0.2:
-                return self.amr()
+                return output_of(vtkAMRGaussianPulseSource())  # of two levels: it is refused
             blocks = vtkMultiBlockDataSet()
             for number in range(rng.integers(0, 4)):
                 block = None if rng.random() < 0.2 else self.dataset(False)
@@ -153,13 +142,11 @@ class Scene:
         return image
 
     def cells(self):
-        rng, source = self.rng, vtkCellTypeSource()
+        rng = self.rng
         types = _CELL_TYPES if rng.random() < 0.7 else _CURVED_TYPES
-        source.SetCellType(int(rng.choice(types)))
+        source = configured(vtkCellTypeSource(), CellType=int(rng.choice(types)))
         blocks = int(rng.integers(1, 4))
-        source.SetBlocksDimensions(blocks, blocks, blocks)
-        source.Update()
-        mesh = source.GetOutput()
+        mesh = output_of(source, BlocksDimensions=(blocks,) * 3)
         for data in (mesh.GetPointData(), mesh.GetCellData()):
             data.Initialize()
         x = arrays.to_numpy(mesh.GetPoints().GetData())
@@ -191,19 +178,12 @@ class Scene:
             row, layer = count + 1, 2 * (count + 1)
             corners = [i + a + b * row + c * layer for c in (0, 1) for b in (0, 1) for a in (0, 1)]
             free = [corners[k] for k in (0, 1, 3, 2, 4, 5, 7, 6)]
-            kind = rng.choice(
-                [VTK_VOXEL, VTK_PIXEL, VTK_HEXAHEDRON, VTK_QUAD], p=[0.5, 0.3, 0.1, 0.1]
-            )
+            kinds = VTK_VOXEL, VTK_PIXEL, VTK_HEXAHEDRON, VTK_QUAD
+            kind = rng.choice(kinds, p=[0.5, 0.3, 0.1, 0.1])
             ids = corners if kind in (VTK_VOXEL, VTK_PIXEL) else free
             ids = ids if kind in (VTK_VOXEL, VTK_HEXAHEDRON) else ids[:4]
             mesh.InsertNextCell(int(kind), len(ids), ids)
         return mesh
-
-    def amr(self):
-        """Images of two levels, which are refused."""
-        source = vtkAMRGaussianPulseSource()
-        source.Update()
-        return source.GetOutputDataObject(0)
 
     def polydata(self):
         rng, mesh = self.rng, vtkPolyData()
@@ -277,8 +257,7 @@ class Scene:
         if rng.random() < 0.3 and not short:
             vtk_type, dtype, value = _CONSTANTS[rng.integers(len(_CONSTANTS))]
             constant = np.full(data.GetNumberOfPoints(), value, dtype)
-            array = arrays.from_numpy(constant, vtk_type)
-            array.SetName(CONSTANT)
+            array = configured(arrays.from_numpy(constant, vtk_type), Name=CONSTANT)
             data.GetPointData().AddArray(array)
 
     def properties(self):

@@ -107,9 +107,8 @@ def test_planes_and_labels(viewer, tmp_path, shape, is_labels):
     assert found.shape == values.shape
     assert found.dtype == image.data.dtype
     solid = values if values.ndim == 3 else values[None]
-    sampling = vtk_mls.Sampling(
-        vtk_mls.Grid(solid.shape[::-1]), interpolation="nearest" if is_labels else "linear"
-    )
+    how = "nearest" if is_labels else "linear"
+    sampling = vtk_mls.Sampling(vtk_mls.Grid(solid.shape[::-1]), interpolation=how)
     (expected,) = panel.deformation().resample([solid], sampling)
     assert found.reshape(solid.shape) == pytest.approx(expected)
 
@@ -139,7 +138,6 @@ def test_levels_of_dask_are_lazy(viewer):
 @pytest.mark.parametrize("rgb", [False, True])
 def test_unsupported_images_are_refused_in_one_sentence(viewer, rgb):
     values = np.zeros((8, 9, 10, 3), np.uint8) if rgb else np.zeros((2, 8, 9, 10))
+    layer, d = napari.layers.Image(values, rgb=rgb), vtk_mls.Deformation([(0, 0, 0)], [(1, 0, 0)])
     with pytest.raises(ValueError, match="must have two or three dimensions and no colors"):
-        deformed_levels(
-            napari.layers.Image(values, rgb=rgb), vtk_mls.Deformation([(0, 0, 0)], [(1, 0, 0)])
-        )
+        deformed_levels(layer, d)

@@ -15,38 +15,26 @@ GAP = 6.0, 0.0  # a place in the opening: z and x
 
 # The upper half is pulled apart at x = 0.
 pulled = REST + np.where(REST[:, 2:] > 0, np.sign(REST[:, :1]) * [[3.0, 0, 0]], 0)
-deform = simple.MLSDeform(Input=wavelet(), ControlPoints=control_points(REST, pulled))
-deform.CutType = "half-plane"
-deform.CutOrigin = [0.3, 0.0, -2.0]
-deform.CutNormal = [1.0, 0.0, 0.0]
-deform.CutInward = [0.0, 0.0, 1.0]
-deform.OutputGrid = "fitted"
-continued = simple.MLSDeform(Input=deform.Input, ControlPoints=deform.ControlPoints)
-for name in ("CutType", "CutOrigin", "CutNormal", "CutInward", "OutputGrid"):
-    setattr(continued, name, getattr(deform, name))
-continued.HideVoid = 0
-continued.VoidValues = "continued"
+settings = {"Input": wavelet(), "ControlPoints": control_points(REST, pulled)}
+settings |= {"CutType": "half-plane", "CutOrigin": [0.3, 0, -2], "OutputGrid": "fitted"}
+settings |= {"CutNormal": [1.0, 0.0, 0.0], "CutInward": [0.0, 0.0, 1.0]}
+deform = simple.MLSDeform(**settings)
+continued = simple.MLSDeform(**settings, HideVoid=0, VoidValues="continued")
 data(deform)
 data(continued)
 
 
 def at_face(kind, source, scalars, value):
     """A clip or contour; ParaView would overwrite a value that is set before the scalars."""
-    face = kind(Input=source)
-    if kind is simple.Clip:
-        face.ClipType = "Scalar"
-        face.Scalars = ["POINTS", scalars]
-        face.Value = value
-        face.Invert = 0
-    else:
-        face.ContourBy = ["POINTS", scalars]
-        face.Isosurfaces = [value]
+    if kind is simple.Contour:
+        return kind(Input=source, ContourBy=["POINTS", scalars], Isosurfaces=[value])
+    face = kind(Input=source, ClipType="Scalar", Scalars=["POINTS", scalars])
+    face.Value, face.Invert = value, 0
     return face
 
 
 middle = simple.Slice(Input=deform)
-middle.SliceType.Normal = [0.0, 1.0, 0.0]
-middle.SliceType.Origin = [0.0, 0.4, 0.0]
+middle.SliceType.Normal, middle.SliceType.Origin = [0.0, 1.0, 0.0], [0.0, 0.4, 0.0]
 contour = at_face(simple.Contour, continued, "RTData", 130.0)
 contour.ComputeScalars = 1
 pictures = {

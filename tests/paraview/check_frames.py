@@ -5,7 +5,7 @@ import tempfile
 
 import numpy as np
 from paraview import simple
-from scene import output_messages
+from scene import control_points, output_messages
 
 from vtk_mls.files import control_point_files
 
@@ -32,7 +32,6 @@ ElementDataFile = LOCAL
 
 
 def warning(image, handles):
-    """The messages of the filters."""
     filters = [kind(Input=image, ControlPoints=handles) for kind in FILTERS]
     with output_messages() as text:
         for proxy in filters:
@@ -47,9 +46,7 @@ with tempfile.TemporaryDirectory() as folder:
     markups, identity = os.path.join(folder, "handles.mrk.json"), "1 0 0 0 1 0 0 0 1"
     control_point_files.write(markups, HANDLES, HANDLES)
     from_file = simple.MLSControlPoints(Mode="file", FileName=markups)
-    from_list = simple.MLSControlPoints(
-        RestPoints=list(HANDLES.ravel()), DeformedPoints=list(HANDLES.ravel())
-    )
+    from_list = control_points(HANDLES, HANDLES)
     for name, header, is_misplaced in (
         ("ras.nrrd", NRRD, True),
         ("plain.mha", META.format(matrix=identity), False),

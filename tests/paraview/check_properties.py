@@ -114,6 +114,20 @@ reloaded.SMProxy.RecreateVTKObjects()
 np.testing.assert_array_equal(array(data(reloaded), "RTData"), volume)
 assert reloaded.GetClientSideObject().GetKind() == "affine"
 
+# A new filter has an automatic background; another Background is used.
+values = volume.reshape(data(source).GetDimensions()[::-1])
+corners = values[:: len(values) - 1, :: values.shape[1] - 1, :: values.shape[2] - 1]
+median = np.percentile(corners, 50, method="lower")
+far = {"RestPoints": [0, 0, 0], "DeformedPoints": [900, 0, 0], "Device": "reference"}
+distant = simple.MLSDeform(Input=source, **far)
+assert (array(data(distant), "RTData") == median).all()
+distant.Background = -5.0
+assert (array(data(distant), "RTData") == -5).all()
+distant.Background, distant.AutomaticBackground = 0.0, 0
+assert not array(data(distant), "RTData").any()
+distant.AutomaticBackground = 1
+assert (array(data(distant), "RTData") == median).all()
+
 # The file of a transform moves the material before the handles do.
 with tempfile.TemporaryDirectory() as folder:
     shift, grid = np.tile([2.0, 0, 0], (3, 3, 3, 1)), Grid((3, 3, 3), (-20,) * 3, (20,) * 3)

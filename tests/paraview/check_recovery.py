@@ -144,14 +144,8 @@ with tempfile.TemporaryDirectory() as folder:
     check(handles, handles, "LatticeDimensions", [2, 0, 1], "`Lattice Dimensions`", lattice)
     check(handles, handles, "Bounds", [1, -1, 0, 1, 0, 1], "`Bounds`", lattice)
     handles.FileName = str(file)
-    check(
-        handles,
-        handles,
-        "FileName",
-        str(file.with_name("none.csv")),
-        "`FileName`",
-        [("Mode", "file")],
-    )
+    missing = str(file.with_name("none.csv"))
+    check(handles, handles, "FileName", missing, "`FileName`", [("Mode", "file")])
     check(handles, handles, "Space", "moon", "`Space`")
     simple.Delete(handles)
 

@@ -41,15 +41,7 @@ sampling = Sampling(ImageGeometry.of_image(volume).grid, expected.grid, backgrou
 np.testing.assert_allclose(array(image, "RTData"), values, atol=1e-3)
 assert np.ptp(values) > 50
 
-# A state has the reference; without it the grid is that of the input again.
-deform.Reference = target
-path = os.path.join(folder.name, "state.pvsm")
-servermanager.SaveState(path)
-servermanager.LoadState(path)
-found = [proxy for proxy in simple.GetSources().values() if proxy.GetXMLName() == "MLSDeform"]
-assert len(found) == 2
-for proxy in found:
-    assert data(proxy).GetExtent() == expected.extent
+# Without the reference the grid is that of the input again.
 deform.Reference = None
 assert data(deform).GetExtent() == data(wave).GetExtent()
 

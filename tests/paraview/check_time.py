@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 from paraview import servermanager, simple
 from scene import array, output_messages
-from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter
 
 from vtk_mls import io
 from vtk_mls.filters import MLSControlPoints
+from vtk_mls.vtk.objects import configured, output_of
 
 TIMES = 0.0, 1.0, 3.0
 folder = Path(tempfile.mkdtemp())
@@ -20,10 +20,7 @@ def write_series(name, sources):
     rows = []
     for time, source in zip(TIMES, sources):
         path = folder / f"{name}-{time:g}.vtp"
-        writer = vtkXMLPolyDataWriter()
-        writer.SetInputConnection(source.GetOutputPort())
-        writer.SetFileName(str(path))
-        writer.Write()
+        io.write_dataset(output_of(source), path)
         rows.append(f'<DataSet timestep="{time}" file="{path.name}"/>')
     series = folder / f"{name}.pvd"
     series.write_text(
@@ -34,10 +31,7 @@ def write_series(name, sources):
 
 def handles(time):
     """A control point that moves by `time` along x."""
-    source = MLSControlPoints()
-    source.SetRestPoints([(0, 0, 0)])
-    source.SetDeformedPoints([(time, 0, 0)])
-    return source
+    return configured(MLSControlPoints(), RestPoints=[(0, 0, 0)], DeformedPoints=[(time, 0, 0)])
 
 
 def shift(dataset):

@@ -17,17 +17,7 @@ WIDTH, HEIGHT = 1280, 1024
 
 
 class Gui:
-    """A running ParaView.
-
-    Parameters
-    ----------
-    folder : Path, relative to the project
-        For requests to the listener, and screenshots.
-    project : Path
-    display : str
-        X display.
-    process : Popen
-    """
+    """A running ParaView. Requests to the listener and screenshots are in a folder of `project`."""
 
     def __init__(self, folder, project, display, process):
         self._folder, self.folder = project / folder, folder
@@ -188,12 +178,10 @@ class Gui:
         self.clicks += 1
 
     def windows(self):
-        """Ids of its visible windows."""
         found = self._xdotool("search", "--onlyvisible", "--class", "paraview", check=False)
         return found.split()
 
     def move(self, by):
-        """Move the mouse by so many pixels."""
         self._xdotool("mousemove_relative", "--sync", "--", by[0], -by[1])
 
     def shake(self, seconds, rate=100):
@@ -222,7 +210,6 @@ class Gui:
 
     @property
     def pointer(self):
-        """Position of the mouse on the screen."""
         found = self._xdotool("getmouselocation", "--shell").splitlines()
         return tuple(int(line.partition("=")[2]) for line in found[:2])
 
@@ -239,7 +226,6 @@ class Gui:
         self.resize(WIDTH, HEIGHT)
 
     def resize(self, width, height):
-        """Resize the main window."""
         self._xdotool("windowsize", "--sync", self._window, width, height)
 
     def _place(self, place):
@@ -281,19 +267,7 @@ class Gui:
 
 @contextmanager
 def running(paraview, project, folder, display, command=PLAIN, **variables):
-    """A ParaView with a `Gui`.
-
-    Parameters
-    ----------
-    paraview : paraviews.ParaView
-    project : Path
-    folder : Path, relative to the project
-    display : str
-    command : sequence of str, optional
-        The command that starts it.
-    **variables : str
-        Environment variables.
-    """
+    """A `Gui` of a `paraviews.ParaView`, started by a command with more environment variables."""
     (project / folder).mkdir(parents=True, exist_ok=True)
     for name in ("request.py", "reply.json"):
         (project / folder / name).unlink(missing_ok=True)

@@ -19,7 +19,6 @@ def output(proxy):
 
 
 def values(proxy, name=0):
-    """A point array of a proxy's output."""
     data = output(proxy)
     return vtk_to_numpy(data.GetPointData().GetArray(name)) if data else np.empty(0)
 
@@ -37,7 +36,6 @@ def is_cut():
 
 
 def pending(name, proxy=None):
-    """The elements of a property, pending edits included."""
     prop = (deform if proxy is None else proxy).SMProxy.GetProperty(name)
     return [prop.GetUncheckedElement(i) for i in range(prop.GetNumberOfUncheckedElements())]
 
@@ -47,7 +45,6 @@ def pending_rows(name):
 
 
 def edit(name, elements, proxy=None):
-    """Make elements pending."""
     prop = (deform if proxy is None else proxy).SMProxy.GetProperty(name)
     if len(elements) == 1:
         prop.SetUncheckedElement(0, elements[0])  # of strings, too

@@ -66,7 +66,6 @@ def field(name):
 
 
 def tree():
-    """The tree of a dialog."""
     found = _visible(QtWidgets.QTreeWidget)
     return _middle(found[0].viewport(), found[0].viewport().rect()) if found else None
 

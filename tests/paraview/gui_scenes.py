@@ -11,6 +11,7 @@ from vtkmodules.vtkIOImage import vtkNIFTIImageReader
 from vtkmodules.vtkIOXML import vtkXMLImageDataWriter
 
 from vtk_mls.commands import demo
+from vtk_mls.vtk.objects import configured, output_of
 
 # Of this process, for files that several tests read: others can run beside it.
 OWN = PICTURES / os.environ.get("PYTEST_XDIST_WORKER", "alone")
@@ -58,22 +59,16 @@ BRAIN = "file = simple.GetActiveSource(); volume = values(file).copy()\n"
 
 def write_brain(file, step):
     """Write every n-th voxel of a brain along each axis; the file, relative to the project."""
-    reader = vtkNIFTIImageReader()
-    reader.SetFileName(str(demo.brain_file()))
-    smaller = vtkImageShrink3D()
-    smaller.SetInputConnection(reader.GetOutputPort())
-    smaller.SetShrinkFactors(step, step, step)
-    smaller.Update()
-    smaller.GetOutput().GetPointData().GetScalars().SetName("T1")
-    return write_image(file, smaller.GetOutput())
+    brain = output_of(vtkNIFTIImageReader(), FileName=str(demo.brain_file()))
+    smaller = output_of(vtkImageShrink3D(), InputData=brain, ShrinkFactors=[step] * 3)
+    smaller.GetPointData().GetScalars().SetName("T1")
+    return write_image(file, smaller)
 
 
 def write_image(file, image):
     """Write a vtkImageData; the file, relative to the project."""
     (PROJECT / file).parent.mkdir(parents=True, exist_ok=True)
-    writer = vtkXMLImageDataWriter()
-    writer.SetInputData(image)
-    writer.SetFileName(str(PROJECT / file))
+    writer = configured(vtkXMLImageDataWriter(), InputData=image, FileName=str(PROJECT / file))
     assert writer.Write()
     return file
 

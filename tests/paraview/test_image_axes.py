@@ -4,6 +4,7 @@ from itertools import permutations, product
 
 import numpy as np
 import pytest
+from vtk_fixtures import add_array
 from vtkmodules.vtkCommonCore import VTK_FLOAT, VTK_SHORT
 from vtkmodules.vtkCommonDataModel import vtkImageData
 
@@ -24,16 +25,12 @@ def oriented(direction):
     grid = Grid((3, 4, 5), (10, -20, 30), (1, 2, 0.5), direction)
     whole = ImageGeometry.of_grid(grid)
     shift = grid.at(np.array([[-2.0, 3, 1]]))[0]
+    geometry = ImageGeometry((2, 4, -3, 0, -1, 3), tuple(shift), whole.spacing, whole.direction)
     image = vtkImageData()
-    ImageGeometry((2, 4, -3, 0, -1, 3), tuple(shift), whole.spacing, whole.direction).apply_to(
-        image
-    )
-    scalars = arrays.from_numpy(np.arange(60, dtype=np.int16), VTK_SHORT)
-    scalars.SetName("T1")
-    image.GetPointData().SetScalars(scalars)
-    vectors = arrays.from_numpy(np.arange(180, dtype=np.float32).reshape(60, 3), VTK_FLOAT)
-    vectors.SetName("V")
-    image.GetPointData().AddArray(vectors)
+    geometry.apply_to(image)
+    data = image.GetPointData()
+    data.SetScalars(add_array(data, "T1", np.arange(60), VTK_SHORT))
+    add_array(data, "V", np.arange(180).reshape(60, 3), VTK_FLOAT)
     return image
 
 

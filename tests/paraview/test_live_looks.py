@@ -35,7 +35,6 @@ simple.Render(view)
 
 
 def begin(gui, source, by):
-    """Show a source, and add a filter."""
     gui.run(f"source, by = {source}, {by}\n{SHOW}")
     gui.add_deform()
     gui.run("display = simple.GetDisplayProperties(deform, view)")

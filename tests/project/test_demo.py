@@ -17,6 +17,7 @@ from vtkmodules.vtkIOImage import vtkPNGReader
 from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLImageDataWriter, vtkXMLPolyDataReader
 
 from vtk_mls import KINDS
+from vtk_mls.vtk.objects import configured, output_of
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "examples" / "demo"))
 import make_demo as run
@@ -43,22 +44,15 @@ def output(request, tmp_path_factory):
 
 def _every_fourth_voxel(file):
     """Write the frog's, to a file."""
-    frog, some, writer = vtkXMLImageDataReader(), vtkExtractVOI(), vtkXMLImageDataWriter()
-    frog.SetFileName(str(run.demo.file_of("pyvista", "examples/frog_tissues.vti", "0.44")))
-    frog.Update()
-    some.SetInputData(frog.GetOutput())
-    some.SetVOI(frog.GetOutput().GetExtent())
-    some.SetSampleRate(4, 4, 4)
-    writer.SetInputConnection(some.GetOutputPort())
-    writer.SetFileName(str(file))
-    writer.Write()
+    whole = run.demo.file_of("pyvista", "examples/frog_tissues.vti", "0.44")
+    frog = output_of(vtkXMLImageDataReader(), FileName=str(whole))
+    some = configured(vtkExtractVOI(), InputData=frog, VOI=frog.GetExtent(), SampleRate=(4, 4, 4))
+    configured(vtkXMLImageDataWriter(), InputData=output_of(some), FileName=str(file)).Write()
     return file
 
 
 def _read(reader, file):
-    reader.SetFileName(str(file))
-    reader.Update()
-    return reader.GetOutput()
+    return output_of(reader, FileName=str(file))
 
 
 def test_each_kind_moves_the_frog_differently(output):

@@ -180,12 +180,10 @@ deformation = Deformation(rest, deformed)
 CUT = """
 from vtkmodules.vtkFiltersSources import vtkPlaneSource
 from vtk_mls.filters import MLSControlPoints, MLSDeform
-scalpel, handles, deform = vtkPlaneSource(), MLSControlPoints(), MLSDeform()
-scalpel.SetOrigin(10, 0, 10)
-scalpel.SetPoint1(10, 20, 10)
-scalpel.SetPoint2(10, 0, 20)
-handles.SetRestPoints(rest)
-handles.SetDeformedPoints(deformed)
+from vtk_mls.vtk.objects import configured
+scalpel = configured(vtkPlaneSource(), Origin=(10, 0, 10), Point1=(10, 20, 10), Point2=(10, 0, 20))
+handles = configured(MLSControlPoints(), RestPoints=rest, DeformedPoints=deformed)
+deform = MLSDeform()
 deform.SetInputConnection(0, reader.GetOutputPort())
 deform.SetInputConnection(1, handles.GetOutputPort())
 reader.GetOutput().GetPointData().GetScalars().SetName("T1")

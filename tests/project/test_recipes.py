@@ -39,9 +39,7 @@ def test_a_format(copy):
     (module, _, code), (table, where, line) = recipe("Add a file format")
     assert where == "in TABLE"
     (copy / module).write_text(code)
-    text = (copy / table).read_text()
-    assert "TABLE = (\n" in text
-    (copy / table).write_text(text.replace("TABLE = (\n", f"TABLE = (\n    {line.strip()},\n", 1))
+    insert(copy / table, "\nTABLE = (\n", f"{line.strip()},\n")
     run(copy, "docs/formats_page.py")
     assert ".ssv" in (copy / "docs/formats.md").read_text()
     tests = "tests/files/test_formats.py", "tests/files/test_point_files.py"
@@ -143,10 +141,8 @@ def test_a_filter(copy):
     assert (in_all, in_modules) == ("in __all__", "in _MODULES")
     (copy / module).write_text(code)
     text = (copy / names).read_text()
-    text = text.replace("__all__ = [", f"__all__ = [{name.strip()}, ", 1)
-    (copy / names).write_text(
-        text.replace("_MODULES = {\n", f"_MODULES = {{\n    {row.strip()},\n", 1)
-    )
+    (copy / names).write_text(text.replace("__all__ = [", f"__all__ = [{name.strip()}, ", 1))
+    insert(copy / names, "\n_MODULES = {\n", f"{row.strip()},\n")
     run(copy, "-m", "pytest", "-q", write(copy, [test]))
 
 

@@ -11,6 +11,7 @@ import pytest
 from pipelines import connect, control_points, update
 
 from vtk_mls import Affine, Ball, BallMask, FixedFace, HalfPlane, RegionHandle
+from vtk_mls.files import control_point_files
 from vtk_mls.filters import MLSDeform, MLSDisplacementField, property_tables
 from vtk_mls.vtk.objects import configured
 
@@ -76,7 +77,7 @@ def test_the_field_is_that_of_the_filter():
 
 def test_a_surface_cuts():
     image = DATASETS["image"]()
-    plane = pyvista.Plane(center=(0, 0, 5), direction=(1, 0, 0), i_size=10, j_size=100)
+    plane = pyvista.Plane((0, 0, 5), (1, 0, 0), 10, 100, i_resolution=1, j_resolution=1)
     assert image.mls.deform(REST, DEFORMED, cuts=plane)["Void"].any()
     assert "Void" not in image.mls.deform(REST, DEFORMED).point_data
 
@@ -120,8 +121,6 @@ def test_control_points_are_read(tmp_path):
 
 
 def test_markups_in_two_files(tmp_path):
-    from vtk_mls.files import control_point_files
-
     for name, points in (("p", REST), ("q", DEFORMED)):
         control_point_files.write(tmp_path / f"{name}.mrk.json", points, points)
     handles = mls.read(tmp_path / "p.mrk.json", deformed=tmp_path / "q.mrk.json")
@@ -129,8 +128,6 @@ def test_markups_in_two_files(tmp_path):
 
 
 def test_pyvista_reads_formats_of_control_points(tmp_path):
-    from vtk_mls.files import control_point_files
-
     control_point_files.write(tmp_path / "p.fcsv", REST, REST)
     np.testing.assert_allclose(pyvista.read(tmp_path / "p.fcsv").points, REST, atol=1e-5)
 

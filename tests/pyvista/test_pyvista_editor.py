@@ -1,12 +1,13 @@
-"""The editor in a plotter of PyVista: events of its interactor, and the edited state."""
+"""The editor in a plotter of PyVista and in a notebook: events, and the edited state."""
 
 from __future__ import annotations
 
 import importlib
+import os
+from pathlib import Path
 
 import numpy as np
 import pytest
-from vtk_fixtures import can_draw
 
 from vtk_mls import Deformation, Plane
 from vtk_mls.model.options import MAP_TOLERANCE
@@ -18,9 +19,7 @@ DEFAULT = MAP_TOLERANCE.interactive_default
 
 
 @pytest.fixture
-def plotter():
-    if not can_draw():
-        pytest.skip("VTK cannot draw here")
+def plotter(opengl):
     plotter = pyvista.Plotter(off_screen=True, window_size=(240, 240))
     yield plotter
     plotter.close()
@@ -106,15 +105,56 @@ def test_errors_of_an_editor_name_the_argument(plotter, options, message):
         plotter.mls.edit(pyvista.Sphere(), **options)
 
 
-def test_one_view_and_one_editor():
-    if not can_draw():
-        pytest.skip("VTK cannot draw here")
-    plotter = pyvista.Plotter(off_screen=True, shape=(1, 2), window_size=(400, 200))
+def test_one_view_and_one_editor(plotter):
+    two_views = pyvista.Plotter(off_screen=True, shape=(1, 2), window_size=(400, 200))
     with pytest.raises(ValueError, match="one view, got 2"):
-        plotter.mls.edit(pyvista.Sphere())
-    plotter.close()
-    plotter = pyvista.Plotter(off_screen=True, window_size=(240, 240))
+        two_views.mls.edit(pyvista.Sphere())
+    two_views.close()
     plotter.mls.edit(pyvista.Sphere())
     with pytest.raises(ValueError, match="has an editor"):
         plotter.mls.edit(pyvista.Sphere())
-    plotter.close()
+
+
+PROJECT = Path(__file__).resolve().parents[2]
+CELLS = (
+    """
+import urllib.request
+import pyvista, vtk_mls.pyvista
+mesh = pyvista.Sphere()
+plotter = pyvista.Plotter(notebook=True, window_size=(300, 200))
+edit = plotter.mls.edit(mesh)
+viewer = plotter.show(jupyter_backend="server", return_viewer=True)
+viewer
+""",
+    # the request of the page; the loop of the kernel must be free to answer
+    """
+import asyncio
+page = await asyncio.to_thread(lambda: urllib.request.urlopen(viewer.src, timeout=20).read())
+assert b"<html" in page, page[:200]
+""",
+    """
+edit.editor.document.start_drag([13], 13)
+edit.editor.document.drag_to([edit.state.rest[13] + 0.2])
+edit.editor.document.end_drag()
+assert (~edit.state.is_resting).sum() == 1
+assert edit.deformed == mesh.mls.deform(edit.handles)
+edit.editor.undo()
+assert edit.state.is_resting.all()
+""",
+)
+
+
+@pytest.mark.matrix
+def test_a_notebook_edits(monkeypatch, opengl):
+    needed = "nbclient", "nbformat", "ipykernel", "ipywidgets", "trame_pyvista"
+    nbclient, nbformat, *_ = (
+        pytest.importorskip(name, reason=f"{name} is not installed") for name in needed
+    )
+    monkeypatch.setenv(
+        "PYTHONPATH", os.pathsep.join([str(PROJECT), os.environ.get("PYTHONPATH", "")])
+    )
+    cells = [nbformat.v4.new_code_cell(text) for text in CELLS]
+    notebook = nbformat.v4.new_notebook(cells=cells)
+    nbclient.NotebookClient(notebook, timeout=120, kernel_name="python3").execute()
+    (output,) = [output for output in notebook.cells[0].outputs if output.output_type != "stream"]
+    assert "iframe" in output["data"]["text/plain"]

@@ -19,6 +19,7 @@ from vtkmodules.vtkRenderingVolume import vtkGPUVolumeRayCastMapper
 
 from vtk_mls import Grid
 from vtk_mls.rendering import DeformedVolume
+from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 from vtk_mls.vtk.objects import configured
 
@@ -48,13 +49,10 @@ def image_of(values, grid=None, ghosts=None):
     grid = grid or Grid(values.shape[2::-1])
     image = vtkImageData()
     ImageGeometry.of_grid(grid).apply_to(image)
-    array = numpy_to_vtk(values.reshape(grid.size, -1), deep=True)
-    array.SetName("density")
+    array = configured(numpy_to_vtk(values.reshape(grid.size, -1), deep=True), Name="density")
     image.GetPointData().SetScalars(array)
     if ghosts is not None:
-        array = numpy_to_vtk(ghosts.astype(np.uint8).ravel() * 2, deep=True)
-        array.SetName("vtkGhostType")
-        image.GetPointData().AddArray(array)
+        arrays.add(image.GetPointData(), arrays.GHOSTS, ghosts.astype(np.uint8).ravel() * 2)
     return image
 
 
@@ -68,17 +66,13 @@ def volume_of(image, blend="Composite", mapper=None, components=1, **property):
         colors.AddRGBPoint(*point)
     for point in ((0, 0), (15, 0), (60, 0.9), (255, 0.9)):
         opacity.AddPoint(*point)
-    material = vtkVolumeProperty()
+    material = configured(vtkVolumeProperty(), Shade=True, Ambient=0.3)
     material.SetInterpolationTypeToLinear()
-    material.ShadeOn()
-    material.SetAmbient(0.3)
     for component in range(components):
         material.SetColor(component, colors)
         material.SetScalarOpacity(component, opacity)
     material.GetIsoSurfaceValues().SetValue(0, 60)
-    for name, value in property.items():
-        getattr(material, f"Set{name}")(*value if isinstance(value, tuple) else (value,))
-    return configured(vtkVolume(), Mapper=mapper, Property=material)
+    return configured(vtkVolume(), Mapper=mapper, Property=configured(material, **property))
 
 
 class Scene:

@@ -9,11 +9,10 @@ from functools import partial
 import drawing
 import numpy as np
 import pytest
-from mesh_fixtures import CUTS, FAST, MESHES, OPENED, REST, array_of, deforming, places_of, sphere
+from mesh_fixtures import CUTS, MESHES, OPENED, array_of, deforming, places_of, set_places, sphere
 from pairwise import paired, rare
 from pipelines import assert_same, ball, control_points, update
-from vtk_fixtures import add_array
-from vtkmodules.vtkCommonCore import vtkPoints
+from vtk_fixtures import FAST, REST, add_array, polydata_of
 from vtkmodules.vtkCommonDataModel import vtkMultiBlockDataSet, vtkPolyData, vtkUnstructuredGrid
 from vtkmodules.vtkFiltersCore import vtkPolyDataNormals
 from vtkmodules.vtkFiltersSources import vtkSphereSource
@@ -34,9 +33,7 @@ pytestmark = pytest.mark.usefixtures("opengl")
 
 def mapper_of(mesh):
     mapper = vtkPolyDataMapper() if isinstance(mesh, vtkPolyData) else vtkDataSetMapper()
-    mapper.SetInputDataObject(0, mesh)
-    mapper.SetScalarRange(-10, 15)
-    return mapper
+    return configured(mapper, InputData=mesh, ScalarRange=(-10, 15))
 
 
 class Scene(drawing.Scene):
@@ -49,7 +46,6 @@ class Scene(drawing.Scene):
 
 
 def drawn_mesh(data):
-    """A `Scene` of a mesh or a mapper, and its `DeformedMesh`."""
     scene = Scene(data)
     return scene, DeformedMesh(scene.actor)
 
@@ -59,13 +55,12 @@ def deformation(cuts=(), **options):
 
 
 def filtered(mesh, cuts=(), **properties):
-    """The output of `MLSDeform` for a mesh."""
     deform = deforming(mesh, control_points(REST, OPENED), **properties)
     for cut in cuts:
         deform.AddCut(cut)
     output = update(deform)
-    for of in ("GetPointData", "GetCellData"):
-        arrays.set_roles(getattr(output, of)(), getattr(mesh, of)())
+    arrays.set_roles(output.GetPointData(), mesh.GetPointData())
+    arrays.set_roles(output.GetCellData(), mesh.GetCellData())
     return output
 
 
@@ -145,9 +140,7 @@ def test_points_without_an_inverse_agree_with_the_filter():
     mesh, middle = sphere(), np.array([4, 4, 3])
     x = places_of(mesh).copy()
     x[7] = np.nan
-    points = vtkPoints()
-    points.SetData(arrays.from_numpy(x, 11))
-    mesh.SetPoints(points)
+    set_places(mesh, x)
     offset = np.array([[1.8, 0.3, 0], [-1.8, 0, 0.3], [0, 1.9, 0], [0, -1.9, 0.4]])
     rest = np.concatenate([REST, middle + offset])
     crossed = np.concatenate([REST, middle - offset])
@@ -217,11 +210,8 @@ def test_an_algorithm_in_front_of_the_mapper_runs_again():
     scene, deformed = drawn_mesh(mapper)
     deformed.update(deformation())
     scene.picture()
-    source.SetRadius(3)
-    source.SetThetaResolution(50)
-    picture = scene.picture()
-    source.Update()
-    assert_alike(picture, Scene(filtered(source.GetOutput())).picture())
+    configured(source, Radius=3, ThetaResolution=50)
+    assert_alike(scene.picture(), Scene(filtered(output_of(source))).picture())
     deformed.detach()
     assert mapper.GetInputAlgorithm() is source
 
@@ -309,13 +299,7 @@ def test_cell_normals_are_computed_from_the_interpolated_shape(interpolated):
     assert np.abs(coarse - scene.picture()).mean() < 0.5
 
 
-def _no_points():
-    mesh = vtkPolyData()
-    mesh.SetPoints(vtkPoints())
-    return mesh
-
-
-@pytest.mark.parametrize("make", [vtkPolyData, vtkUnstructuredGrid, _no_points])
+@pytest.mark.parametrize("make", [vtkPolyData, vtkUnstructuredGrid, lambda: polydata_of([])])
 def test_an_empty_mesh_draws_nothing(make):
     scene, deformed = drawn_mesh(make())
     for cuts in ([], [CUTS["plane"]]):

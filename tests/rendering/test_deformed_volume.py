@@ -1,4 +1,4 @@
-"""A volume drawn through the map style like the resampled one."""
+"""A volume drawn through the map style like the resampled one, also with few rays."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from drawing import (
 )
 from pairwise import one_of, paired, rare
 from pipelines import ball
-from vtk_fixtures import FAST, TURNED
+from vtk_fixtures import FAST, TURNED, make_image
 from vtkmodules.vtkCommonDataModel import vtkPiecewiseFunction, vtkPlane
 from vtkmodules.vtkImagingCore import vtkImageShiftScale
 from vtkmodules.vtkRenderingCore import (
@@ -35,7 +35,8 @@ from vtkmodules.vtkRenderingVolume import (
 from vtkmodules.vtkRenderingVolumeOpenGL2 import vtkSmartVolumeMapper
 
 from vtk_mls import KINDS, Deformation, Grid, HalfPlane, Plane, Sampling, Surface
-from vtk_mls.rendering import DeformedVolume
+from vtk_mls.rendering import DeformedVolume, pace
+from vtk_mls.rendering.pace import adjust_rays, usual_step
 from vtk_mls.vtk.arrays import ImageGeometry
 from vtk_mls.vtk.objects import configured
 
@@ -100,29 +101,23 @@ def pictures(d, values=VALUES, prepare=None, hides_outside=False, **style):
     return picture, expected
 
 
-def volume_in(scene):
-    return scene.renderer.GetVolumes().GetItemAsObject(0)
+def mapper_in(scene):
+    return scene.renderer.GetVolumes().GetItemAsObject(0).GetMapper()
 
 
 # Styles
 
 
-def _cropped(scene):
-    mapper = volume_in(scene).GetMapper()
-    mapper.CroppingOn()
-    mapper.SetCroppingRegionPlanes(8, 45, -100, 30, 0, 47)
+def _with(**values):
+    """A function that sets properties of the mapper."""
+    return lambda scene: configured(mapper_in(scene), **values)
 
 
-def _plane():
-    return configured(vtkPlane(), Origin=CENTER, Normal=(0.5, 1, 0.2))
+_PLANE = configured(vtkPlane(), Origin=CENTER, Normal=(0.5, 1, 0.2))
 
 
 def _clipped(scene):
-    volume_in(scene).GetMapper().AddClippingPlane(_plane())
-
-
-def _sliced(scene):
-    volume_in(scene).GetProperty().SetSliceFunction(_plane())
+    mapper_in(scene).AddClippingPlane(_PLANE)
 
 
 def _with_ball(opacity):
@@ -140,23 +135,12 @@ def _with_ball(opacity):
 
 
 def _parallel(scene):
-    scene.renderer.GetActiveCamera().ParallelProjectionOn()
-    scene.renderer.GetActiveCamera().SetParallelScale(SIZE)
+    configured(scene.renderer.GetActiveCamera(), ParallelProjection=True, ParallelScale=SIZE)
 
 
 def _zoomed(scene):
     """Zoom in: VTK hides half a voxel more at the ends of the volume."""
     scene.renderer.GetActiveCamera().Zoom(2.5)
-
-
-def _jittered(scene):
-    volume_in(scene).GetMapper().UseJitteringOn()
-
-
-def _shadowed(scene):
-    mapper = volume_in(scene).GetMapper()
-    mapper.SetGlobalIlluminationReach(0.5)
-    mapper.SetVolumetricScatteringBlending(0.5)
 
 
 def _gradient_opacity():
@@ -173,22 +157,22 @@ PROJECTED = {"prepare": _zoomed, "hides_outside": True}
 STYLES = {
     "shaded": {},
     "not shaded": {"Shade": False},
-    "gradient opacity": {"GradientOpacity": (_gradient_opacity(),)},
+    "gradient opacity": {"GradientOpacity": _gradient_opacity()},
     "maximum": {"blend": "MaximumIntensity"},
     "minimum": {"blend": "MinimumIntensity", "values": 255 - VALUES, **PROJECTED},
     "average": {"blend": "AverageIntensity", **PROJECTED},
     "additive": {"blend": "Additive", **PROJECTED},
     "isosurface": {"blend": "IsoSurface"},
-    "slice": {"blend": "Slice", "prepare": _sliced},
+    "slice": {"blend": "Slice", "SliceFunction": _PLANE},
     "independent components": {"values": TWO, "components": 2},
     "colors": {"values": FOUR, "components": 4, "IndependentComponents": False},
-    "cropped": {"prepare": _cropped},
+    "cropped": {"prepare": _with(Cropping=True, CroppingRegionPlanes=(8, 45, -100, 30, 0, 47))},
     "clipped": {"prepare": _clipped},
     "opaque geometry": {"prepare": _with_ball(1.0)},
     "peeled geometry": {"prepare": _with_ball(0.4)},
     "parallel": {"prepare": _parallel},
-    "jittered": {"prepare": _jittered},
-    "shadowed": {"prepare": _shadowed},
+    "jittered": {"prepare": _with(UseJittering=True)},
+    "shadowed": {"prepare": _with(GlobalIlluminationReach=0.5, VolumetricScatteringBlending=0.5)},
 }
 BLENDED = ["shaded", *(name for name, style in STYLES.items() if "blend" in style)]
 
@@ -202,9 +186,8 @@ def test_a_smart_mapper():
     mapper = vtkSmartVolumeMapper()
     mapper.SetRequestedRenderModeToGPU()
     mapper.InteractiveAdjustSampleDistancesOff()
-    volume = volume_of(image_of(VALUES), mapper=mapper)
-    scene, d = Scene(volume), deformation()
-    DeformedVolume(volume, scene.renderer).update(d)
+    (_, scene, drawn), d = drawn_volume(image_of(VALUES), mapper=mapper), deformation()
+    drawn.update(d)
     assert_alike(scene.picture(), Scene(volume_of(resampled(d))).picture())
 
 
@@ -335,12 +318,10 @@ def test_only_the_part_within_an_output_grid_is_drawn():
 
 @pytest.mark.parametrize("start", [(0, 0, 0), (7, -3, 20)])
 def test_an_oblique_image(start):
-    image = image_of(VALUES)
-    image.SetExtent(*(i for a in start for i in (a, a + SIZE - 1)))
-    image.SetSpacing(1.2, 0.8, 1.0)
-    image.SetOrigin(5, -3, 20)
-    image.SetDirectionMatrix(*np.ravel(TURNED))
-    grid = ImageGeometry.of_image(image).grid
+    image, place = image_of(VALUES), {"origin": (5, -3, 20), "spacing": (1.2, 0.8, 1.0)}
+    geometry = ImageGeometry.of_image(make_image((SIZE,) * 3, start, TURNED, **place))
+    geometry.apply_to(image)
+    grid = geometry.grid
     rest = grid.at(REST)
     d = Deformation(rest, rest + (REST[:, :1] > MIDDLE) * [6, 4, 2], device=FAST)
     target = d.fitted_grid(grid)
@@ -368,13 +349,10 @@ def test_values_of_cells():
 
 
 def test_changes_of_the_data_are_followed():
-    scaled = vtkImageShiftScale()
-    scaled.SetInputData(image_of(VALUES))
+    scaled = configured(vtkImageShiftScale(), InputData=image_of(VALUES))
     scaled.SetOutputScalarTypeToUnsignedChar()
-    volume = volume_of(image_of(VALUES))
+    (volume, scene, drawn), d = drawn_volume(image_of(VALUES)), deformation()
     volume.GetMapper().SetInputConnection(scaled.GetOutputPort())
-    scene, d = Scene(volume), deformation()
-    drawn = DeformedVolume(volume, scene.renderer)
     drawn.update(d)
     first = scene.picture()
     scaled.SetScale(0.6)
@@ -442,3 +420,57 @@ def test_errors_name_the_reason():
     empty.SetMapper(vtkGPUVolumeRayCastMapper())
     with pytest.raises(ValueError, match="the mapper of `volume` must have one input"):
         DeformedVolume(empty, renderer)
+
+
+pytestmark = pytest.mark.usefixtures("opengl")
+
+
+def blurred(picture, size=6):
+    """Means of squares of pixels."""
+    height, width, _ = picture.shape
+    squares = picture.reshape(height // size, size, width // size, size, 3)
+    return squares.mean(axis=(1, 3))
+
+
+def test_pictures_during_movement_have_fewer_rays_and_the_same_colors(monkeypatch):
+    volume, scene, drawn = drawn_volume(image_of(phantom()))
+    mapper = volume.GetMapper()
+    drawn.update(deformation())
+    resting = scene.picture()
+    monkeypatch.setattr(pace, "_PICTURE_SECONDS", mapper.GetTimeToDraw() / 6)
+    scene.window.SetDesiredUpdateRate(15)
+    adjust_rays(mapper, scene.window)
+    assert mapper.GetImageSampleDistance() == 3  # at least 6 times fewer
+    moving = scene.picture()
+    assert np.abs(moving - resting).mean() > 0.1
+    assert np.abs(blurred(moving) - blurred(resting)).mean() < 1
+    monkeypatch.setattr(pace, "_PICTURE_SECONDS", 1e-6)
+    adjust_rays(mapper, scene.window)
+    assert mapper.GetImageSampleDistance() == 4
+    scene.window.SetDesiredUpdateRate(1e-4)
+    adjust_rays(mapper, scene.window)
+    np.testing.assert_array_equal(scene.picture(), resting)
+
+
+def test_the_first_picture_during_movement_has_few_rays():
+    volume = volume_of(image_of(phantom()))
+    scene = Scene(volume)
+    scene.window.SetDesiredUpdateRate(15)
+    adjust_rays(volume.GetMapper(), scene.window)
+    assert volume.GetMapper().GetImageSampleDistance() == 4
+
+
+@pytest.mark.parametrize("size", [30, 120])
+def test_steps_are_those_of_the_smart_mapper(size):
+    image = configured(image_of(phantom(size)), Spacing=(1, 2, 0.6))
+    mapper = configured(vtkSmartVolumeMapper(), InteractiveAdjustSampleDistances=False)
+    mapper.SetRequestedRenderModeToGPU()
+    volume = volume_of(image, mapper=mapper)
+    mapper.SetSampleDistance(-1)  # automatic
+    expected = Scene(volume).picture()
+    other = volume_of(image)
+    other.GetMapper().SetSampleDistance(usual_step(image))
+    other.SetProperty(volume.GetProperty())
+    np.testing.assert_array_equal(Scene(other).picture(), expected)
+    other.GetMapper().SetSampleDistance(1.01 * usual_step(image))
+    assert not np.array_equal(Scene(other).picture(), expected)

@@ -81,10 +81,8 @@ def test_a_mapper_that_two_volumes_share(messages):
 
 @pytest.mark.parametrize("mode", ["RayCast", "OSPRay"])
 def test_a_smart_mapper_without_the_graphics_card(mode, messages):
-    volume = volume_of(image_of(VALUES), mapper=smart_mapper())
-    mapper, scene = volume.GetMapper(), Scene(volume)
-    mode = f"{mode}RenderMode"
-    drawn = DeformedVolume(volume, scene.renderer)
+    mapper, mode = smart_mapper(), f"{mode}RenderMode"
+    volume, scene, drawn = drawn_volume(image_of(VALUES), mapper=mapper)
     mapper.SetRequestedRenderMode(getattr(mapper, mode))
     reason = f"the mapper of `volume` must draw on the graphics card, got {mode}; call its Set.*GPU"
     with pytest.raises(ValueError, match=reason):
@@ -95,14 +93,9 @@ def test_a_smart_mapper_without_the_graphics_card(mode, messages):
     drawn.update(deformation())
     scene.picture()
     mapper.SetRequestedRenderMode(getattr(mapper, mode))
-    before = Scene(volume_of(image_of(VALUES), mapper=as_requested(mode))).picture()
+    usual = configured(smart_mapper(), RequestedRenderMode=getattr(mapper, mode))
+    before = Scene(volume_of(image_of(VALUES), mapper=usual)).picture()
     assert_refused(drawn, scene, before, messages, reason)
-
-
-def as_requested(mode):
-    mapper = smart_mapper()
-    mapper.SetRequestedRenderMode(getattr(mapper, mode))
-    return mapper
 
 
 @pytest.mark.parametrize("is_smart", [False, True])
@@ -152,9 +145,8 @@ def test_the_graphics_card_has_no_texture(monkeypatch, messages):
 
 def test_a_collected_volume_reports_nothing(capfd):
     """Python's collector clears the object, and VTK still calls its observers."""
-    volume = volume_of(image_of(VALUES))
-    scene = Scene(volume)
-    window, drawn = scene.window, DeformedVolume(volume, scene.renderer)
+    _, scene, drawn = drawn_volume(image_of(VALUES))
+    window = scene.window
     drawn.update(deformation())
     scene.picture()
     alive = weakref.ref(drawn)
@@ -184,7 +176,6 @@ def test_a_shader_error_after_the_first_picture(monkeypatch, messages):
 
 
 def three_volumes():
-    """A scene, and the DeformedVolumes of three volumes in it."""
     volumes = [volume_of(image_of(VALUES)) for _ in range(3)]
     scene = Scene(*volumes)
     return scene, [DeformedVolume(volume, scene.renderer) for volume in volumes]
@@ -194,27 +185,20 @@ def report(*_):
     vtkOutputWindow.GetInstance().DisplayText("by the way")
 
 
-def test_new_volumes_in_one_picture(messages):
+@pytest.mark.parametrize("is_detached", [False, True])
+def test_new_volumes_in_one_picture(is_detached, messages):
+    """They are drawn, or the only one is detached meanwhile."""
     scene, volumes = three_volumes()
-    for drawn in volumes:
+    for drawn in volumes[: 1 if is_detached else 3]:
         drawn.update(deformation())
     scene.renderer.AddObserver("StartEvent", report, -1)
+    if is_detached:
+        scene.renderer.AddObserver("StartEvent", lambda *_: drawn.detach(), -2)
     usual = vtkOutputWindow.GetInstance()
     scene.picture()
     assert vtkOutputWindow.GetInstance() is usual
     messages.assert_one("^by the way$")
     report()
-    messages.assert_one("^by the way$")
-
-
-def test_a_volume_that_is_detached_while_it_is_drawn(messages):
-    scene, (drawn, *_) = three_volumes()
-    drawn.update(deformation())
-    scene.renderer.AddObserver("StartEvent", report, -1)
-    scene.renderer.AddObserver("StartEvent", lambda *_: drawn.detach(), -2)
-    usual = vtkOutputWindow.GetInstance()
-    scene.picture()
-    assert vtkOutputWindow.GetInstance() is usual
     messages.assert_one("^by the way$")
 
 

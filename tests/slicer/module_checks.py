@@ -141,11 +141,7 @@ SCENES = [
     *({"kind": kind} for kind in deform_logic.KINDS),
     *({"kind": kind, "parent": True} for kind in ("rigid", "affine", "spline")),
     *({"kind": kind, "curve": True} for kind in ("rigid", "similarity", "spline")),
-    *(
-        {"kind": kind, "bone": bone}
-        for kind in ("rigid", "affine")
-        for bone in (model, segmentation)
-    ),
+    *({"kind": k, "bone": bone} for k in ("rigid", "affine") for bone in (model, segmentation)),
     {"kind": "rigid", "steps": 4},
     {"kind": "rigid", "steps": 0, "alpha": 1.5},
     {"kind": "affine", "smoothing": 5.0},
@@ -160,28 +156,20 @@ def test_the_transform_is_that_of_the_deformation(scene, logic, case):
     parent = linear(scene, TURNED) if options.pop("parent", False) else None
     transform, p, q = dragged(scene, logic, parent=parent, **options)
     assert logic.update(transform), logic.message
-    deformation, grid = logic.deformation(transform), logic.grid(transform)
+    grid, back = logic.grid(transform), logic.deformation(transform).backward
     # exact at nodes of the grid
     nodes = RNG.integers(20, np.subtract(grid.dimensions, 20), (1000, 3))
     v = grid.origin + nodes * grid.spacing
-    assert from_parent(transform)(v) == pytest.approx(
-        deformation.backward(v), abs=1e-4 * grid.spacing[0]
-    )
+    assert from_parent(transform)(v) == pytest.approx(back(v), abs=1e-4 * grid.spacing[0])
     inside = RNG.uniform(-45, 45, (1000, 3))
     if not options.get("bone"):  # the map around a bone has a kink at its surface
-        error = np.linalg.norm(
-            from_parent(transform)(inside) - deformation.backward(inside), axis=1
-        )
+        error = np.linalg.norm(from_parent(transform)(inside) - back(inside), axis=1)
         assert np.quantile(error, 0.99) < 1e-3 * grid.spacing[0]
     # In the world, a point moved by its transform and back is where it was.
     way = vtk.vtkGeneralTransform()
     transform.GetTransformFromWorld(way)
-    if (
-        parent is None
-        and options["kind"] != "auto"
-        and not options.get("smoothing")
-        and not options.get("bone")
-    ):
+    meets_all = options["kind"] != "auto" and not {"smoothing", "bone"} & {*options}
+    if parent is None and meets_all:
         assert moved(way, q) == pytest.approx(p, abs=0.2 * grid.spacing[0])
 
 
@@ -340,7 +328,6 @@ class View:
         self.window.Render()
 
     def at(self, place):
-        """The pixel of a place of the world."""
         self.renderer.SetWorldPoint(*place, 1)
         self.renderer.WorldToDisplay()
         return [round(value) for value in self.renderer.GetDisplayPoint()[:2]]

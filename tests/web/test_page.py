@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import re
 import time
+from contextlib import closing
 from urllib.error import HTTPError
 from urllib.request import urlopen
 
@@ -55,7 +56,6 @@ def folder(tmp_path_factory):
 
 
 def _ball_image():
-    """The ball as an image."""
     grid = Grid((24,) * 3, (-0.6,) * 3, (1.2 / 23,) * 3)
     radius = np.linalg.norm(grid.points(), axis=1)
     values = np.clip(200 * (0.5 - radius) / 0.05, 0, 200).astype(np.uint8)
@@ -147,7 +147,6 @@ class Page:
         return values[..., :3].astype(float)
 
     def rows(self):
-        """Positions in the handle table."""
         texts = self.tab.locator(".mls-row .at").all_inner_texts()
         return np.array([[float(number) for number in text.split(",")] for text in texts])
 
@@ -202,8 +201,8 @@ def test_handles_are_added_fixed_placed_and_deleted(page):
 
 
 def test_every_command_has_a_control_with_its_key_in_the_tool_tip(browser, folder):
-    with server(folder, "ball.vtp", "handles.csv", "--target", "ball.vtp") as (_, address):
-        page = Page(browser, address)
+    arguments = "ball.vtp", "handles.csv", "--target", "ball.vtp"
+    with server(folder, *arguments) as (_, address), closing(Page(browser, address)) as page:
         page.tab.get_by_title("All commands (H)").click()
         for row in commands.COMMANDS:
             title = f"{row.text} ({commands.key_of(row)})"
@@ -211,7 +210,6 @@ def test_every_command_has_a_control_with_its_key_in_the_tool_tip(browser, folde
             assert count == (row.method != "quit"), title
         page.tab.get_by_title("Add a handle on the surface (A)").click()
         page.says("Click on the surface")
-        page.close()
 
 
 def test_a_slider_is_set_by_its_keys(page):
@@ -264,8 +262,7 @@ def test_an_image_with_a_mesh_slices_and_a_line_cut(browser, folder, tmp_path):
     image, saved = tmp_path / "ball.nii.gz", tmp_path / "saved"
     io.write_dataset(_ball_image(), image)
     arguments = str(image), "handles.csv", "--with", "ball.vtp", "--output", str(saved)
-    with server(folder, *arguments) as (_, address):
-        page = Page(browser, address)
+    with server(folder, *arguments) as (_, address), closing(Page(browser, address)) as page:
         before = page.rows()[0]
         page.tab.keyboard.press("m")
         page.drag((0.83, 1 / 6), (22, -12))  # in the upper slice, along z
@@ -289,7 +286,6 @@ def test_an_image_with_a_mesh_slices_and_a_line_cut(browser, folder, tmp_path):
             with page.tab.expect_download() as download:
                 link.click()
             assert download.value.path().read_bytes() == (saved / name).read_bytes()
-        page.close()
     rest, deformed, *_ = control_point_files.read_pairs(saved / "handles.csv")
     np.testing.assert_allclose(deformed[0], moved, rtol=1e-3, atol=1e-4)
     assert (rest != deformed).any(axis=1).tolist() == [True, False, False, False]
@@ -319,8 +315,8 @@ def test_a_reload_during_a_drag_keeps_it(page):
 
 def test_unsaved_handles_are_offered_beside_other_messages(browser, folder):
     caches = {"XDG_CACHE_HOME": str(folder / "caches"), "VTK_MLS_DEVICE": "reference"}
-    with server(folder, "ball.vtp", "handles.csv", **caches) as (_, address):
-        page = Page(browser, address)
+    given = server(folder, "ball.vtp", "handles.csv", **caches)
+    with given as (_, address), closing(Page(browser, address)) as page:
         for _ in range(2):
             _send(page, "data", folder / "ball.vtp")
             page.says("is shown")
@@ -340,7 +336,6 @@ def test_unsaved_handles_are_offered_beside_other_messages(browser, folder):
         page.tab.get_by_role("button", name="Drop them").click()
         page.says("The unsaved edits are deleted.")
         page.tab.get_by_role("button", name="Drop them").wait_for(state="detached")
-        page.close()
     assert not [*folder.glob("sent-*")]
 
 

@@ -115,7 +115,6 @@ class User(Page):
         self.done(name.split(":")[0])
 
     def handles(self):
-        """The texts of all handles."""
         return self.tab.locator(".mls-row").all_text_contents()
 
     def save(self):

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
+from contextlib import closing
 
 import numpy as np
 import pytest
 from page_server import server
 from test_page import Page
-from test_pair_panel import SIZE, _image, _texture
+from test_session import SIZE, _image, _texture
 
 from vtk_mls import io
 from vtk_mls.files import control_point_files
@@ -30,7 +31,7 @@ def folder(tmp_path_factory):
 
 
 def _page(browser, address):
-    return Page(browser, address, viewport=_WINDOW)
+    return closing(Page(browser, address, viewport=_WINDOW))
 
 
 def _wait(page, text):
@@ -42,8 +43,7 @@ _ROWS = "document.querySelectorAll('.mls-pairs tbody input[type=checkbox]').leng
 
 def test_landmarks_are_placed_on_both_sides_and_refined(browser, folder):
     arguments = "moving.vti", "pairs.csv", "--target", "target.vti"
-    with server(folder, *arguments) as (_, address):
-        page = _page(browser, address)
+    with server(folder, *arguments) as (_, address), _page(browser, address) as page:
         _wait(page, f"{_ROWS} === 4")
         page.tab.get_by_role("button", name="3-D").click()  # hidden: two 3-D views
         page.tab.mouse.click(*page.pixel((0.19, 0.36)))  # beside the handles
@@ -60,16 +60,14 @@ def test_landmarks_are_placed_on_both_sides_and_refined(browser, folder):
         page.says("3 of 3 landmarks are refined")
         page.tab.get_by_role("button", name="Save session").click()
         page.tab.get_by_role("link", name="session.mls.json").wait_for()
-        page.close()
     session = json.loads((folder / "moving-edited" / "session.mls.json").read_text("utf-8"))
     moved = np.array(session["edit"]["deformed"]) - _PAIRS
     np.testing.assert_allclose(moved[[0, 2, 3]], [(-2, 1, 0)] * 3, atol=0.15)
     np.testing.assert_array_equal(moved[1], 0)
-    with server(folder, "moving-edited/session.mls.json") as (_, address):
-        page = _page(browser, address)
+    arguments = ("moving-edited/session.mls.json",)
+    with server(folder, *arguments) as (_, address), _page(browser, address) as page:
         page.status("4 handles", "1 off")
         assert page.tab.get_by_label("Use b").is_checked() is False
-        page.close()
 
 
 def test_a_save_is_stopped(browser, folder):
@@ -78,10 +76,9 @@ def test_a_save_is_stopped(browser, folder):
     assert large.shape == (3 * SIZE,) * 3
     io.write_dataset(_image(large), folder / "large.vti")
     # the specification in numpy takes long, and reports its progress
-    with server(folder, "large.vti", "pairs.csv", "--device", "reference") as (_, address):
-        page = _page(browser, address)
+    arguments = "large.vti", "pairs.csv", "--device", "reference"
+    with server(folder, *arguments) as (_, address), _page(browser, address) as page:
         page.tab.get_by_role("button", name="Save", exact=True).click()
         page.tab.get_by_role("button", name="Stop").click()
         page.says("Saving was stopped")
         assert not page.tab.get_by_role("link", name="handles.csv").is_visible()
-        page.close()

@@ -57,14 +57,16 @@ def address(folder):
         yield address
 
 
-def _open(browser, address, size):
-    if size is None:
-        return Page(browser, address, **PHONE)
-    return Page(browser, address, viewport={"width": size[0], "height": size[1]})
+@pytest.fixture(params=[_SIZES["390x780"]])
+def page(browser, address, request):
+    """A tab of a size, on a phone if it has none."""
+    size = request.param and dict(zip(("width", "height"), request.param))
+    page = Page(browser, address, **({"viewport": size} if size else PHONE))
+    yield page
+    page.close()
 
 
-def test_a_pinch_zooms_there_and_back_and_places_no_landmark(browser, address):
-    page = _open(browser, address, None)
+def test_a_pinch_zooms_there_and_back_and_places_no_landmark(page):
     page.rest()
     before = page.pixels()
     for widths, is_reached in (
@@ -74,7 +76,6 @@ def test_a_pinch_zooms_there_and_back_and_places_no_landmark(browser, address):
         page.pinch((0.5, 0.25), widths)
         page.until(lambda is_reached=is_reached: is_reached(np.abs(page.pixels() - before).mean()))
     assert page.tab.locator(".mls-pairs tbody input").count() == 0
-    page.close()
 
 
 def _spots(side):
@@ -90,9 +91,8 @@ def _spots(side):
     return np.array(sorted(found, key=lambda place: place[1]))
 
 
-def test_ten_pairs_are_placed_by_fingers_within_one_voxel(browser, folder, address):
+def test_ten_pairs_are_placed_by_fingers_within_one_voxel(page, folder):
     """The first pair is corrected. It shifts the data, and the other landmarks lie right then."""
-    page = _open(browser, address, None)
     page.until(lambda: page.pixels().min(axis=2).max() > 200)
     page.rest()
     picture, box = page.pixels(), page.tab.locator("canvas").bounding_box()
@@ -113,15 +113,13 @@ def test_ten_pairs_are_placed_by_fingers_within_one_voxel(browser, folder, addre
             page.rest()
     page.tab.get_by_role("button", name="Save", exact=True).tap()
     page.tab.get_by_role("link", name="handles.csv").wait_for()
-    page.close()
     p, q, *_ = control_point_files.read_pairs(folder / "moving-edited" / "handles.csv")
     np.testing.assert_array_less(np.abs(p[:, :2] - _SPOTS), 1)
     np.testing.assert_array_less(np.abs(q[:, :2] - _SPOTS - _SHIFT), 1)
 
 
-@pytest.mark.parametrize("size", _SIZES.values(), ids=_SIZES)
-def test_all_texts_are_on_the_screen_and_fit(browser, address, size):
-    page = _open(browser, address, size)
+@pytest.mark.parametrize("page", _SIZES.values(), ids=_SIZES, indirect=True)
+def test_all_texts_are_on_the_screen_and_fit(page):
     page.rest()
     page.tab.mouse.click(*page.pixel((0.3, 0.3)))
     page.tab.locator(".mls-pairs tbody button").first.wait_for()
@@ -129,4 +127,3 @@ def test_all_texts_are_on_the_screen_and_fit(browser, address, size):
     page.tab.get_by_role("button", name="Panel").click()  # shows it, or hides it
     page.rest()
     assert page.tab.evaluate(_MISFITS) == []
-    page.close()

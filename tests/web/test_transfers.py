@@ -38,7 +38,7 @@ def folder(tmp_path, monkeypatch):
 def client(folder):
     client = Client(folder)
     yield client
-    client.close()
+    client._loop.close()
 
 
 class Client:
@@ -57,9 +57,6 @@ class Client:
     def ask(self, *requests):
         """(status, body) of requests (method, path, data), sent at once."""
         return self._loop.run_until_complete(self._ask(requests))
-
-    def close(self):
-        self._loop.close()
 
     async def _ask(self, requests):
         from aiohttp import web

@@ -29,6 +29,7 @@ from vtk_mls.filters import MLSControlPoints, MLSDeform, MLSDisplacementField
 from vtk_mls.filters.algorithm import Algorithm
 from vtk_mls.filters.map_inputs import surfaces
 from vtk_mls.filters.parallel import all_gather
+from vtk_mls.vtk.objects import configured, output_of
 
 controller = vtkMultiProcessController.GetGlobalController()
 RANK, SIZE = controller.GetLocalProcessId(), controller.GetNumberOfProcesses()
@@ -63,10 +64,8 @@ class Corners(Algorithm):
         return 1
 
     def RequestData(self, request, inInfo, outInfo):
-        info, key = (
-            outInfo.GetInformationObject(0),
-            vtkStreamingDemandDrivenPipeline.UPDATE_TIME_STEP(),
-        )
+        info = outInfo.GetInformationObject(0)
+        key = vtkStreamingDemandDrivenPipeline.UPDATE_TIME_STEP()
         time = info.Get(key) if info.Has(key) else 0.0
         corners = np.stack(np.meshgrid((-9, 8), (-8, 8), (-7, 9)), axis=-1).reshape(-1, 3) + time
         share = [*np.array_split(corners, max(SIZE - 1, 1)), corners[:0]][RANK]
@@ -78,15 +77,13 @@ class Corners(Algorithm):
 
 def sampled(time=0):
     """The expected field on the grid over `Corners`."""
-    box, producer = vtkImageData(), vtkTrivialProducer()
-    box.SetDimensions(18, 17, 17)
-    box.SetOrigin(time - 9, time - 8, time - 7)
-    producer.SetOutput(box)
+    origin = time - 9, time - 8, time - 7
+    box = configured(vtkImageData(), Dimensions=(18, 17, 17), Origin=origin)
+    producer = configured(vtkTrivialProducer(), Output=box)
     return whole(MLSDisplacementField, producer, polydata())
 
 
 def polydata(rest=REST, deformed=DEFORMED, name="Displacement"):
-    """Control points."""
     points = vtkPoints()
     points.SetData(numpy_to_vtk(np.array(rest, float).reshape(-1, 3), deep=True))
     moved = numpy_to_vtk(np.reshape(np.subtract(deformed, rest), (-1, 3)), deep=True)
@@ -99,12 +96,8 @@ def polydata(rest=REST, deformed=DEFORMED, name="Displacement"):
 
 def scalpel():
     """A cut that ends inside."""
-    plane = vtkPlaneSource()
-    plane.SetOrigin(-4, 0.3, -20)
-    plane.SetPoint1(20, 0.3, -20)
-    plane.SetPoint2(-4, 0.3, 20)
-    plane.Update()
-    return plane.GetOutput()
+    plane = configured(vtkPlaneSource(), Origin=(-4, 0.3, -20), Point1=(20, 0.3, -20))
+    return output_of(plane, Point2=(-4, 0.3, 20))
 
 
 def pipeline(kind, image, handles, cut=None, **settings):
@@ -114,9 +107,7 @@ def pipeline(kind, image, handles, cut=None, **settings):
     deform.SetInputDataObject(1, handles)
     if cut is not None:
         deform.SetInputDataObject(2, cut)
-    for name, value in settings.items():
-        getattr(deform, f"Set{name}")(value)
-    return deform
+    return configured(deform, **settings)
 
 
 def update(deform, ghosts=0):
@@ -171,11 +162,7 @@ def whole(kind, image, handles, cut=None, **settings):
 
 
 def volume(mesh):
-    """The volume of all cells."""
-    sizes = vtkCellSizeFilter()
-    sizes.SetInputData(mesh)
-    sizes.Update()
-    volumes = sizes.GetOutput().GetCellData().GetArray("Volume")
+    volumes = output_of(vtkCellSizeFilter(), InputData=mesh).GetCellData().GetArray("Volume")
     return float(vtk_to_numpy(volumes).sum()) if mesh.GetNumberOfCells() else 0.0
 
 
