@@ -14,9 +14,9 @@ import pytest
 from paraviews import PARAVIEWS
 
 from vtk_mls.base.resources import resource
-from vtk_mls.commands.paraview import _requirements
 from vtk_mls.commands.cli import main
 from vtk_mls.commands.installation import report
+from vtk_mls.commands.paraview import _requirements
 from vtk_mls.engine.device import caches
 from vtk_mls.paraview import installation
 
