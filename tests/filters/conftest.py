@@ -11,4 +11,4 @@ __all__ = ["any_mesh", "deform", "messages", "opengl"]
 @pytest.fixture
 def coarse_fits(monkeypatch):
     """A grid is fitted by few samples: the reference device takes long for all."""
-    monkeypatch.setattr("vtk_mls.queries.fitted_grid.SAMPLES", 12)
+    monkeypatch.setattr("vtk_mls.queries.arrival.FITTED_SAMPLES", 12)
