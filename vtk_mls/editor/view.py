@@ -3,15 +3,14 @@
 import time
 
 from vtk_mls.editor.commands import HINT
-from vtk_mls.editor.cut_widget import CutWidget
 from vtk_mls.editor.distortion import MODES, Distortion
 from vtk_mls.editor.grips import NO_ROWS
 from vtk_mls.editor.handle_glyphs import handle_colors
-from vtk_mls.editor.motion_widget import MotionWidget
 from vtk_mls.editor.overlay import Overlay
 from vtk_mls.editor.scene import Scene, new_layer
 from vtk_mls.editor.shape_actors import ShapeActors
 from vtk_mls.editor.slices import ONLY_3D, SLICES, Slices
+from vtk_mls.editor.widgets import CutWidget, MotionWidget
 from vtk_mls.model.kinds import KINDS
 from vtk_mls.model.options import DEGREE
 from vtk_mls.rendering.pace import MapPace
