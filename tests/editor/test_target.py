@@ -7,8 +7,8 @@ import pytest
 from hands import MIDDLE, SIZE, Hands, ball_image, ball_mesh, pixels_in
 
 from vtk_mls.editor import State, window
-from vtk_mls.editor.matching.comparing import ComparedItem, difference_colors
 from vtk_mls.editor.matching.target import CHECKERBOARD, DIFFERENCE, FADE, Comparison, Target
+from vtk_mls.editor.matching.target_view import ComparedItem, difference_colors
 from vtk_mls.vtk.arrays import ImageGeometry
 
 NONE = {"device": "reference"}

@@ -1,24 +1,29 @@
-"""The target beside the moving data: its renderer, its slices, and landmarks on both."""
+"""The target beside or over the moving data: its renderer, its slices, and landmarks on both."""
 
 import numpy as np
-from vtkmodules.vtkRenderingCore import vtkActor
+from vtkmodules.vtkCommonCore import VTK_UNSIGNED_CHAR, vtkUnsignedCharArray
+from vtkmodules.vtkCommonDataModel import vtkImageData
+from vtkmodules.vtkRenderingCore import vtkActor, vtkActor2D, vtkImageMapper
 
 from vtk_mls import Deformation
 from vtk_mls.editor.commands import HINT, TARGET_HINT
 from vtk_mls.editor.distortion import Distortion
 from vtk_mls.editor.grips import names_of
-from vtk_mls.editor.matching.comparing import ComparedItem
-from vtk_mls.editor.matching.cross_fade import CrossFade
 from vtk_mls.editor.matching.pairs import MOVING, TARGET
-from vtk_mls.editor.matching.target import BESIDE, FADE
+from vtk_mls.editor.matching.target import BESIDE, CHECKERBOARD, DIFFERENCE, FADE
 from vtk_mls.editor.overlay import Names
 from vtk_mls.editor.scene import Scene, box_around, new_renderer
 from vtk_mls.editor.scene_mesh import SceneMesh
+from vtk_mls.editor.slice_pane import colors_of
 from vtk_mls.editor.slices import ALL, ONLY_3D, Slices
+from vtk_mls.vtk import arrays
 from vtk_mls.vtk.objects import configured
 
 _OUTLINE_COLOR = (0.45, 0.75, 1.0)  # of a mesh as target
 _FAR = 0.5  # distance of the centers of sides that hardly overlap, relative to their size
+_TILES = 8  # of the checkerboard along the longest side of the data
+# Colors of a difference, 0 to 1: where the moving data are brighter, and where the target is.
+_MOVING_COLOR, _TARGET_COLOR = np.array((1.0, 0.6, 0.15)), np.array((0.2, 0.65, 1.0))
 
 
 class TargetView:
@@ -191,3 +196,90 @@ def _row(viewport):
     edges = np.linspace(left, right, 4)
     slices = [(edges[i], low, edges[i + 1], y) for i in range(3)]
     return (left, y, (left + right) / 2, high), *slices
+
+
+class ComparedItem:
+    """Images of both sides, items of a `Scene`, as one item of `Slices`.
+
+    The checkerboard divides the box with the corners `bounds` (2, 3).
+    """
+
+    def __init__(self, moving, target, comparison, bounds):
+        self._sides, self._comparison, self._bounds = (moving, target), comparison, bounds
+
+    def mesh(self):
+        """None: meshes are items of their own."""
+
+    def colors_at(self, points):
+        """Where points (n, 3) have material of a side, and their colors; None without images."""
+        moving, target = (colors_of(items, points) for items in self._sides)
+        if moving is None or target is None:
+            return target if moving is None else moving
+        (has_moving, moving), (has_target, target) = moving, target
+        mode, share = self._comparison.mode, self._comparison.share
+        if mode == CHECKERBOARD:
+            is_target = self._is_target_tile(points)
+            has_material = np.where(is_target, has_target, has_moving)
+            return has_material, np.where(is_target[:, None], target, moving)
+        has_material, moving, target = has_moving | has_target, moving / 1.0, target / 1.0
+        if mode == DIFFERENCE:
+            colors = difference_colors(moving, target)
+        else:
+            colors = (1 - share) * moving + share * target
+        return has_material, np.rint(colors).astype(np.uint8)
+
+    def _is_target_tile(self, points):
+        """Whether each point is in a tile of the target: (n,) bool."""
+        size = np.ptp(self._bounds, axis=0).max() / _TILES
+        # an odd number of half tiles from the middle, so that no slice there is on an edge
+        tiles = np.floor((points - self._bounds.mean(axis=0)) / size + 0.5).astype(int)
+        return tiles.sum(axis=1) % 2 == 1
+
+
+def difference_colors(moving, target):
+    """Colors (n, 3) of the difference of two sides (n, 3), all 0 to 255; black where equal."""
+    difference = (moving - target).mean(axis=1, keepdims=True)
+    more, less = np.clip(difference, 0, None), np.clip(-difference, 0, None)
+    return more * _MOVING_COLOR + less * _TARGET_COLOR
+
+
+class CrossFade:
+    """Copies each picture of a renderer, and draws it behind the objects of a layer.
+
+    The `layer` is above the renderer that is faded out; it has the size of `source`, and no data.
+    """
+
+    def __init__(self, source, layer):
+        self._source, self._image = source, vtkImageData()
+        self._share, self._pixels = 0.0, vtkUnsignedCharArray()
+        mapper = configured(vtkImageMapper(), InputData=self._image, ColorWindow=255)
+        mapper.SetColorLevel(127.5)
+        self._image.AllocateScalars(VTK_UNSIGNED_CHAR, 4)
+        self._actor = configured(vtkActor2D(), Mapper=mapper, Pickable=False, Visibility=False)
+        self._actor.GetProperty().SetDisplayLocationToBackground()
+        layer.AddViewProp(self._actor)
+        self._layer = layer
+        self._tag = source.AddObserver("EndEvent", self._copy)
+
+    def set_share(self, share):
+        """Set the opacity, 0 to 1, from the next picture on."""
+        self._share = share
+        self._actor.SetVisibility(share > 0)
+
+    def detach(self):
+        """Remove the picture from the layer."""
+        self._source.RemoveObserver(self._tag)
+        self._layer.RemoveViewProp(self._actor)
+
+    def _copy(self, renderer, event):
+        if not self._share:
+            return
+        (left, low), (width, height) = renderer.GetOrigin(), renderer.GetSize()
+        corners = left, low, left + width - 1, low + height - 1
+        renderer.GetRenderWindow().GetPixelData(*corners, 0, self._pixels, 0)
+        colors = arrays.to_numpy(self._pixels).reshape(-1, 3)
+        opacity = np.full((len(colors), 1), round(255 * self._share), np.uint8)
+        self._image.SetDimensions(width, height, 1)
+        scalars = arrays.from_numpy(np.hstack([colors, opacity]), VTK_UNSIGNED_CHAR)
+        self._image.GetPointData().SetScalars(scalars)
+        self._image.Modified()
