@@ -4,8 +4,7 @@ import numpy as np
 
 from vtk_mls import CurveHandle
 from vtk_mls.editor.grips import MASK, POINT, names_of
-from vtk_mls.editor.matching.pairs import table_of
-from vtk_mls.editor.matching.refining import key_of
+from vtk_mls.editor.matching.pairs import key_of, table_of
 from vtk_mls.editor.matching.target import BESIDE, FADE
 from vtk_mls.files import metadata
 from vtk_mls.files.metadata import LENGTH_UNIT, METAIMAGE_HEADER, NIFTI_HEADER, NRRD_HEADER

@@ -7,8 +7,7 @@ import numpy as np
 from vtk_mls.base.progress import Aborted
 from vtk_mls.editor import grips
 from vtk_mls.editor.document import NO_SURFACE
-from vtk_mls.editor.matching import refining
-from vtk_mls.editor.matching.pairs import MOVING, TARGET, with_pair
+from vtk_mls.editor.matching.pairs import MOVING, TARGET, key_of, refined_pairs, with_pair
 from vtk_mls.editor.matching.target import Target
 from vtk_mls.landmarks.text import refinement_sentence
 
@@ -19,7 +18,7 @@ class PairEdits:
     """Base of `Editor` with the methods for a second side, and landmarks on both.
 
     `target` is a `Target` or None; `scores` are scores of matches and why they are refused, by
-    `refining.key_of`.
+    `pairs.key_of`.
     """
 
     target = None
@@ -126,15 +125,14 @@ class PairEdits:
         self.document.draw(is_moving=True)
         datasets = self.saver.datasets[0], self.target.dataset
         try:
-            refined, found = refining.refined(state, datasets, rows, progress)
+            refined, found = refined_pairs(state, datasets, rows, progress)
         except Aborted:
             self.say("Refining was stopped; no landmark has moved.")
             return
         if found.moved.any() and not self.change(refined):
             return
         for i, row in enumerate(rows):
-            key = refining.key_of(self.state, row)
-            self.scores[key] = float(found.score[i]), found.refused[i]
+            self.scores[key_of(self.state, row)] = float(found.score[i]), found.refused[i]
         names = [grips.names_of(state)[row] for row in rows]
         self.say(refinement_sentence(found, names))
 

@@ -1,4 +1,4 @@
-"""Pairs of landmarks: p on the moving data, q on the target, and their errors."""
+"""Pairs of landmarks: p on the moving data, q on the target, their errors and refinement."""
 
 from __future__ import annotations
 
@@ -8,11 +8,16 @@ from contextlib import suppress
 from typing import NamedTuple
 
 import numpy as np
+from vtkmodules.vtkCommonDataModel import vtkImageData
 
+from vtk_mls import landmarks
 from vtk_mls.editor import grips
 from vtk_mls.landmarks.left_out import PointPairs, Settings, predictions
 from vtk_mls.landmarks.pair_report import outliers_among
 from vtk_mls.model.kinds import splines
+from vtk_mls.rendering.transfer_functions import scalar_image
+from vtk_mls.vtk import arrays
+from vtk_mls.vtk.arrays import ImageGeometry
 
 MOVING, TARGET = "moving", "target"  # sides
 # Pairs for which errors and outliers are computed at each edit, and those without which there is no
@@ -95,3 +100,29 @@ def with_pair(state, rest, deformed):
     names = grips.names_of(state)
     name = next(str(i) for i in itertools.count(len(state) + 1) if str(i) not in names)
     return state.with_handle(rest, deformed).with_name(len(state), name)
+
+
+def refined_pairs(state, datasets, rows, progress=None):
+    """A `State` with refined landmarks `rows`, and the `landmarks.Refinement`.
+
+    `datasets` are the moving one and the target, ValueError for a mesh; other errors and `progress`
+    are as of `landmarks.refine`.
+    """
+    images = []
+    for dataset, side in zip(datasets, ("moving data", "target")):
+        if not isinstance(dataset, vtkImageData):
+            raise ValueError(
+                f"landmarks are refined by two images with gray values, and the {side} is a mesh"
+            )
+        image = scalar_image(dataset)
+        scalars, grid = image.GetPointData().GetScalars(), ImageGeometry.of_image(image).grid
+        images.append(landmarks.Image(arrays.to_numpy(scalars).reshape(grid.shape), grid))
+    deformation = state.deformation() if state.enabled.any() else None
+    pairs = state.rest[rows], state.deformed[rows]
+    found = landmarks.refine(*images, *pairs, deformation=deformation, progress=progress)
+    return state.moved(rows, found.deformed), found
+
+
+def key_of(state, row):
+    """Identifies a landmark by its places, whatever its row and name."""
+    return state.rest[row].tobytes() + state.deformed[row].tobytes()
