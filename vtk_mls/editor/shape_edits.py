@@ -3,8 +3,7 @@
 import numpy as np
 
 from vtk_mls import BallMask, CurveHandle
-from vtk_mls.editor.curve_tool import CurveTool
-from vtk_mls.editor.cut_tool import CutTool
+from vtk_mls.editor.line_tools import CurveTool, CutTool
 from vtk_mls.editor.region_tool import RegionTool
 from vtk_mls.model.handles.curve import straightened
 
