@@ -66,12 +66,12 @@ class _Editor:
 
     message = offer = status = ""
     is_drawing_curve, target, comparison = False, None, Comparison()
-    slices = SimpleNamespace(pane="3-D", flat_axis=None)
+    slices = SimpleNamespace(pane="3-D")
     selected = np.zeros(0, int)
     document = SimpleNamespace(grabbed=None, is_saved=True)
     saver = SimpleNamespace(uses_target_grid=True, datasets=[ball_mesh()], times=(), step=0)
     view = SimpleNamespace(distortion=SimpleNamespace(mode=0, has_colors=False), preset=0)
-    scene = SimpleNamespace(items=[SimpleNamespace(preset_names=["plain"])])
+    scene = SimpleNamespace(items=[SimpleNamespace(preset_names=["plain"])], flat_axis=None)
 
     def __init__(self, state):
         self.state = state

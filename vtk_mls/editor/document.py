@@ -4,7 +4,8 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from vtk_mls.editor.grips import NO_ROWS, only_region
+from vtk_mls import RegionHandle
+from vtk_mls.editor.grips import NO_ROWS, POINT
 from vtk_mls.editor.turning import HandleGroup
 
 # Errors of a deformation or its device, which the window shows.
@@ -105,7 +106,10 @@ class Document:
     @property
     def selected_region(self):
         """The index of the region that alone is selected; None without one."""
-        return only_region(self.state, self.selected)
+        state, selected = self.state, self.selected
+        owner = int(state.grips.owner[selected[0]]) if len(selected) == 1 else POINT
+        is_region = owner >= 0 and isinstance(state.handles[owner], RegionHandle)
+        return owner if is_region else None
 
     @property
     def group(self):

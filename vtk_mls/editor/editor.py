@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vtk_mls.editor.distortion import TEXTS
+from vtk_mls.editor.distortion import MODES, TEXTS
 from vtk_mls.editor.document import NO_SURFACE, Document
 from vtk_mls.editor.keys import Keyboard
 from vtk_mls.editor.matching.mouse import MatchingMouse
@@ -277,7 +277,7 @@ class Editor(ShapeEdits, PairEdits, Saving):
 
     def set_distortion(self, mode):
         """Show the distortion in the mode with this index in `distortion.MODES`."""
-        self.view.set_distortion(mode)
+        self.view.distortion.mode = mode % len(MODES)
         self.say(TEXTS[self.view.distortion.mode])
         self.document.show()
 
@@ -287,13 +287,14 @@ class Editor(ShapeEdits, PairEdits, Saving):
 
     def show_pane(self, pane):
         """Show one of `slices.PANES`; one slice for all of them if there `is_narrow`."""
-        if self.slices.flat_axis is None:
+        if self.scene.flat_axis is None:
             self.view.set_pane(SLICES[0] if pane == ALL and self.is_narrow else pane)
         self.document.draw()
 
     def enlarge(self, pixel):
         """Show the slice or the 3-D view at a pixel alone, or all of them again."""
-        name = self.view.name_of_pane(pixel)
+        pane = self.view.pane_at(pixel)
+        name = ONLY_3D if pane is None else SLICES[2 - pane.axis]
         self.show_pane(ALL if self.slices.pane == name else name)
 
     def zoom(self, pixel, to, factor):

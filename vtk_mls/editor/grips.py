@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vtk_mls import BallMask, RegionHandle
+from vtk_mls import BallMask
 
 POINT, MASK = -1, -2  # owners that are not among the handles
 NO_ROWS = np.zeros(0, int)
@@ -71,13 +71,6 @@ def names_of(state):
         name, count = f"{handle.title} {index}", len(handle.grips[0])
         names += [name] if count == 1 else [f"{name}.{node + 1}" for node in range(count)]
     return names if state.mask is None else [*names, "mask", "mask radius", "mask fall-off"]
-
-
-def only_region(state, selected):
-    """The index of the region that alone is among the `selected` grips; None without one."""
-    owner = int(state.grips.owner[selected[0]]) if len(selected) == 1 else POINT
-    is_region = owner >= 0 and isinstance(state.handles[owner], RegionHandle)
-    return owner if is_region else None
 
 
 def _heights(mask):

@@ -189,11 +189,9 @@ def _label(axis):
     label = configured(vtkCornerAnnotation(), LinearFontScaleFactor=5, MaximumFontSize=13)
     label.GetTextProperty().SetColor(_AXIS_COLORS[axis])
     label.SetText(vtkCornerAnnotation.LowerRight, "LPS")
-    right = np.cross(UP[axis], EYE[axis])
-    for edge, direction in (("Right", right), ("Upper", UP[axis])):
-        opposite = {"Right": "Left", "Upper": "Lower"}[edge]
+    right, up = np.cross(UP[axis], EYE[axis]), UP[axis]
+    for edge, direction in zip(("Right", "Left", "Upper", "Lower"), (right, -right, up, -up)):
         label.SetText(getattr(vtkCornerAnnotation, f"{edge}Edge"), letter_of(direction))
-        label.SetText(getattr(vtkCornerAnnotation, f"{opposite}Edge"), letter_of(-direction))
     return label
 
 

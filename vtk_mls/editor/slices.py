@@ -45,12 +45,8 @@ class Slices:
     @property
     def first_pane(self):
         """The pane that is shown first: of flat images the only slice."""
-        return ONLY_3D if self.flat_axis is None else SLICES[2 - self.flat_axis]
-
-    @property
-    def flat_axis(self):
-        """As of `Scene`."""
-        return self._scene.flat_axis
+        flat_axis = self._scene.flat_axis
+        return ONLY_3D if flat_axis is None else SLICES[2 - flat_axis]
 
     @property
     def is_visible(self):
@@ -96,10 +92,6 @@ class Slices:
         zoom = float(np.clip(self.zoom * factor, 1 / _MAX_ZOOM, _MAX_ZOOM))
         center = pane.point_at(pixel) + (self.center - pane.point_at(to)) * self.zoom / zoom
         self.zoom, self.center = zoom, np.clip(center, *self._bounds)
-
-    def copy_place(self, other):
-        """Show the place that other `Slices` show, from the next `show` on."""
-        self.point, self.zoom, self.center = other.point, other.zoom, other.center
 
     def restore(self):
         """Return to the initial part of the window, and to the data of the scene."""

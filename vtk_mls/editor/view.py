@@ -3,13 +3,13 @@
 import time
 
 from vtk_mls.editor.commands import HINT
-from vtk_mls.editor.distortion import MODES, Distortion
+from vtk_mls.editor.distortion import Distortion
 from vtk_mls.editor.grips import NO_ROWS
 from vtk_mls.editor.handle_glyphs import handle_colors
 from vtk_mls.editor.overlay import Overlay
 from vtk_mls.editor.scene import Scene, new_layer
 from vtk_mls.editor.shape_actors import ShapeActors
-from vtk_mls.editor.slices import ONLY_3D, SLICES, Slices
+from vtk_mls.editor.slices import ONLY_3D, Slices
 from vtk_mls.editor.widgets import CutWidget, MotionWidget
 from vtk_mls.model.kinds import KINDS
 from vtk_mls.model.options import DEGREE
@@ -90,11 +90,6 @@ class View:
         self.slices.set_pane(pane)
         self.show_slices()
 
-    def name_of_pane(self, pixel):
-        """The name of the slice at a pixel, or of the 3-D view: one of `slices.PANES`."""
-        pane = self.pane_at(pixel)
-        return ONLY_3D if pane is None else SLICES[2 - pane.axis]
-
     def zoom(self, pixel, to, factor):
         """Zoom by a factor about a pixel, which moves to the pixel `to`; whether in a slice."""
         pane = self.pane_at(pixel)
@@ -137,10 +132,6 @@ class View:
             for item in scene.items:
                 item.adjust(brightness, contrast)
         self.show_slices(is_final=False)
-
-    def set_distortion(self, mode):
-        """Set the index of the mode in `distortion.MODES`, for the next `show`."""
-        self.distortion.mode = mode % len(MODES)
 
     def set_preset(self, index):
         """Draw the data with one of their presets; the names of these."""

@@ -45,7 +45,7 @@ def values_of(editor, previous):
         share=editor.comparison.share,
         target_name=_title_of(editor),
         pane=editor.slices.pane,
-        has_panes=editor.slices.flat_axis is None,
+        has_panes=editor.scene.flat_axis is None,
         unit=_unit_of(editor),
         target_grid=editor.saver.uses_target_grid,
         times=[f"{i}: {time:g}" for i, time in enumerate(editor.saver.times, 1)],
@@ -54,7 +54,10 @@ def values_of(editor, previous):
     if editor.document.grabbed is None or "rows" not in previous:
         values["rows"] = _rows(state)
         values["pairs"] = _pairs(state, editor.scores) if has_target else []
-        values.update(_summary(table_of(state) if has_target else None))
+        table = table_of(state) if has_target else None
+        median = table and table.median_error
+        values["median_error"] = "" if median is None else f"{median:.3g}"
+        values["choice"] = table.choice if table else ""
     return values
 
 
@@ -124,12 +127,6 @@ def _pairs(state, scores):
             }
         )
     return rows
-
-
-def _summary(table):
-    """The median error and the choice of the spline, as texts; empty where there is none."""
-    median, choice = (None, "") if table is None else (table.median_error, table.choice)
-    return {"median_error": "" if median is None else f"{median:.3g}", "choice": choice}
 
 
 def _place(point, decimals):

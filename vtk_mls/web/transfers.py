@@ -114,7 +114,11 @@ class Transfers:
 
     def _show_handles(self, path):
         editor = self._session.editor
-        state = _state_of(io.read_control_points(path), editor.state)
+        polydata = io.read_control_points(path)
+        has_shapes = polydata.GetNumberOfLines() + polydata.GetNumberOfPolys() > 0
+        # lines and surfaces are curves and regions
+        values = handle_values(polydata, "cells" if has_shapes else "points")
+        state = editor.state.changed(**values, anchored=None, enabled=None)
         editor.select([])
         if not editor.change(state):
             raise ValueError(editor.message)
@@ -168,13 +172,6 @@ def _check(reader, path):
         raise ValueError(f"VTK's reader does not come to an end with `{path.name}`") from None
     except ChildProcessError:
         raise ValueError(f"`{path.name}` makes VTK's reader crash") from None
-
-
-def _state_of(polydata, state):
-    """A state with the handles of a file: its lines and surfaces are curves and regions."""
-    has_shapes = polydata.GetNumberOfLines() + polydata.GetNumberOfPolys() > 0
-    values = handle_values(polydata, "cells" if has_shapes else "points")
-    return state.changed(**values, anchored=None, enabled=None)
 
 
 def _names(paths):

@@ -105,8 +105,9 @@ class TargetView:
 
     def show_slices(self, is_final=True):
         """Draw the slices through the same point as those of the moving data."""
-        self.slices.copy_place(self._moving_slices)
-        self.slices.show(is_final)
+        slices, moving = self.slices, self._moving_slices
+        slices.point, slices.zoom, slices.center = moving.point, moving.zoom, moving.center
+        slices.show(is_final)
 
     def draw(self, state, selected, hovered, colors):
         """Place the landmarks of a `State`, with colors (g, 3), on both sides."""
