@@ -34,7 +34,7 @@ class CutTool:
         document = self._document
         cut, shapes = document.state.flat_cut, [*BY_NUMBERS.values(), None]
         shape = shapes[0] if cut is None else shapes[shapes.index(type(cut)) + 1]
-        cut = shape and self._widget.initial_cut(shape, cut, self._camera)
+        cut = shape and self._widget.initial_cut(shape, cut)
         if cut is not None:  # the message is part of the first picture; an error replaces it
             document.say(_HINT.format(edge=_EDGE * isinstance(cut, Obstacle)))
         document.change(document.state.with_flat_cut(cut))
@@ -115,7 +115,7 @@ class CutTool:
         piece can be pulled out.
         """
         points = np.array(line.points)
-        viewing = unit(points - self._camera.GetPosition())
+        viewing = unit(points - self._scene.renderer.GetActiveCamera().GetPosition())
         if not line.is_closed:
             return viewing
         # the vector area of the line is along the mean normal of any surface that it bounds
@@ -123,10 +123,6 @@ class CutTool:
         area = np.cross(points - middle, np.roll(points, -1, axis=0) - middle).sum(axis=0)
         ahead = unit(viewing.mean(axis=0))
         return unit(area * np.sign(area @ ahead)) if area @ ahead else ahead
-
-    @property
-    def _camera(self):
-        return self._scene.renderer.GetActiveCamera()
 
     def _preview(self, cut):
         self._document.preview(self._document.committed.with_flat_cut(cut))

@@ -143,7 +143,6 @@ class Slices:
 
     @property
     def _visible_panes(self):
-        """The `SlicePane`s that are shown."""
         names = zip(self._panes, SLICES)
         return [pane for pane, name in names if self.pane in (ALL, name)]
 

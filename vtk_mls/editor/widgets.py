@@ -115,11 +115,12 @@ class CutWidget(DragWidget):
             configured(self._plane, Origin=cut.point, Normal=cut.normal)
             self._draw_sheet(cut)
 
-    def initial_cut(self, shape, previous, camera):
+    def initial_cut(self, shape, previous):
         """A cut of a `shape`, in the place of the previous one, if there is one.
 
         Its first vector in the plane points up, its lengths are a quarter of the data.
         """
+        camera = self._renderer.GetActiveCamera()
         plane = previous or self._initial_plane(camera)
         up = np.array(camera.GetViewUp())
         up = up - up @ plane.normal * plane.normal

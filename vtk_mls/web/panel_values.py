@@ -106,7 +106,6 @@ def _rows(state):
 
 
 def _pairs(state, scores):
-    """Rows of the table of pairs."""
     decimals = min(max(_decimals(state.deformed), 0), 3) if len(state) else 1
     table, rows = table_of(state), []
     for row, name in enumerate(names_of(state)[: len(state)]):

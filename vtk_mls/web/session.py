@@ -168,14 +168,11 @@ class Session:
             self._update_panel()
             self.on_idle()
         except Exception as error:  # the thread must not end
-            self._report(error)
-
-    def _report(self, error):
-        reason = " ".join(str(error).split()) or type(error).__name__
-        sentence = f"The page could not be kept up to date ({reason}): reload it."
-        with suppress(Exception):
-            self.editor.say(sentence)
-            self._on_change({"message": sentence})
+            reason = " ".join(str(error).split()) or type(error).__name__
+            sentence = f"The page could not be kept up to date ({reason}): reload it."
+            with suppress(Exception):
+                self.editor.say(sentence)
+                self._on_change({"message": sentence})
 
     def _update_panel(self):
         if self.editor is None:
