@@ -77,7 +77,8 @@ def test_the_field_is_that_of_the_filter():
 
 def test_a_surface_cuts():
     image = DATASETS["image"]()
-    plane = pyvista.Plane((0, 0, 5), (1, 0, 0), 10, 100, i_resolution=1, j_resolution=1)
+    size = {"i_size": 10, "j_size": 100, "i_resolution": 1, "j_resolution": 1}
+    plane = pyvista.Plane(center=(0, 0, 5), direction=(1, 0, 0), **size)
     assert image.mls.deform(REST, DEFORMED, cuts=plane)["Void"].any()
     assert "Void" not in image.mls.deform(REST, DEFORMED).point_data
 

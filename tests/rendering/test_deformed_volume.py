@@ -351,8 +351,10 @@ def test_values_of_cells():
 def test_changes_of_the_data_are_followed():
     scaled = configured(vtkImageShiftScale(), InputData=image_of(VALUES))
     scaled.SetOutputScalarTypeToUnsignedChar()
-    (volume, scene, drawn), d = drawn_volume(image_of(VALUES)), deformation()
+    volume, d = volume_of(image_of(VALUES)), deformation()
     volume.GetMapper().SetInputConnection(scaled.GetOutputPort())
+    scene = Scene(volume)
+    drawn = DeformedVolume(volume, scene.renderer)
     drawn.update(d)
     first = scene.picture()
     scaled.SetScale(0.6)
@@ -420,9 +422,6 @@ def test_errors_name_the_reason():
     empty.SetMapper(vtkGPUVolumeRayCastMapper())
     with pytest.raises(ValueError, match="the mapper of `volume` must have one input"):
         DeformedVolume(empty, renderer)
-
-
-pytestmark = pytest.mark.usefixtures("opengl")
 
 
 def blurred(picture, size=6):
