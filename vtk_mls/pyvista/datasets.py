@@ -61,7 +61,9 @@ class Deforming:
         filter_.keeps_images = False  # numpy changes arrays without VTK's knowledge
         filter_.flags = _flags(self._dataset)
         result = self._run(filter_, (rest, deformed, weights), cuts, options)
-        _copy_metadata(self._dataset, result)
+        for dataset, output in _pairs(self._dataset, result):
+            output.copy_meta_from(dataset, deep=True)
+        _copy_types(self._dataset, result)
         return result
 
     @arguments.takes(property_tables.DISPLACEMENT_FIELD)
@@ -90,7 +92,6 @@ class Deforming:
         return result
 
     def _run(self, algorithm, control_points, cuts, options):
-        """The output of a filter for the dataset."""
         algorithm.SetInputData(0, self._dataset)
         if options.get("handles") is None or control_points[0] is not None:
             algorithm.SetInputData(1, arguments.control_points(*control_points))
@@ -113,13 +114,6 @@ def _flags(data):
         for name in getattr(dataset, _BOOL).get(key, ())
         if (array := _array(dataset, key, name)) is not None
     }
-
-
-def _copy_metadata(data, result):
-    """Copy active arrays and types of arrays of a DataSet or MultiBlock to a result."""
-    for dataset, output in _pairs(data, result):
-        output.copy_meta_from(dataset, deep=True)
-    _copy_types(data, result)
 
 
 def _copy_types(data, result):
