@@ -105,9 +105,11 @@ class InverseSearch:
             return new_residual <= _TOLERANCE
 
         if self.deformation.in_rest_frame and len(rows := unresolved()) > 0:
-            points = local.take(rows, axis=1)
-            for motion in self._motions(points):
-                restart(rows, points, motion)
+            points, control_points = local.take(rows, axis=1), self.map.control_points
+            rest, deformed = control_points.handles.positions
+            rest = control_points.local(rest - control_points.mean_displacement)
+            for motion in inverses.motions(rest, control_points.local(deformed), points.T):
+                restart(rows, points, kernel_arguments.planes(motion))
         rows = unresolved()
         rows = rows[np.abs(local.take(rows, axis=1)).max(axis=0) <= inverses.FARTHEST]  # not NaN
         levels = inverses.levels(self.lattice.box, local[:, rows].T)
@@ -133,14 +135,6 @@ class InverseSearch:
             is_unresolved = ~restart(rows, points, start)
             rows, last_distance2 = rows[is_unresolved], last_distance2[is_unresolved]
         return rows
-
-    def _motions(self, local):
-        """Iterator of the `motions` (3, m) of x `local` (3, m)."""
-        control_points = self.map.control_points
-        rest, deformed = control_points.handles.positions
-        rest = control_points.local(rest - control_points.mean_displacement)
-        deformed = control_points.local(deformed)
-        return map(kernel_arguments.planes, inverses.motions(rest, deformed, local.T))
 
     def _newton(self, local, displacement):
         """Displacements (3, m) by Newton's method from given ones, and the residuals (m,)."""

@@ -175,7 +175,7 @@ class _System:
         rank = int((singular > RANK_TOLERANCE * singular[0]).sum())
         return u[:, :rank], v[:rank].T / singular[:rank]
 
-    def _bordered(self, addition):
+    def bordered(self, addition):
         """The equations with side conditions."""
         n, k = self.affine.shape
         result = np.zeros((n + k, n + k))
@@ -187,15 +187,10 @@ class _System:
     def solved(self, u, addition):
         """The spline with displacements `u` (n, 3), and an `addition` to the diagonal."""
         n, k = self.affine.shape
-        found = np.linalg.solve(self._bordered(addition), np.vstack([u, np.zeros((k, 3))]))
+        found = np.linalg.solve(self.bordered(addition), np.vstack([u, np.zeros((k, 3))]))
         affine = self._to_affine @ found[n:]
         affine[0] -= self._middle @ affine[1:]
         return Solution(self.order, self.softening, self.q, found[:n], affine)
-
-    def precision(self, addition):
-        """`precision` in local units."""
-        n = len(self.q)
-        return np.linalg.inv(self._bordered(addition))[:n, :n] * (self.bound + addition)
 
     def left_out(self, u, additions):
         """Errors (k, n, 3) at each point of the spline without it, for each of the `additions`.
@@ -325,7 +320,9 @@ def precision(q, weights, order, smoothing, softening) -> np.ndarray:
     """
     local, scale = _local(q)
     system = _System(local, weights, order, softening / scale)
-    return system.precision((smoothing / scale) ** order)
+    addition = (smoothing / scale) ** order
+    inverse = np.linalg.inv(system.bordered(addition))
+    return inverse[: len(q), : len(q)] * (system.bound + addition)
 
 
 def in_words(order, smoothing, softening) -> str:
