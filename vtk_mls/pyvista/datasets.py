@@ -135,7 +135,6 @@ def _pairs(data, result):
 
 
 def _has_same_type(dataset, output, key, name):
-    """Whether both datasets have an array of one type."""
     old, new = _array(dataset, key, name), _array(output, key, name)
     if old is None or new is None or old.GetDataType() != new.GetDataType():
         return False
