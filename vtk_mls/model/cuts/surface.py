@@ -29,7 +29,7 @@ from vtk_mls.model.shape_fields import ShapeField
 
 # A segment through an edge or a corner counts as shifted along this arbitrary direction.
 _TIE_BREAK = np.array([0.5377, 0.2863, 0.7930])
-_MAX_PAIRS = 1 << 17  # of a segment and a triangle in one array
+_MAX_PAIRS = 1 << 17  # of a segment and a triangle in one array, about
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -81,7 +81,8 @@ class Surface(Obstacle):
     def blocks(self, v: NDArray[np.float64], q: NDArray[np.float64]) -> NDArray[np.bool_]:
         odd = np.zeros(np.broadcast_shapes(v.shape, q.shape)[:-1], bool)
         corners = self.points[np.sort(self.triangles, axis=1)]
-        for part in _parts(corners, odd.size):
+        count = min(len(corners), 1 + len(corners) * odd.size // _MAX_PAIRS)
+        for part in np.array_split(corners, count):
             odd ^= np.logical_xor.reduce(_crosses(v, q, *part.swapaxes(0, 1)), axis=-1)
         return odd
 
@@ -147,12 +148,6 @@ class Surface(Obstacle):
     @property
     def bounds(self) -> NDArray[np.float64]:
         return np.array([self.points.min(axis=0), self.points.max(axis=0)])
-
-
-def _parts(triangles, count):
-    """Split triangles so that a part makes about `_MAX_PAIRS` pairs with `count` segments."""
-    pairs = len(triangles) * count
-    return np.array_split(triangles, min(len(triangles), 1 + pairs // _MAX_PAIRS))
 
 
 def _crosses(v, q, a, b, c):
