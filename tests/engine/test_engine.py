@@ -238,7 +238,7 @@ def test_a_value_does_not_depend_on_its_neighbors(key, width, method, dtype, com
     launcher = Launcher(replace(dispatch.choose(key), width=width))
     grid = Grid((9, 8, 7))
     array = rng.integers(0, 200, (*grid.shape, components)).astype(dtype)
-    sampler = Sampler(launcher, array, grid, True, method, 9)
+    sampler = Sampler(launcher, array, grid, fits=True, method=method, background=9)
     index = rng.uniform(-1, 10, (2000, 3)).astype(np.float32)
     index[::5] = np.round(index[::5])
     index[::7, 1] = np.nan
