@@ -17,8 +17,7 @@ from vtk_mls import (
     RegionHandle,
     SlidingFace,
 )
-from vtk_mls.model.handles.handle_paths import blended_path
-from vtk_mls.model.handles.rigid_path import rigid_path
+from vtk_mls.model.handles.handle_paths import blended_path, rigid_path
 
 KINDS = [("affine", 2), ("rigid", 2), ("similarity", 2), ("polynomial", 2)]
 COUNT = 8

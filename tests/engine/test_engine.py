@@ -28,7 +28,7 @@ from vtk_mls.engine import opencl_engine as engine
 from vtk_mls.engine.device import devices as device
 from vtk_mls.engine.launch import kernel_arguments
 from vtk_mls.engine.launch.launcher import Launcher
-from vtk_mls.engine.sample.sampler import Rule, Sampler
+from vtk_mls.engine.sample.sampler import Sampler
 from vtk_mls.queries.vector_fields import covariant
 
 pytestmark = pytest.mark.skipif(
@@ -238,7 +238,7 @@ def test_a_value_does_not_depend_on_its_neighbors(key, width, method, dtype, com
     launcher = Launcher(replace(dispatch.choose(key), width=width))
     grid = Grid((9, 8, 7))
     array = rng.integers(0, 200, (*grid.shape, components)).astype(dtype)
-    sampler = Sampler(launcher, array, grid, Rule(method, 9), fits=True)
+    sampler = Sampler(launcher, array, grid, fits=True, method=method, background=9)
     index = rng.uniform(-1, 10, (2000, 3)).astype(np.float32)
     index[::5] = np.round(index[::5])
     index[::7, 1] = np.nan

@@ -76,7 +76,11 @@ def resample(
         sampling = replace(sampling, background=(background,))
     components = tuple(array.shape[3:])
     shape = (*sampling.target.shape, *components)
-    chunks = da.core.normalize_chunks(_all_chunks(chunks, components), shape, dtype=dtype)
+    if isinstance(chunks, dict):
+        chunks = tuple(chunks.get(axis, "auto") for axis in range(3))
+    if not isinstance(chunks, (tuple, list)):
+        chunks = (chunks,) * 3
+    chunks = da.core.normalize_chunks((*chunks, *components), shape, dtype=dtype)
     if len(chunks) == 4 and len(chunks[3]) > 1:
         raise ValueError(f"`chunks` must not divide the components, got {chunks[3]}")
     sampling = replace(sampling, interpolation=method, versions=())
@@ -120,12 +124,3 @@ class _Blocks:
             (values,) = dask.compute(values, scheduler="synchronous")  # this task has one thread
         validation.check_unmasked("array", values)
         return [np.asarray(values)]
-
-
-def _all_chunks(chunks: Any, components: tuple[int, ...]) -> Any:
-    """`chunks` of three axes, and of the components."""
-    if isinstance(chunks, dict):
-        chunks = tuple(chunks.get(axis, "auto") for axis in range(3))
-    if not isinstance(chunks, (tuple, list)):
-        chunks = (chunks,) * 3
-    return (*chunks, *components)

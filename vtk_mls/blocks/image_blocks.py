@@ -124,9 +124,8 @@ class DeformedBlocks(Blocks):
     void_values: str = "background"
 
     def _values(self, stage, place):
-        return self._coarsened(stage, place) if stage else self._deformed(place)
-
-    def _deformed(self, place):
+        if stage:
+            return self._coarsened(stage, place)
         level, array = self._input.finest, self._input.finest.array
         lead, space = _divided(place, self._output.axes)
         target = _part(level.grid, space)

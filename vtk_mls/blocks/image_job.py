@@ -81,7 +81,6 @@ def write_field(source, target, transform, *, scheduler=None, progress=None):
 
 
 def _create_field(folder, image):
-    """Create the group and the empty array of a field on the finest grid of an Image."""
     import zarr
 
     finest = image.finest
@@ -190,7 +189,6 @@ def _completed(executor, count, job, todo, watch):
 
 
 def _check(future):
-    """Raise the error of a block."""
     try:
         future.result()
     except concurrent.futures.CancelledError as error:

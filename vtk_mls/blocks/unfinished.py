@@ -26,7 +26,6 @@ from vtk_mls.files.paths import check_apart
 ENDING = ".unfinished"
 _METADATA = "zarr.json", ".zgroup", ".zattrs", ".zarray"
 _CONSOLIDATED = "consolidated_metadata"
-_IS_WRITTEN = "another job is writing it; wait for that, or choose another output"
 _PATIENCE = 3.0  # seconds until another job is refused: the child of a killed command ends later
 
 
@@ -134,7 +133,8 @@ def _take(lock):
                 )
                 break
             if time.monotonic() > end:
-                raise OSError(_IS_WRITTEN) from None
+                text = "another job is writing it; wait for that, or choose another output"
+                raise OSError(text) from None
             time.sleep(0.1)
     with suppress(FileNotFoundError):
         if os.path.samestat(os.stat(lock.name), os.fstat(lock.fileno())):
@@ -168,7 +168,10 @@ def copy_metadata(source, target, paths):
         for name in _METADATA:
             file = source / folder / name
             if file.is_file():
-                text = _without_copies(file) if name == "zarr.json" else file.read_text()
+                text = file.read_text()
+                if name == "zarr.json" and _CONSOLIDATED in (content := json.loads(text)):
+                    del content[_CONSOLIDATED]  # copies of the metadata of other folders
+                    text = json.dumps(content, indent=2)
                 (target / folder / name).write_text(text)
         for other in [] if is_array(source / folder) else sorted((source / folder).iterdir()):
             place = other.relative_to(source)
@@ -211,13 +214,3 @@ class _Pickler(pickle.Pickler):
             return NotImplemented
         names = [field.name for field in dataclasses.fields(value) if field.init]
         return type(value), tuple(getattr(value, name) for name in names)
-
-
-def _without_copies(file):
-    """The text of a zarr.json, without copies of the metadata of other folders."""
-    text = file.read_text()
-    content = json.loads(text)
-    if _CONSOLIDATED not in content:
-        return text
-    del content[_CONSOLIDATED]
-    return json.dumps(content, indent=2)

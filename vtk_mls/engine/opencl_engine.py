@@ -15,7 +15,7 @@ from vtk_mls.engine.launch.launcher import Launcher
 from vtk_mls.engine.map.inverse import InverseSearch
 from vtk_mls.engine.map.region_map import RegionMap
 from vtk_mls.engine.sample import grid_kernels
-from vtk_mls.engine.sample.sampler import NO_VECTORS, Rule, Sampler, samplers
+from vtk_mls.engine.sample.sampler import NO_VECTORS, Sampler, samplers
 from vtk_mls.queries import vector_fields
 from vtk_mls.queries.inverses import direct_inverses
 
@@ -166,12 +166,12 @@ class Engine:
         rows = [result.reshape(-1, *array.shape[3:]) for array, result in zip(arrays, results)]
         largest = max((a.itemsize * int(np.prod(a.shape[3:])) for a in arrays), default=0)
         arrays = [*zip(samplers(self.launcher, arrays, sampling, covariant or {}), rows)]
-        vectors = [(array, rows) for array, rows in arrays if array.rule.covariant is not None]
+        vectors = [(array, rows) for array, rows in arrays if array.covariant is not None]
         for part, sources in self._sources(
             deformation, sampling, largest, progress, void_distance, vectors
         ):
             for array, rows in arrays:
-                if array.rule.covariant is None:
+                if array.covariant is None:
                     array.sample(sources, rows[part])
         return results
 
@@ -187,8 +187,7 @@ class Engine:
             return interpolation.sample(array, index.astype(float), method, background, source)
         result = np.empty((len(index), *array.shape[3:]), array.dtype)
         fits = self.memory.in_place or self.memory.fits(array.nbytes)
-        rule = Rule(method, background, version=version)
-        sampler = Sampler(self.launcher, array, source, rule, fits)
+        sampler = Sampler(self.launcher, array, source, fits, method, background, version=version)
         with self.memory.input_buffer(np.ascontiguousarray(index.T, np.float32)) as planes:
             sampler.sample(planes, result)
         return result

@@ -8,7 +8,6 @@ from numpy.typing import ArrayLike, NDArray
 from vtk_mls.base.errors import InputError
 from vtk_mls.base.validation import as_float, points, short_repr
 from vtk_mls.model.handles.region import RegionHandle
-from vtk_mls.model.kinds import KINDS
 
 # Largest coordinate of control points, world units: displacements are float32, up to 3.4e38.
 MAX_COORDINATE = 1e37
@@ -66,18 +65,6 @@ def positive_weights(value: ArrayLike | None, count: int) -> NDArray[np.float64]
 def has_regions(handles):
     """Whether there are rigid regions among handles."""
     return any(isinstance(handle, RegionHandle) for handle in handles)
-
-
-def check_kind(parameters, kind):
-    """Raise ValueError for what a `Kind` cannot have among `MapParameters`."""
-    has_shapes = parameters.cuts or has_regions(parameters.handles)
-    if has_shapes and not kind.is_local:
-        what = "cuts" if parameters.cuts else "rigid regions"
-        raise InputError(
-            f"must be one of {', '.join(KINDS)} with {what}, got {kind.name!r}; control points of "
-            "a spline act everywhere",
-            argument="kind",
-        )
 
 
 def check_cut_distances(cuts, regions):

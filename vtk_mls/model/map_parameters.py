@@ -111,7 +111,14 @@ class MapParameters:
             )
         names = ("degree", "order", "smoothing", "softening")
         kind = kinds.BY_NAME[self.kind](**{name: getattr(self, name) for name in names})
-        arguments.check_kind(self, kind)
+        has_shapes = self.cuts or arguments.has_regions(self.handles)
+        if has_shapes and not kind.is_local:
+            what = "cuts" if self.cuts else "rigid regions"
+            raise InputError(
+                f"must be one of {', '.join(kinds.KINDS)} with {what}, got {kind.name!r}; control "
+                "points of a spline act everywhere",
+                argument="kind",
+            )
         in_rest_frame = self.cut_frame == "rest"
         points = self.rest, self.deformed, self.weights
         handle_set = HandleSet.of(*points, self.handles, kind, self.alpha, self.path)

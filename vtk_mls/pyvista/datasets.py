@@ -61,7 +61,9 @@ class Deforming:
         filter_.keeps_images = False  # numpy changes arrays without VTK's knowledge
         filter_.flags = _flags(self._dataset)
         result = self._run(filter_, (rest, deformed, weights), cuts, options)
-        _copy_metadata(self._dataset, result)
+        for dataset, output in _pairs(self._dataset, result):
+            output.copy_meta_from(dataset, deep=True)
+        _copy_types(self._dataset, result)
         return result
 
     @arguments.takes(property_tables.DISPLACEMENT_FIELD)
@@ -90,7 +92,6 @@ class Deforming:
         return result
 
     def _run(self, algorithm, control_points, cuts, options):
-        """The output of a filter for the dataset."""
         algorithm.SetInputData(0, self._dataset)
         if options.get("handles") is None or control_points[0] is not None:
             algorithm.SetInputData(1, arguments.control_points(*control_points))
@@ -115,13 +116,6 @@ def _flags(data):
     }
 
 
-def _copy_metadata(data, result):
-    """Copy active arrays and types of arrays of a DataSet or MultiBlock to a result."""
-    for dataset, output in _pairs(data, result):
-        output.copy_meta_from(dataset, deep=True)
-    _copy_types(data, result)
-
-
 def _copy_types(data, result):
     """Make arrays bool or complex if they are in `data` and have the same VTK type."""
     for dataset, output in _pairs(data, result):
@@ -141,7 +135,6 @@ def _pairs(data, result):
 
 
 def _has_same_type(dataset, output, key, name):
-    """Whether both datasets have an array of one type."""
     old, new = _array(dataset, key, name), _array(output, key, name)
     if old is None or new is None or old.GetDataType() != new.GetDataType():
         return False

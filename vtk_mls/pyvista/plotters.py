@@ -160,7 +160,6 @@ class Edit:
 
 
 def _state(control_points, cuts, options):
-    """A State of arguments and options."""
     from vtk_mls.editor import State
 
     names = [row.option for row in _OPTIONS]

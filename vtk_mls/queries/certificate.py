@@ -230,9 +230,8 @@ def certificate_of_mesh(transform, points, tetrahedra, progress=SILENT):
     before, after = (
         np.linalg.det(x[tetrahedra[:, 1:]] - x[tetrahedra[:, :1]]) for x in (points, moved)
     )
-    is_folded = ~(before * after > 0)
-    none = np.zeros(0, np.int64)
-    return Certificate(np.flatnonzero(is_folded), none, len(tetrahedra), cells="tetrahedra")
+    folded, none = np.flatnonzero(~(before * after > 0)), NO_FOLDS.map_indices
+    return Certificate(folded, none, len(tetrahedra), cells="tetrahedra")
 
 
 def corner_points(grid, voxels):

@@ -8,7 +8,7 @@ import numpy as np
 from vtk_mls.base.grid import Grid
 from vtk_mls.base.messages import warn
 from vtk_mls.base.progress import SILENT
-from vtk_mls.model.handles.rigid_path import MAX_POINTS, rigid_path
+from vtk_mls.model.handles.handle_paths import MAX_POINTS, rigid_path
 from vtk_mls.model.options import MAX_STEPS
 from vtk_mls.queries import certificate
 from vtk_mls.queries.fields import DisplacementField
@@ -63,20 +63,17 @@ def _in_more_steps(deformation):
 
     Control points that need more than 16 on straight ways take a rigid path, too.
     """
+    is_free = len(deformation.path) + len(deformation.handles) == 0
+    has_rigid_path = is_free and 2 < len(deformation.rest) <= MAX_POINTS
     rigid = None
     for count in (2**i for i in range(MAX_STEPS.bit_length())):
-        if count > _MAX_STRAIGHT and rigid is None and _has_rigid_path(deformation):
+        if count > _MAX_STRAIGHT and rigid is None and has_rigid_path:
             path = rigid_path(deformation.rest, deformation.deformed, _LEGS)
             rigid = replace(deformation, path=path)
             yield from map(rigid.in_steps, (_LEGS, _MAX_STRAIGHT))
         yield deformation.in_steps(count)
         if rigid:
             yield rigid.in_steps(count)
-
-
-def _has_rigid_path(deformation):
-    is_free = len(deformation.path) + len(deformation.handles) == 0
-    return is_free and 2 < len(deformation.rest) <= MAX_POINTS
 
 
 def checked_field(engine, deformation, grid, progress=SILENT):

@@ -159,21 +159,6 @@ def gradients_near_faces(engine, deformation, void_distance, fields, sampling, p
     return rows, np.einsum("mij,mj->mi", transposed, blended)
 
 
-def nearest_face(deformation, v, origin):
-    """Void distances (m,) at `v` (m, 3), and unit vectors (m, 3) away from the nearest cut.
-
-    `origin` (m, 3) is G(v). The vectors are in its space.
-    """
-    positions = origin if deformation.in_rest_frame else v  # in the frame of the cuts
-    distances = [cut.void_distance(positions, origin) for cut in deformation.cuts]
-    nearest = np.argmin(distances, axis=0)
-    away = np.zeros_like(v)
-    for index, cut in enumerate(deformation.cuts):
-        rows = nearest == index
-        away[rows] = cut.away(positions[rows], origin[rows])
-    return np.min(distances, axis=0), away
-
-
 def _void_depth(deformation, v, face, transposed, voxel, progress):
     """Depth (m,) in the void of points half a voxel behind the face; `away` is corrected.
 

@@ -550,8 +550,18 @@ class Transform:
         return fields.overlap(self._engine, self, points, progress)
 
     def _nearest_face(self, points, origins):
-        """`resampling.nearest_face` at `points`."""
-        return resampling.nearest_face(self, points, origins)
+        """Void distances (m,) at v, and unit vectors (m, 3) away from the nearest cut.
+
+        `points` (m, 3) are v, `origins` (m, 3) G(v). The vectors are in the space of these.
+        """
+        positions = origins if self.in_rest_frame else points  # in the frame of the cuts
+        distances = [cut.void_distance(positions, origins) for cut in self.cuts]
+        nearest = np.argmin(distances, axis=0)
+        away = np.zeros_like(points)
+        for index, cut in enumerate(self.cuts):
+            rows = nearest == index
+            away[rows] = cut.away(positions[rows], origins[rows])
+        return np.min(distances, axis=0), away
 
     def _material_samples(self, grid):
         """Positions (n, 3) of some material before and after the transform, near a grid."""

@@ -38,11 +38,6 @@ def contravariant(vectors, jacobian):
     return np.divide(moved, volume, out=np.zeros_like(moved), where=volume != 0)
 
 
-def indices_of_parts(parts):
-    """The indices (n, 3) of all parts of `sampled_parts`."""
-    return np.concatenate([index for _, index, *_ in parts])
-
-
 def sampled_parts(arrays, versions, sampling, parts, sample, void_distance, normalise):
     """`arrays` at all points of the target of a `Sampling`, part by part: `Engine.resample`.
 

@@ -39,7 +39,7 @@ class ComposedFit:
 
     def least_determinant(self):
         """The smallest determinant (m,) of the Jacobians of the steps."""
-        return np.min([np.linalg.det(fit.material_jacobian()) for fit in self.fits], axis=0)
+        return np.min([np.linalg.det(fit.jacobians()[0]) for fit in self.fits], axis=0)
 
 
 def jacobian_of(fit):
@@ -70,16 +70,12 @@ class StepFit:
         """The points and their images."""
         return [(self.v, self.v + self.displacement())]
 
-    def material_jacobian(self):
-        """The derivative of l by v with x fixed.
+    def jacobians(self):
+        """dl/dv at fixed origins x, and dl/dx: (m, 3, 3) each.
 
         The weights enter the optimal fit only through each control point's residual, so their part
         of the derivative is the sum of dw_i times the influence of control point i.
         """
-        return self.jacobians()[0]
-
-    def jacobians(self):
-        """dl/dv at fixed origins x, and dl/dx: (m, 3, 3) each."""
         weighted, fit = self.weighted, self.fit
         if len(self._at[1].handles.segments) > 0:
             weighted = WeightedPoints(*self._at, with_slopes=True)

@@ -16,7 +16,7 @@ from vtk_mls.base import interpolation
 from vtk_mls.base.progress import SILENT
 from vtk_mls.model.regions import ON_PLANE
 from vtk_mls.queries import certificate, inverses, vector_fields, void_cells
-from vtk_mls.queries.vector_fields import indices_of_parts, sampled_parts
+from vtk_mls.queries.vector_fields import sampled_parts
 from vtk_mls.reference import rest_frame
 from vtk_mls.reference.fit import StepFit, fit_of, jacobian_of
 from vtk_mls.reference.weights import EvaluationPoints
@@ -26,6 +26,8 @@ NAME = "reference (numpy, float64)"
 _FOUND = 1e-5  # largest residual of an inverse, in local units
 _MAX_VALUES = 1 << 21  # in a temporary array
 _POINTS_OF_SEGMENT = 80  # of the quadrature
+
+gradient = vector_fields.gradient
 
 
 def backward(deformation, points, progress=SILENT):
@@ -158,7 +160,7 @@ def _solve_step(deformation, sides, control_points, x, candidate, origins):
 
     def evaluate(v, rows):
         fit = StepFit(deformation, control_points, v, at and at.rows(rows))
-        return fit.displacement(), fit.material_jacobian
+        return fit.displacement(), lambda: fit.jacobians()[0]
 
     v, residual = inverses.newton(evaluate, x, candidate, _size_of(control_points, x))
     cut_off = _is_blocked(deformation, x, v)
@@ -252,10 +254,6 @@ def resample(deformation, arrays, sampling, progress=SILENT, void_distance=None,
     return sampled_parts(arrays, versions, sampling, parts, sample, void_distance, covariant)
 
 
-def gradient(array, grid, progress=SILENT):
-    return vector_fields.gradient(array, grid, progress)
-
-
 def sample(array, index, method, background, source, version=None):
     return interpolation.sample(array, index, method, background, source)
 
@@ -276,7 +274,7 @@ def void_distance_listed(deformation, grid, indices, progress=SILENT):
 
 
 def source_index(deformation, sampling, progress=SILENT):
-    return indices_of_parts(_sources(deformation, sampling, progress))
+    return np.concatenate([index for _, index, *_ in _sources(deformation, sampling, progress)])
 
 
 def _sources(deformation, sampling, progress, with_jacobian=False):

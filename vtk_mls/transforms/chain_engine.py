@@ -9,7 +9,7 @@ from vtk_mls.base.linear_algebra import transformed
 from vtk_mls.base.progress import SILENT
 from vtk_mls.engine.dispatch import engine_for
 from vtk_mls.queries import fields
-from vtk_mls.queries.vector_fields import indices_of_parts, sampled_parts
+from vtk_mls.queries.vector_fields import sampled_parts
 from vtk_mls.reference import reference_engine as reference
 
 NAME = "pointwise (numpy, float64)"
@@ -54,7 +54,9 @@ def jacobian_field(transform, grid, progress=SILENT):
 
 def resample(transform, arrays, sampling, progress=SILENT, void_distance=None, covariant=None):
     parts = _sources(transform, sampling, progress, with_jacobian=bool(covariant))
-    versions = [_version(sampling, i) for i in range(len(arrays))]
+    versions = map(sampling.version, range(len(arrays)))
+    # by a new version a device keeps the array for all slabs
+    versions = [object() if version is None else version for version in versions]
     sample = engine_for(transform.device).sample
     return sampled_parts(arrays, versions, sampling, parts, sample, void_distance, covariant)
 
@@ -67,13 +69,7 @@ def void_distance_listed(transform, grid, indices, progress=SILENT):
 
 
 def source_index(transform, sampling, progress=SILENT):
-    return indices_of_parts(_sources(transform, sampling, progress))
-
-
-def _version(sampling, index):
-    """The version of an array, or a new one: a device keeps the array for all slabs."""
-    version = sampling.version(index)
-    return object() if version is None else version
+    return np.concatenate([index for _, index, *_ in _sources(transform, sampling, progress)])
 
 
 def _sources(transform, sampling, progress, with_jacobian=False):

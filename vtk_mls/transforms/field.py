@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from vtk_mls.base.grid import Grid, checked_grid
 from vtk_mls.base.interpolation import linear_with_slopes
 from vtk_mls.base.progress import SILENT
-from vtk_mls.base.validation import as_float, freeze
+from vtk_mls.base.validation import freeze, single_precision
 from vtk_mls.queries.inverses import newton
 from vtk_mls.transforms.pointwise import PointwiseTransform
 
@@ -44,9 +44,7 @@ class Field(PointwiseTransform):
 
     def __init__(self, displacement: ArrayLike, grid: Grid) -> None:
         shape = (*checked_grid("grid", grid).shape, 3)
-        array = displacement
-        if not isinstance(array, np.ndarray) or array.dtype != np.float32:
-            array = as_float("displacement", displacement).astype(np.float32)
+        array = single_precision("displacement", displacement)
         if array.shape != shape:
             raise ValueError(
                 f"`displacement` must have the shape of the grid, {shape}, got {array.shape}"

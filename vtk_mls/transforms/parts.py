@@ -69,7 +69,6 @@ def _filled(shape, dtype, background):
 
 
 def _halves(grid, axis):
-    """Two parts of a grid, divided along an axis."""
     size = np.array(grid.dimensions)
     middle = np.where(np.arange(3) == axis, size // 2, 0)
     yield grid.part((0, 0, 0), np.where(middle, middle, size))

@@ -136,7 +136,6 @@ def _write(device, subject, result):
 
 
 def _check(device, subject):
-    """Check a device, and tell the user."""
     what = "OpenCL" if subject == BASIC else f"{subject} with OpenCL"
     name = f"{device.name} ({device.platform})"
     inform(f"Testing {what} on {name} before the first use, once: some seconds ...")

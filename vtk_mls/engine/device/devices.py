@@ -62,7 +62,7 @@ class Device:
     @functools.cached_property
     def double_lanes(self):
         """The same for kernels that call built-ins for double."""
-        return quirks.double_lanes(self)
+        return min([self.lanes, *(fault.max_double_lanes for fault in quirks.faults(self))])
 
     @functools.cached_property
     def has_float64(self):
@@ -201,12 +201,8 @@ def is_free(device):
     """Whether the process uses no other driver that excludes that of `device`."""
     if not any(fault.is_alone for fault in quirks.faults(device)):
         return True
-    alike = [other for other in _in_use if other.platform == device.platform]
-    return all(_driver(other) == _driver(device) for other in alike)
-
-
-def _driver(device):
-    return device.key.partition(":")[0]
+    alike = [other for other in (device, *_in_use) if other.platform == device.platform]
+    return len({other.key.partition(":")[0] for other in alike}) == 1
 
 
 @lazy.cached
@@ -283,7 +279,6 @@ def source(file, constants=()):
 
 @lazy.cached
 def _kernel_files():
-    """The files of opencl/ by name."""
     return {path.name: path for path in resource("opencl").rglob("*.[ch]*")}
 
 

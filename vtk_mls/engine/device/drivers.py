@@ -123,7 +123,6 @@ def intel_library():
 
 
 def _files_of(package):
-    """Paths of the installed files of a package."""
     with contextlib.suppress(importlib.metadata.PackageNotFoundError):
         for file in importlib.metadata.files(package) or ():
             yield Path(os.path.realpath(file.locate()))

@@ -82,11 +82,6 @@ def lanes(device):
     return min([widest, *(fault.max_lanes for fault in faults(device))])
 
 
-def double_lanes(device):
-    """Points per work item in kernels that call built-ins for double."""
-    return min([device.lanes, *(fault.max_double_lanes for fault in faults(device))])
-
-
 def options(device):
     """Options of the compiler."""
     return [option for fault in faults(device) for option in fault.options]

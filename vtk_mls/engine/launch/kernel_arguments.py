@@ -20,7 +20,6 @@ FLOAT64 = (("USE_FP64", 1),)  # build constants
 
 
 def _dtype(members):
-    """The dtype of the members of a C struct."""
     fields = []
     for type_name, declared in re.findall(r"(\w+) ([^;]+);", members):
         for name, size in re.findall(r"(\w+)(?:\[(\d+)\])?", declared):

@@ -146,11 +146,8 @@ class Memory:
         """A context manager: a buffer of `array` that kernels change, copied back at the end."""
         return self._buffer(array, cl.mem_flags.READ_WRITE, copy_in=True, copy_out=True)
 
-    def argument(self, array):
+    def argument(self, array, access=cl.mem_flags.READ_ONLY, copy_in=True):
         """An array as an argument of kernels that read it, for as long as both exist."""
-        return self._argument(array, cl.mem_flags.READ_ONLY, copy_in=True)
-
-    def _argument(self, array, access, copy_in):
         if self.in_place and self._has_host_addresses:
             assert array.flags.c_contiguous
             # pyopencl requires a writable buffer, also for input
@@ -164,7 +161,7 @@ class Memory:
 
     @contextmanager
     def _buffer(self, array, access, copy_in, copy_out):
-        argument = self._argument(array, access, copy_in)
+        argument = self.argument(array, access, copy_in)
         is_buffer = isinstance(argument, cl.Buffer)
         try:
             yield argument

@@ -5,7 +5,7 @@ import numpy as np
 from vtk_mls.engine.launch import kernel_arguments
 from vtk_mls.engine.launch.kernel_arguments import CONSTANTS, filled
 from vtk_mls.engine.map import nodes
-from vtk_mls.engine.map.nodes import ListedCells, box_of, near_handles
+from vtk_mls.engine.map.nodes import Box, ListedCells, box_of, near_handles
 from vtk_mls.queries.void_cells import largest_of_neighbors
 
 STEP = CONSTANTS["COARSE_STEP"]
@@ -55,20 +55,19 @@ class CoarseMap:
             self._grid = grid
         points = kernel_arguments.grid_points(grid, part, map_.control_points)
         own = box_of(grid, STEP)
-        first, cells = own.first, own.cells
         nx, ny, _ = grid.dimensions
         low, high = ((grid.first[2] + n // (nx * ny)) // STEP for n in (part.start, part.stop - 1))
         grid_and_pass = (grid.whole, False)
-        block = dict(first_cell=[*first[:2], low], cells=[*cells[:2], high - low + 1])
+        box = Box([*own.first[:2], low], [*own.stop[:2], high + 1])
         to_local = grid.index_to_world / map_.control_points.scale
         to_slopes = kernel_arguments.transform(np.linalg.inv(to_local).T, np.zeros(3))
-        record = filled("coarse_t", **block, **self._around, to_slopes=to_slopes)
+        record = box.record(**self._around, to_slopes=to_slopes)
         nodes.launch_cells(
-            *(map_, _COARSE[name], grid_and_pass, block["cells"], points, record),
+            *(map_, _COARSE[name], grid_and_pass, box.cells, points, record),
             *(self._nodes, *arguments),
             constants=constants,
         )
-        layers = slice(low - first[2], high + 1 - first[2])
+        layers, _, _ = own.rows(box)
         for record in self._inaccurate.records(layers):
             items = map_.grid_items(grid, part, record, self._inaccurate.buffer)
             count = int(record["listed"]) * STEP**3

@@ -16,13 +16,15 @@ def cut_tables(deformation, region, grid=None, second_pass=False):
     indices of `grid`. See on_grid.cl for the second pass.
     """
     control_points = region.control_points
+    matrix, offset = control_points.affine  # from v to x
+    moved = (matrix - np.eye(3)) @ control_points.center + offset
     params = filled(
         "cut_params_t",
         damping=deformation.nu / (2 * deformation.alpha),
         nu=deformation.nu,
         on_plane=ON_PLANE,
         mean_displacement=control_points.mean_displacement / control_points.scale,
-        affine=_local_affine(control_points),
+        affine=transform(matrix, moved / control_points.scale),
         plane_count=len(deformation.planes),
         regions_compete=deformation.has_competing_regions,
         second_pass=second_pass,
@@ -40,28 +42,20 @@ def cut_tables(deformation, region, grid=None, second_pass=False):
     ]
     for shape, cuts in shapes.items():
         constants += shape.constants(len(cuts)).items()
+    # where cuts see the handles: once, or in each step if they stay
+    if deformation.in_rest_frame:
+        anchors = [control_points.handles.term_anchors[0]]
+    else:
+        steps = control_points.steps(deformation.steps_used)
+        anchors = [step.handles.term_anchors[1] for step in steps]
     joined = [
-        _joined([_shape_table(cuts, control_points, anchors) for cuts in shapes.values()])
-        for anchors in cut_anchors(deformation, control_points)
+        _joined([_shape_table(cuts, control_points, places) for cuts in shapes.values()])
+        for places in anchors
     ]
     planes = _plane_table(deformation, region, grid).view(np.float32)
     params["obstacle_start"] = len(planes)
     params["obstacle_stride"] = len(joined[0]) if len(joined) > 1 else 0
     return constants, params, np.concatenate([planes, *joined])
-
-
-def cut_anchors(deformation, control_points):
-    """Where cuts see the handles, (n, 3) each: once, or in each step if they stay."""
-    if deformation.in_rest_frame:
-        return [control_points.handles.term_anchors[0]]
-    return [step.handles.term_anchors[1] for step in control_points.steps(deformation.steps_used)]
-
-
-def _local_affine(control_points):
-    """The affine map of control points from v to x, in the local frame, as a transform."""
-    matrix, offset = control_points.affine
-    moved = (matrix - np.eye(3)) @ control_points.center + offset
-    return transform(matrix, moved / control_points.scale)
 
 
 def _plane_table(deformation, region, grid):

@@ -114,20 +114,15 @@ def map_tables(deformation, control_points):
     ]
     limits = limit_table(deformation.limits, control_points, images)
     points, kinds, regions, segments = map(np.concatenate, zip(*of_steps))
-    table = step_table(steps, [len(part) for part in of_steps[0]])
-    tables = [x.view("f4") for x in (points, kinds, regions, segments, limits)]
-    tables += [images.table(), table.view("f4")]
-    names = [f"{name}_start" for name in ("kind", "region", "segment", "limit", "image", "step")]
-    offsets = np.cumsum([len(part) for part in tables])
-    return np.concatenate(tables), dict(zip(names, offsets))
-
-
-def step_table(steps, sizes):
-    """Several steps, whose tables have these `sizes`: (n,) step_t; empty for one."""
+    sizes = [len(part) for part in of_steps[0]]
     table = np.zeros(len(steps) if len(steps) > 1 else 0, STRUCTS["step_t"])
     for k, (row, step) in enumerate(zip(table, steps)):
         for name, size in zip(("control_point", "kind_value", "region", "segment"), sizes):
             row[name] = k * size
         for name, value in step.kind.params(step).items():
             row[name] = value
-    return table
+    tables = [x.view("f4") for x in (points, kinds, regions, segments, limits)]
+    tables += [images.table(), table.view("f4")]
+    names = [f"{name}_start" for name in ("kind", "region", "segment", "limit", "image", "step")]
+    offsets = np.cumsum([len(part) for part in tables])
+    return np.concatenate(tables), dict(zip(names, offsets))

@@ -67,20 +67,16 @@ class InverseSearch:
         """v - x (m, 3) float32, world units, for x `local` (3, m); the residuals (m,)."""
         count, control_points = local.shape[1], self.map.control_points
         displacement, residual = np.empty((count, 3), np.float32), np.empty(count, np.float32)
-        self._solve_nodes(local)
-        nodes = self.lattice.buffer(self.map.memory)
-        arguments = [self.lattice.record, nodes, kernel_arguments.world(control_points)]
-        outputs = [displacement, residual]
-        self.map.launch_at("point_forward", [local], arguments, outputs=outputs)
-        return displacement, residual
-
-    def _solve_nodes(self, local):
-        """Solve for the displacements at the nodes of the lattice around x `local` (3, m)."""
         nodes = self.lattice.unsolved_nodes(self._lattice_cells(local))
         if len(nodes) > 0:
             x = self.lattice.positions(nodes)
-            displacement, _ = self._newton(x, self._swapped_displacement(x))
-            self.lattice.set_displacements(nodes, displacement)
+            guesses, _ = self._newton(x, self._swapped_displacement(x))
+            self.lattice.set_displacements(nodes, guesses)
+        table = self.lattice.buffer(self.map.memory)
+        arguments = [self.lattice.record, table, kernel_arguments.world(control_points)]
+        outputs = [displacement, residual]
+        self.map.launch_at("point_forward", [local], arguments, outputs=outputs)
+        return displacement, residual
 
     def _lattice_cells(self, local):
         """The cells of the lattice that x `local` (3, m) are in: (m,) int32."""
@@ -109,9 +105,11 @@ class InverseSearch:
             return new_residual <= _TOLERANCE
 
         if self.deformation.in_rest_frame and len(rows := unresolved()) > 0:
-            points = local.take(rows, axis=1)
-            for motion in self._motions(points):
-                restart(rows, points, motion)
+            points, control_points = local.take(rows, axis=1), self.map.control_points
+            rest, deformed = control_points.handles.positions
+            rest = control_points.local(rest - control_points.mean_displacement)
+            for motion in inverses.motions(rest, control_points.local(deformed), points.T):
+                restart(rows, points, kernel_arguments.planes(motion))
         rows = unresolved()
         rows = rows[np.abs(local.take(rows, axis=1)).max(axis=0) <= inverses.FARTHEST]  # not NaN
         levels = inverses.levels(self.lattice.box, local[:, rows].T)
@@ -123,7 +121,10 @@ class InverseSearch:
 
     def _restart_from_samples(self, level, local, rows, restart):
         """Restart at `rows` of x `local` (3, m) from samples of a level; the rows not found."""
-        samples = self._get_samples(level)
+        if level not in self.lattice.samples:
+            box = inverses.doubled(self.lattice.box, level)
+            self.lattice.samples[level] = self._sampled(box)
+        samples = self.lattice.samples[level]
         last_distance2 = np.full(len(rows), -1, np.float32)
         for _ in range(inverses.MAX_RESTARTS):
             if samples is None or len(rows) == 0:
@@ -134,14 +135,6 @@ class InverseSearch:
             is_unresolved = ~restart(rows, points, start)
             rows, last_distance2 = rows[is_unresolved], last_distance2[is_unresolved]
         return rows
-
-    def _motions(self, local):
-        """Iterator of the `motions` (3, m) of x `local` (3, m)."""
-        control_points = self.map.control_points
-        rest, deformed = control_points.handles.positions
-        rest = control_points.local(rest - control_points.mean_displacement)
-        deformed = control_points.local(deformed)
-        return map(kernel_arguments.planes, inverses.motions(rest, deformed, local.T))
 
     def _newton(self, local, displacement):
         """Displacements (3, m) by Newton's method from given ones, and the residuals (m,)."""
@@ -160,18 +153,11 @@ class InverseSearch:
         means = other.mean_displacement + control_points.mean_displacement
         return (displacement / ratio + means[:, None] / control_points.scale).astype(np.float32)
 
-    def _get_samples(self, level):
+    def _sampled(self, box):
         """Kernel arguments: number and table of samples with det(J) > 0; None without samples.
 
-        They cover a `level` of the box, and are computed once.
+        They cover a `box` (2, 3), local units.
         """
-        samples = self.lattice.samples
-        if level not in samples:
-            samples[level] = self._sampled(inverses.doubled(self.lattice.box, level))
-        return samples[level]
-
-    def _sampled(self, box):
-        """Samples over a `box` (2, 3), local units, as `_get_samples` has them."""
         control_points = self.map.control_points
         local = inverses.cubic_grid(box, inverses.SAMPLES).points()
         world = control_points.center + control_points.scale * local

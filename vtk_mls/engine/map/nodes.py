@@ -154,16 +154,11 @@ class OriginNodes:
         self._grid, self._layers = grid, (first[2] * NODE_STEP, last[2] * NODE_STEP)
         record = filled("nodes_t", first=first, nx=nx, ny=ny)
         nodes = node_grid(grid.whole, NODE_STEP, Box(first, last + 1))
-        self._arguments = [record, _origin_table(map_, nodes)]
-
-
-def _origin_table(map_, nodes):
-    """A buffer with the origins at the `nodes`, a grid."""
-    launcher, deformation, memory = map_.launcher, map_.deformation, map_.memory
-    table = cl.Buffer(memory.context, cl.mem_flags.READ_WRITE, NODE_SIZE * nodes.size)
-    for name, extra in (("node_origin", []), ("node_cell", [np.int32(nodes.size)])):
-        for part in launcher.slabs(nodes.size, deformation, NODE_SIZE):
-            points = kernel_arguments.grid_points(nodes, part, map_.control_points)
-            count = part.stop - part.start
-            map_.launch(name, (None, False), count, points, *extra, table)
-    return table
+        access = cl.mem_flags.READ_WRITE
+        table = cl.Buffer(map_.memory.context, access, NODE_SIZE * nodes.size)
+        for name, extra in (("node_origin", []), ("node_cell", [np.int32(nodes.size)])):
+            for part in launcher.slabs(nodes.size, deformation, NODE_SIZE):
+                points = kernel_arguments.grid_points(nodes, part, map_.control_points)
+                count = part.stop - part.start
+                map_.launch(name, (None, False), count, points, *extra, table)
+        self._arguments = [record, table]

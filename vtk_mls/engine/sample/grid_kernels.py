@@ -96,7 +96,6 @@ def _slabs(memory, count, size, bytes_per_point, more):
 
 
 def _launch(launcher, name, constants, count, record, array, result):
-    """Launch a kernel that reads an array and fills the `result`."""
     memory = launcher.memory
     with memory.input_buffer(array) as values, memory.output_buffer(result) as out:
         launcher.launch(name, constants, count, record, values, out)

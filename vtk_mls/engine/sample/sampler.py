@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
 from typing import NamedTuple
 
 import numpy as np
@@ -28,25 +27,22 @@ class Piece(NamedTuple):
     grid: Grid  # of the values
 
 
-class Rule(NamedTuple):
-    """How an array is interpolated."""
-
-    method: str  # "nearest", "linear" or "cubic"
-    background: float | tuple[float, ...]  # or one for each component
-    # None, or for covariant vectors, which are 0 outside, whether they are normalized
-    covariant: bool | None = None
-    version: Hashable = None  # identifies the contents of the array; None without
-
-
 class Sampler:
     """The values of one array (nz, ny, nx[, components]) on the Grid `source` at points of slabs.
 
-    The whole array is on the device if it `fits`, else the slices that the points need.
+    The whole array is on the device if it `fits`, else the slices that the points need. `method` is
+    "nearest", "linear" or "cubic", and `background` a number, or one for each component.
+    `covariant` is None, or for covariant vectors, which are 0 outside, whether they are normalized.
+    A `version` identifies the contents of the array.
     """
 
-    def __init__(self, launcher, array, source, rule, fits):
+    def __init__(
+        self, launcher, array, source, fits, method, background, covariant=None, version=None
+    ):
         self.launcher, self.memory = launcher, launcher.memory
-        self.array, self.source, self.rule, self.fits = array, source, rule, fits
+        self.array, self.source, self.fits = array, source, fits
+        self.method, self.background = method, background
+        self.covariant, self.version = covariant, version
         self._whole = self._background = None
 
     def sample(self, index, result):
@@ -55,7 +51,7 @@ class Sampler:
         if not kernel_arguments.is_for_device(self.array, self.launcher.device):
             points = self.memory.planes(index, count).T.astype(np.float64)
             result[:] = interpolation.sample(
-                self.array, points, self.rule.method, self.rule.background, self.source
+                self.array, points, self.method, self.background, self.source
             )
             return
         planes = None if self.fits else self.memory.planes(index, count)
@@ -81,7 +77,7 @@ class Sampler:
                 distance = competing
             points = slice(part.start + piece.first, part.start + piece.stop)
             with self.memory.output_buffer(result[piece.first : piece.stop]) as out:
-                normalize = np.int32(bool(self.rule.covariant))
+                normalize = np.int32(bool(self.covariant))
                 arguments = self.record(piece), normalize, piece.values, out
                 file = "VECTOR_FILE", "vectors.cl"
                 constants = kernel_arguments.offset(self.array), self.taps, file
@@ -90,10 +86,10 @@ class Sampler:
     def pieces(self, index, count):
         """The pieces of a slab of `count` points with the indices in a buffer, in planes."""
         if self.fits:
-            if self._whole is None and (self.memory.in_place or self.rule.version is None):
+            if self._whole is None and (self.memory.in_place or self.version is None):
                 self._whole = self.memory.argument(self.array)
             elif self._whole is None:
-                self._whole = self.memory.resident(self.array, self.rule.version)
+                self._whole = self.memory.resident(self.array, self.version)
             yield Piece(0, count, self._whole, self.source)
             return
         planes = self.memory.planes(index, count)
@@ -119,7 +115,7 @@ class Sampler:
     @property
     def taps(self):
         """The build constant for the method."""
-        return "SAMPLE_TAPS", _TAPS[self.rule.method]
+        return "SAMPLE_TAPS", _TAPS[self.method]
 
     def record(self, piece):
         """The array_t of a piece."""
@@ -135,7 +131,7 @@ class Sampler:
         array, count = self.array, piece.stop - piece.first
         constants = (*kernel_arguments.array_constants(array, self.launcher.device), self.taps)
         if self._background is None:
-            background = interpolation.cast(self.rule.background, array.dtype)
+            background = interpolation.cast(self.background, array.dtype)
             values = np.empty(int(np.prod(array.shape[3:])), array.dtype)
             values[:] = background
             self._background = self.memory.constant(values)
@@ -154,9 +150,8 @@ def samplers(launcher, arrays, sampling, covariant):
     fits = launcher.memory.in_place or launcher.memory.fits(size)
     return [
         Sampler(
-            *(launcher, array, sampling.source),
-            Rule(method, background, covariant.get(i), sampling.version(i)),
-            fits,
+            *(launcher, array, sampling.source, fits, method, background),
+            *(covariant.get(i), sampling.version(i)),
         )
         for i, (array, method, background) in enumerate(
             zip(arrays, sampling.methods(len(arrays)), sampling.backgrounds(len(arrays)))

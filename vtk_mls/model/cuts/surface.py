@@ -29,7 +29,7 @@ from vtk_mls.model.shape_fields import ShapeField
 
 # A segment through an edge or a corner counts as shifted along this arbitrary direction.
 _TIE_BREAK = np.array([0.5377, 0.2863, 0.7930])
-_MAX_PAIRS = 1 << 17  # of a segment and a triangle in one array
+_MAX_PAIRS = 1 << 17  # of a segment and a triangle in one array, about
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -79,10 +79,10 @@ class Surface(Obstacle):
         return cls(np.vstack([corners, corners.mean(axis=0)]), fan)
 
     def blocks(self, v: NDArray[np.float64], q: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Whether an odd number of triangles is between `v` and `q` (..., 3): (...) bool."""
         odd = np.zeros(np.broadcast_shapes(v.shape, q.shape)[:-1], bool)
         corners = self.points[np.sort(self.triangles, axis=1)]
-        for part in _parts(corners, odd.size):
+        count = min(len(corners), 1 + len(corners) * odd.size // _MAX_PAIRS)
+        for part in np.array_split(corners, count):
             odd ^= np.logical_xor.reduce(_crosses(v, q, *part.swapaxes(0, 1)), axis=-1)
         return odd
 
@@ -98,18 +98,20 @@ class Surface(Obstacle):
         return best
 
     def void_distance(self, v: NDArray[np.float64], g: NDArray[np.float64]) -> NDArray[np.float64]:
-        reach = np.minimum(self._distance(g), self._from_boundary(v, g))
+        reach = np.minimum(self._nearest(g)[0], self._from_boundary(v, g))
         return np.where(self.blocks(v, g), -reach, reach)
 
     def is_over(self, x: NDArray[np.float64]) -> NDArray[np.bool_]:
-        return self._distance(x) < (1 - 1e-9) * self._from_boundary(x, x)
+        return self._nearest(x)[0] < (1 - 1e-9) * self._from_boundary(x, x)
 
-    def _distance(self, x):
-        """Distances (m,) of points (m, 3) from the triangles."""
-        reach = np.full(len(x), np.inf)
+    def _nearest(self, x):
+        """Distances (m,) of points (m, 3) from the triangles, and unit vectors (m, 3) away."""
+        nearest, out = np.full(len(x), np.inf), np.zeros_like(x)
         for triangle in self.points[self.triangles]:
-            reach = np.minimum(reach, _from_triangle(x, *triangle)[0])
-        return reach
+            distance, direction = _from_triangle(x, *triangle)
+            out = np.where((distance < nearest)[:, None], direction, out)
+            nearest = np.minimum(nearest, distance)
+        return nearest, out
 
     def _from_boundary(self, v, g):
         """Distances (m,) of segments v - g (m, 3 each) from the boundary edges."""
@@ -119,11 +121,7 @@ class Surface(Obstacle):
         return reach
 
     def away(self, v: NDArray[np.float64], g: NDArray[np.float64]) -> NDArray[np.float64]:
-        nearest, out = np.full(len(g), np.inf), np.zeros_like(g)
-        for triangle in self.points[self.triangles]:
-            distance, direction = _from_triangle(g, *triangle)
-            out = np.where((distance < nearest)[:, None], direction, out)
-            nearest = np.minimum(nearest, distance)
+        out = self._nearest(g)[1]
         return np.where(self.blocks(v, g)[:, None], -out, out)
 
     def spanning(self) -> NDArray[np.float64]:
@@ -150,12 +148,6 @@ class Surface(Obstacle):
     @property
     def bounds(self) -> NDArray[np.float64]:
         return np.array([self.points.min(axis=0), self.points.max(axis=0)])
-
-
-def _parts(triangles, count):
-    """Split triangles so that a part makes about `_MAX_PAIRS` pairs with `count` segments."""
-    pairs = len(triangles) * count
-    return np.array_split(triangles, min(len(triangles), 1 + pairs // _MAX_PAIRS))
 
 
 def _crosses(v, q, a, b, c):

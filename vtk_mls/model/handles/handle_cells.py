@@ -119,8 +119,10 @@ def _region(rest, deformed, triangles, number, solids):
     """The region of one connected surface, `triangles` (t, 3) of points `rest` (n, 3)."""
     where, named = f", surface {number}, is no rigid region", {"argument": "ControlPoints"}
     used, rows = np.unique(triangles, return_inverse=True)
+    surface = rest[used], rows.reshape(-1, 3)
+    known = [s for s in solids if all(map(np.array_equal, (s.points, s.triangles), surface))]
     try:
-        shape = _solid(rest[used], rows.reshape(-1, 3), solids)
+        shape = known[0] if known else Solid(*surface)
     except ValueError as error:
         raise InputError(f"{where}: {error}", **named) from error
     if not np.isfinite(deformed[used]).all():
@@ -135,14 +137,6 @@ def _region(rest, deformed, triangles, number, solids):
             **named,
         )
     return RegionHandle(shape, motion)
-
-
-def _solid(points, triangles, solids):
-    """The Solid of a surface, of `solids` if it is one of them."""
-    for solid in solids:
-        if np.array_equal(solid.points, points) and np.array_equal(solid.triangles, triangles):
-            return solid
-    return Solid(points, triangles)
 
 
 def _connected(points, triangles):

@@ -23,7 +23,8 @@ class Shape(Described):
     Attributes
     ----------
     image : DistanceImage or None
-        Distances, if the shape has no formula for them.
+        Distances, accurate to a fraction of a cell, if the shape has no formula for them. It is
+        made at its first use.
     """
 
     image: DistanceImage | None = None
@@ -35,7 +36,7 @@ class Shape(Described):
 
     def distance(self, x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Distances (m,) of `x` (m, 3), 0 inside, and half the gradients of their squares."""
-        raise NotImplementedError
+        return self.image.at(x)
 
     def lattice(self, count: int) -> NDArray[np.float64]:
         """Points (m, 3) over the bounds, `count` along each axis."""
@@ -122,17 +123,8 @@ class Ball(Capsule):
         return self.a
 
 
-class Sampled(Shape):
-    """A shape with a `DistanceImage`, which is made at its first use."""
-
-    image: DistanceImage  # accurate to a fraction of a cell
-
-    def distance(self, x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        return self.image.at(x)
-
-
 @dataclass(frozen=True, eq=False, init=False)
-class Solid(Sampled):
+class Solid(Shape):
     """The inside of a closed surface.
 
     Parameters
@@ -181,7 +173,7 @@ class Solid(Sampled):
 
 
 @dataclass(frozen=True, eq=False, init=False)
-class Labels(Sampled):
+class Labels(Shape):
     """The voxels of a segmentation.
 
     Parameters

@@ -161,19 +161,15 @@ class Basis:
 
     def gradient(self, local: np.ndarray) -> np.ndarray:
         """Derivatives (m, functions, 3) with respect to local coordinates."""
-        return np.einsum("jm,kma->kja", self.coefficients, monomial_gradients(local, self.degree))
+        exponents = MONOMIALS[: MONOMIAL_COUNT[self.degree]]
+        lowered = (np.maximum(exponents - axis, 0) for axis in np.eye(3, dtype=int))
+        powers = [np.prod(local[:, None, :] ** e, axis=2) for e in lowered]
+        return np.einsum("jm,kma->kja", self.coefficients, exponents * np.stack(powers, axis=2))
 
 
 def monomial_values(x: np.ndarray, degree: int) -> np.ndarray:
     """All monomials (m, monomials) of degree 1 to `degree` at `x` (m, 3)."""
     return np.prod(x[:, None, :] ** MONOMIALS[: MONOMIAL_COUNT[degree]], axis=2)
-
-
-def monomial_gradients(x: np.ndarray, degree: int) -> np.ndarray:
-    """Derivatives (m, monomials, 3) of `monomial_values`."""
-    exponents = MONOMIALS[: MONOMIAL_COUNT[degree]]
-    lowered = (np.maximum(exponents - axis, 0) for axis in np.eye(3, dtype=int))
-    return exponents * np.stack([np.prod(x[:, None, :] ** e, axis=2) for e in lowered], axis=2)
 
 
 def _region_moments(control_points, proxies, at_mean):

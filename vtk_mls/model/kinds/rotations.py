@@ -108,7 +108,6 @@ class _RotationFit:
         return _rotation_matrix(quaternion)
 
     def influence(self):
-        """The derivative of l(v) by the weight of each control point, (m, n, 3)."""
         p, q = self.weighted.p, self.weighted.q
         rotated = np.einsum("mab,mib->mia", self.rotation, q)
         residual = p - self.factor[:, None, None] * rotated

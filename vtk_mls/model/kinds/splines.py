@@ -10,7 +10,6 @@ point of the spline without it (Rippa 1999).
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, partial
 from operator import attrgetter
@@ -43,22 +42,16 @@ _MAX_FLOAT_ERROR = 3e-6
 _MAX_ERROR_WITHOUT_DOUBLE = 2e-4
 
 
-@dataclass(frozen=True)
-class _Radial:
-    """A radial function, positive definite where weights vanish on affine functions."""
-
-    value: Callable[[np.ndarray], np.ndarray]
-    slope: Callable[[np.ndarray], np.ndarray]  # phi'(r) / r; 0 in the cone of r
-
-
 def _log(r):
     return np.log(np.where(r > 0, r, 1))
 
 
-_RADIAL = {
-    1: _Radial(lambda r: -r, lambda r: np.where(r > 0, -1 / np.where(r > 0, r, 1), 0)),
-    2: _Radial(lambda r: r * r * _log(r), lambda r: np.where(r > 0, 2 * _log(r) + 1, 0)),
-    3: _Radial(lambda r: r**3, lambda r: 3 * r),
+# Radial functions, positive definite where weights vanish on affine functions.
+_RADIAL = {1: lambda r: -r, 2: lambda r: r * r * _log(r), 3: lambda r: r**3}
+_SLOPE = {  # phi'(r) / r; 0 in the cone of r
+    1: lambda r: np.where(r > 0, -1 / np.where(r > 0, r, 1), 0),
+    2: lambda r: np.where(r > 0, 2 * _log(r) + 1, 0),
+    3: lambda r: 3 * r,
 }
 ORDERS = tuple(_RADIAL)
 
@@ -145,10 +138,9 @@ class Solution:
 
     def __call__(self, x):
         """The displacements (m, 3) at `x` (m, 3), and their derivatives (m, 3, 3)."""
-        radial = _RADIAL[self.order]
         r = _softened_distances(x, self.q, self.softening)
-        value = self.affine[0] + x @ self.affine[1:] + radial.value(r) @ self.c
-        slope = radial.slope(r)
+        value = self.affine[0] + x @ self.affine[1:] + _RADIAL[self.order](r) @ self.c
+        slope = _SLOPE[self.order](r)
         # sum_i c_i slope_i (x - q_i)^T
         outer = np.einsum("mi,ia,ib->mab", slope, self.c, -self.q)
         outer += np.einsum("ma,mb->mab", slope @ self.c, x)
@@ -158,7 +150,7 @@ class Solution:
     def float_error(self):
         """The expected error of sums in float32 over the box of the control points."""
         largest = np.hypot(2.0, self.softening)
-        terms = self.c * np.abs(_RADIAL[self.order].value(largest))
+        terms = self.c * np.abs(_RADIAL[self.order](largest))
         return 4 * np.finfo(np.float32).eps * np.linalg.norm(terms)
 
 
@@ -171,7 +163,7 @@ class _System:
 
     def __init__(self, q, weights, order, softening):
         self.q, self.weights, self.order, self.softening = q, weights, order, softening
-        self.matrix = _RADIAL[order].value(_softened_distances(q, q, softening))
+        self.matrix = _RADIAL[order](_softened_distances(q, q, softening))
         self.bound = np.abs(self.matrix).sum(axis=1).max() or 1.0  # of its eigenvalues
         self._middle = q.mean(axis=0)  # functions across a plane of points are 0 on it then
         self.affine, self._to_affine = self._determined(np.ones((len(q), 1)))
@@ -183,7 +175,7 @@ class _System:
         rank = int((singular > RANK_TOLERANCE * singular[0]).sum())
         return u[:, :rank], v[:rank].T / singular[:rank]
 
-    def _bordered(self, addition):
+    def bordered(self, addition):
         """The equations with side conditions."""
         n, k = self.affine.shape
         result = np.zeros((n + k, n + k))
@@ -195,15 +187,10 @@ class _System:
     def solved(self, u, addition):
         """The spline with displacements `u` (n, 3), and an `addition` to the diagonal."""
         n, k = self.affine.shape
-        found = np.linalg.solve(self._bordered(addition), np.vstack([u, np.zeros((k, 3))]))
+        found = np.linalg.solve(self.bordered(addition), np.vstack([u, np.zeros((k, 3))]))
         affine = self._to_affine @ found[n:]
         affine[0] -= self._middle @ affine[1:]
         return Solution(self.order, self.softening, self.q, found[:n], affine)
-
-    def precision(self, addition):
-        """`precision` in local units."""
-        n = len(self.q)
-        return np.linalg.inv(self._bordered(addition))[:n, :n] * (self.bound + addition)
 
     def left_out(self, u, additions):
         """Errors (k, n, 3) at each point of the spline without it, for each of the `additions`.
@@ -333,7 +320,9 @@ def precision(q, weights, order, smoothing, softening) -> np.ndarray:
     """
     local, scale = _local(q)
     system = _System(local, weights, order, softening / scale)
-    return system.precision((smoothing / scale) ** order)
+    addition = (smoothing / scale) ** order
+    inverse = np.linalg.inv(system.bordered(addition))
+    return inverse[: len(q), : len(q)] * (system.bound + addition)
 
 
 def in_words(order, smoothing, softening) -> str:
