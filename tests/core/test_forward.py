@@ -11,7 +11,7 @@ from control_point_sets import (
     on_both,
     random_handles,
 )
-from cut_shapes import SHAPES
+from cut_shapes import SHAPES, are_apart
 from pairwise import paired, rare
 
 from vtk_mls import Deformation, HalfPlane, Plane, Surface
@@ -46,17 +46,6 @@ def misses(d, x, field):
     if d.in_rest_frame:
         distance[are_apart(d.obstacles, x, origins)] = 0
     return distance
-
-
-def are_apart(cuts, x, y):
-    """Whether a cut lies between places x and y (m, 3)."""
-    apart = np.zeros(len(x), bool)
-    for cut in cuts:
-        if isinstance(cut, Plane):
-            apart |= (cut.height(x) < 0) != (cut.height(y) < 0)
-        else:
-            apart |= cut.blocks(x, y)
-    return apart
 
 
 @paired(
