@@ -143,10 +143,8 @@ def test_resample_arguments_are_checked():
     for question in (d.resample_gradients, d.resample_vectors):
         with pytest.raises(TypeError, match="`vectors` must be numbers"):
             question(np.zeros((*grid.shape, 3), complex), grid)
-        with pytest.raises(
-            ValueError, match=r"`vectors` must have .*\(2, 3, 4, 3\), got \(2, 3, 4\)"
-        ):
-            question(np.zeros(grid.shape), grid)
+    with pytest.raises(ValueError, match=r"`vectors` must have .*\(2, 3, 4, 3\), got \(2, 3, 4\)"):
+        d.resample_gradients(np.zeros(grid.shape), grid)
     with pytest.raises(ValueError, match="`array` must be real numbers .* of complex128"):
         d.corrected_gradient(np.zeros(grid.shape, complex), grid)
     with pytest.raises(ValueError, match=r"`interpolation` must be .* one for each"):
