@@ -1,4 +1,6 @@
-"""The forward map: the true inverse of the backward map."""
+"""The forward map: the true inverse of the backward map, and what is kept of its search."""
+
+import gc
 
 import numpy as np
 import pytest
@@ -15,6 +17,8 @@ from cut_shapes import SHAPES, are_apart
 from pairwise import paired, rare
 
 from vtk_mls import Deformation, HalfPlane, Plane, Surface
+from vtk_mls.engine import dispatch
+from vtk_mls.engine import opencl_engine as engine
 
 ALPHAS = [2, *rare(0.5, 1, 3)]
 # the specification takes seconds for an inverse
@@ -299,3 +303,59 @@ def test_a_side_on_which_the_map_is_inside_out_everywhere(device):
     field = d.forward_field(x)
     assert 0.8 < field.found.mean() < 1
     assert np.isfinite(field.displacement).all()
+
+
+# First guesses and samples are kept as long as the deformation exists
+
+
+def folding(rng, key, cuts):
+    """A deformation that leaves some points without an inverse."""
+    return deformation(*random_handles(rng, 40, 25), ("rigid", 1), key, cuts=cuts)
+
+
+def test_a_second_call_solves_for_no_nodes(key, rng, launched):
+    d = deformation(*random_handles(rng, 15, 2), ("rigid", 1), key)
+    x = rng.uniform(20, EXTENT - 20, (500, 3))
+    first = d.forward_field(x)
+    assert "point_displacement" in dict(launched)
+    launched.clear()
+    second = d.forward_field(x)
+    names = [name for name, _ in launched]
+    assert names.count("lattice_cells") == names.count("point_forward") == 1
+    assert "point_displacement" not in names
+    np.testing.assert_array_equal(second.displacement, first.displacement)
+
+
+@pytest.mark.parametrize("cuts", ["none", "half-plane", "plane"])
+def test_samples_are_taken_once(cuts, key, rng, launched):
+    d, x = folding(rng, key, CUTS[cuts]), rng.uniform(0, EXTENT, (20_000, 3))
+    for is_first in (True, False):
+        launched.clear()
+        d.forward_field(x)
+        assert ("point_jacobian" in dict(launched)) == is_first
+        assert "nearest_sample" in dict(launched)
+
+
+@pytest.mark.parametrize("cuts", ["none", "half-plane", "plane"])
+def test_earlier_calls_do_not_change_results(cuts, key, rng):
+    handles = random_handles(rng, 40, 25)
+    x = rng.uniform(-EXTENT, 2 * EXTENT, (4000, 3))
+    x[:4] *= [[1e3], [1e5], [1e7], [1e12]]
+    fresh, used = (deformation(*handles, ("rigid", 1), key, cuts=CUTS[cuts]) for _ in range(2))
+    for part in (slice(3000, 3001), slice(0, 9), slice(2000, None)):
+        used.forward_field(x[part])
+    expected, field = fresh.forward_field(x), used.forward_field(x)
+    np.testing.assert_array_equal(field.found, expected.found)
+    np.testing.assert_array_equal(field.displacement, expected.displacement)
+
+
+def test_they_go_with_the_deformation(key, rng):
+    lattices = engine.on(dispatch.choose(key)).launcher.lattices
+    gc.collect()
+    before = len(lattices)
+    d = folding(rng, key, CUTS["plane"])
+    d.forward_field(rng.uniform(0, EXTENT, (2000, 3)))
+    assert len(lattices) == before + 2
+    del d
+    gc.collect()
+    assert len(lattices) == before
