@@ -8,14 +8,9 @@ import slicer_peer
 from file_fixtures import MESHES
 from mesh_fixtures import FLAT_PINCHED, plate
 from slicer_peer import needs_slicer
-from vtk_fixtures import DEFORMED, REST, TYPES, add_array
-from vtkmodules.vtkCommonCore import VTK_UNSIGNED_CHAR, vtkPoints
-from vtkmodules.vtkCommonDataModel import (
-    vtkCellArray,
-    vtkPolyData,
-    vtkStructuredGrid,
-    vtkUnstructuredGrid,
-)
+from vtk_fixtures import DEFORMED, REST, TYPES, add_array, polydata_of
+from vtkmodules.vtkCommonCore import VTK_FLOAT, VTK_UNSIGNED_CHAR, vtkPoints
+from vtkmodules.vtkCommonDataModel import vtkStructuredGrid, vtkUnstructuredGrid
 from vtkmodules.vtkFiltersCore import vtkPolyDataNormals
 from vtkmodules.vtkFiltersSources import vtkConeSource, vtkSphereSource
 from vtkmodules.vtkIOPLY import vtkPLYReader
@@ -24,13 +19,12 @@ from vtk_mls import Deformation, io
 from vtk_mls.commands import cli
 from vtk_mls.files import control_point_files, metadata
 from vtk_mls.vtk import arrays
+from vtk_mls.vtk.cells import set_positions
 from vtk_mls.vtk.objects import output_of
 
 
 def scan():
-    mesh = vtkPolyData()
-    mesh.ShallowCopy(output_of(vtkSphereSource(), Center=(4, 4, 3), Radius=2))
-    return mesh
+    return output_of(vtkSphereSource(), Center=(4, 4, 3), Radius=2)
 
 
 def colors(rng, count, components):
@@ -60,10 +54,8 @@ def test_colors_stay(of, components, name, tmp_path, rng):
 
 def test_colors_of_points_and_of_cells(tmp_path, rng):
     """Of different depth; vertices stand before the polygons."""
-    mesh, vertices = scan(), vtkCellArray()
-    for i in range(3):
-        vertices.InsertNextCell(1, [i])
-    mesh.SetVerts(vertices)
+    mesh = scan()
+    mesh.SetVerts(polydata_of(REST, Verts=[[0], [1], [2]]).GetVerts())
     of_points = colors(rng, mesh.GetNumberOfPoints(), 3)
     of_cells = colors(rng, mesh.GetNumberOfCells(), 4)
     add_array(mesh.GetPointData(), "paint", of_points, VTK_UNSIGNED_CHAR)
@@ -146,10 +138,7 @@ def test_the_command_counts_cells_that_are_inside_out(push, folder, capsys):
 def test_control_points_of_any_point_set(ending, folder):
     """As those of .vtp."""
     handles = vtkUnstructuredGrid() if ending != ".vts" else vtkStructuredGrid()
-    points = vtkPoints()
-    for place in REST:
-        points.InsertNextPoint(place)
-    handles.SetPoints(points)
+    set_positions(handles, REST, VTK_FLOAT)
     add_array(handles.GetPointData(), "Displacement", DEFORMED - REST)
     if ending == ".vts":
         handles.SetDimensions(2, 2, 2)
@@ -173,13 +162,10 @@ def test_integer_points_of_files(folder, capsys):
 @pytest.mark.parametrize("dtype", ["int16", "uint16"])
 def test_integer_points_in_another_frame(dtype, folder):
     """Of 3D Slicer's RAS: unsigned numbers have no opposite."""
-    mesh, points = vtkPolyData(), vtkPoints()
+    mesh, points = polydata_of([(1, 2, 3)], Verts=[[0]]), vtkPoints()
     points.SetDataType(TYPES["short" if dtype == "int16" else "unsigned short"])
     points.InsertNextPoint(1, 2, 3)
     mesh.SetPoints(points)
-    cells = vtkCellArray()
-    cells.InsertNextCell(1, [0])
-    mesh.SetVerts(cells)
     arrays.add_texts(mesh.GetFieldData(), "SPACE", ["RAS"])
     io.write_dataset(mesh, "a.vtp")
     found = io.read_dataset("a.vtp")

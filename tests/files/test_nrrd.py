@@ -164,9 +164,8 @@ def test_directions_that_are_none(tmp_path):
 
 def test_colors_of_nrrd_are_colors_for_itk(tmp_path):
     for components in (3, 4):
-        source = SimpleITK.GetImageFromArray(COLORS[..., :components].copy(), isVector=True)
-        SimpleITK.WriteImage(source, str(tmp_path / "x.mha"))
-        io.write_dataset(io.read_dataset(tmp_path / "x.mha"), tmp_path / "x.nrrd")
+        image = io.read_dataset(write_by_itk(tmp_path / "x.mha", COLORS[..., :components].copy()))
+        io.write_dataset(image, tmp_path / "x.nrrd")
         kind = "RGB-color" if components == 3 else "RGBA-color"
         assert f"\nkinds: {kind} domain".encode() in (tmp_path / "x.nrrd").read_bytes()
         back = SimpleITK.GetArrayFromImage(SimpleITK.ReadImage(str(tmp_path / "x.nrrd")))
@@ -259,9 +258,7 @@ def test_field_data_cannot_change_a_nrrd_header(tmp_path):
 
 
 def test_active_vectors_are_vectors_in_nrrd(tmp_path):
-    source = SimpleITK.GetImageFromArray(VECTORS, isVector=True)
-    SimpleITK.WriteImage(source, str(tmp_path / "x.mha"))
-    image = io.read_dataset(tmp_path / "x.mha")
+    image = io.read_dataset(write_by_itk(tmp_path / "x.mha", VECTORS))
     image.GetPointData().SetActiveVectors("MetaImage")
     io.write_dataset(image, tmp_path / "x.nrrd")
     assert b"\nkinds: vector domain" in (tmp_path / "x.nrrd").read_bytes()
