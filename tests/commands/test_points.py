@@ -139,10 +139,6 @@ def initial(files):
     return value
 
 
-def chained(initial):
-    return Chain([initial, Deformation(REST, DEFORMED, device="reference")])
-
-
 def corrected(name, *arguments):
     return main([name, *arguments, "--initial-transform", "warp.nrrd"])
 
@@ -164,7 +160,7 @@ def test_points_after_an_initial_transform(initial, inverse):
     control_point_files.write_landmarks("in.csv", Landmarks("", PLACES, "LPS", list("abcde")))
     option = ["--inverse"] * inverse
     assert corrected("points", "in.csv", "handles.csv", "out.csv", *option) == 0
-    chain = chained(initial)
+    chain = Chain([initial, Deformation(REST, DEFORMED, device="reference")])
     expected = (chain.backward if inverse else chain.forward)(PLACES)
     got = control_point_files.read_landmarks("out.csv").positions
     np.testing.assert_allclose(got, expected, rtol=1e-9)

@@ -33,12 +33,6 @@ FEW_KINDS = [
 CUTS = {"none": ()} | {name: SHAPES[name] for name in ("half-plane", "polygon", "plane")}
 
 
-def sound_places(d):
-    """Places (m, 3) that are not void, nor at a fold or a cut."""
-    v = np.random.default_rng(7).uniform(30, 226, (300, 3))
-    return v[(np.linalg.det(d.jacobian(v)) > 0.3) & (d.void_distance(v) > 1e-5 * EXTENT)]
-
-
 def misses(d, x, field):
     """How far G(v) is from x where v was found, next to `EXTENT`.
 
@@ -66,7 +60,8 @@ def test_undoes_backward_and_is_undone_by_it(cuts, alpha, kind_and_degree, devic
     rest, deformed = random_handles(rng, count, 2)
     options = {"alpha": alpha, "cuts": CUTS[cuts], "smoothing": smoothing}
     d = deformation(rest, deformed, kind_and_degree, device, **options)
-    v = sound_places(d)
+    v = np.random.default_rng(7).uniform(30, 226, (300, 3))
+    v = v[(np.linalg.det(d.jacobian(v)) > 0.3) & (d.void_distance(v) > 1e-5 * EXTENT)]
     assert len(v) > 150
     x = d.backward(v)
     field = d.forward_field(x)

@@ -302,10 +302,6 @@ def test_skips_of_detached_nrrd(tmp_path, field, skip, before, after):
     np.testing.assert_array_equal(SimpleITK.GetArrayFromImage(itk), SMALL)
 
 
-def in_four_dimensions(lines):
-    return f"NRRD0004\ntype: float\ndimension: 4\n{lines}endian: little\nencoding: raw\n\n"
-
-
 @pytest.mark.parametrize(
     ("lines", "axis"),
     [
@@ -331,8 +327,8 @@ def in_four_dimensions(lines):
 def test_which_axis_of_nrrd_is_of_components(tmp_path, lines, axis, rng):
     shape = (5, 6, 7, 3) if axis == 3 else (3, 5, 6, 7)
     values = rng.normal(size=shape).astype("<f4")  # as pynrrd has it
-    content = in_four_dimensions(lines).encode() + values.T.tobytes()
-    (tmp_path / "x.nrrd").write_bytes(content)
+    header = f"NRRD0004\ntype: float\ndimension: 4\n{lines}endian: little\nencoding: raw\n\n"
+    (tmp_path / "x.nrrd").write_bytes(header.encode() + values.T.tobytes())
     np.testing.assert_array_equal(nrrd.read(str(tmp_path / "x.nrrd"))[0], values)
     image = io.read_dataset(tmp_path / "x.nrrd")
     assert image.GetDimensions() == SIZE
