@@ -145,9 +145,7 @@ def corrected(name, *arguments):
 
 def test_handles_at_rest_leave_the_initial_transform(initial, capsys):
     """They would be an error without it: nothing would move."""
-    np.savetxt(
-        "rest.csv", np.hstack([REST, REST]), delimiter=",", header="px,py,pz,qx,qy,qz", comments=""
-    )
+    control_point_files.write("rest.csv", REST, REST)
     assert corrected("deform", "in.vti", "rest.csv", "out.vti") == 0
     assert "nothing moves" not in capsys.readouterr().out
     image, output = (io.read_dataset(name) for name in ("in.vti", "out.vti"))

@@ -21,9 +21,7 @@ from vtk_mls import (
 from vtk_mls.model.handles.handle_paths import blended_path
 from vtk_mls.model.handles.rigid_path import rigid_path
 
-KINDS = [("affine", 2), ("rigid", 2), ("similarity", 2), ("polynomial", 2)]
 COUNT = 8
-BOUNDS = {"reference": 1e-12}
 HALF_PLANE = HalfPlane((0.5, 0.5, 0.5), (1, 0, 0), (0, 0, 1))
 PLANE = Plane((0.5, 0.5, 0.5), (1, 0.2, 0))
 CUTS = {
@@ -82,17 +80,17 @@ def _composed(rest, deformed, path, v, **options):
     return v, jacobian
 
 
-@pytest.mark.parametrize(("kind", "degree"), KINDS)
+@pytest.mark.parametrize("kind", ["affine", "rigid", "similarity", "polynomial"])
 @pytest.mark.parametrize("legs", [1, 2])
-def test_steps_are_maps_one_after_the_other(kind, degree, device, legs, rng):
+def test_steps_are_maps_one_after_the_other(kind, device, legs, rng):
     rest, deformed = _moved(rng, 0.03 if kind == "polynomial" else 0.1)
     path = np.tile((rest + deformed) / 2 + 0.05, (legs - 1, 1, 1))
     v = rng.random((200, 3))
-    options = {"kind": kind, "degree": degree}
+    options = {"kind": kind, "degree": 2}
     expected, slopes = _composed(rest, deformed, path, v, **options)
     d = Deformation(rest, deformed, steps=COUNT, path=path, device=device, **options)
     assert d.steps_used == COUNT
-    bound = BOUNDS.get(device, 6e-6)
+    bound = 1e-12 if device == "reference" else 6e-6
     assert np.abs(d.backward(v) - expected).max() <= bound
     off = np.abs(d.jacobian(v) - slopes).max(axis=(1, 2))
     assert np.median(off) <= bound
@@ -353,15 +351,3 @@ def test_values_that_are_not_finite_are_counted(method, distance, rng, caplog):
     assert (f"{bad} of 6 " in caplog.text) == (bad > 0)
     values = result if method == "jacobian_field" else result.displacement
     assert np.isfinite(values).all() == (bad == 0)
-
-
-@pytest.mark.parametrize("steps", [-1, 257, 1.5, "many", None])
-def test_bad_steps(steps):
-    with pytest.raises((ValueError, TypeError), match="`steps` must be"):
-        Deformation([(0, 0, 0)], [(1, 0, 0)], steps=steps)
-
-
-@pytest.mark.parametrize("path", [[(0, 0, 0)], [[(0, 0, np.nan)]], [[(0, 0, 0), (1, 0, 0)]]])
-def test_bad_paths(path):
-    with pytest.raises(ValueError, match="`path` must be finite numbers of shape"):
-        Deformation([(0, 0, 0)], [(1, 0, 0)], path=path)

@@ -178,7 +178,6 @@ def test_integer_points_in_another_frame(dtype, folder):
 
 TURN = [-1, -1, 1]
 OBJ = "# 3D Slicer output. SPACE={space}\nv 1 2 3\nv 4 5 6\nv 1 0 7\nf 1 2 3\n"
-SUFFIXES = [".vtk", ".vtp", ".stl", ".ply", ".vtu", ".vts"]
 
 
 def points(mesh):
@@ -194,7 +193,7 @@ def a_mesh(suffix):
     return MESHES[suffix]() if suffix in (".vtu", ".vts") else cone()
 
 
-@pytest.mark.parametrize("suffix", SUFFIXES)
+@pytest.mark.parametrize("suffix", [".vtk", ".vtp", ".stl", ".ply", ".vtu", ".vts"])
 @pytest.mark.parametrize("space", ["RAS", "LPS"])
 def test_a_mesh_goes_back_into_its_frame(tmp_path, suffix, space):
     mesh = a_mesh(suffix)

@@ -33,7 +33,6 @@ from vtk_mls import io
 from vtk_mls.files import metadata
 from vtk_mls.vtk.arrays import ImageGeometry
 
-SIZE = (5, 6, 7)
 WORDS = [("right", "left"), ("anterior", "posterior"), ("superior", "inferior")]
 SPATIAL = (
     "NRRD0004\ntype: short\ndimension: 3\nsizes: 5 6 7\n"
@@ -331,7 +330,7 @@ def test_which_axis_of_nrrd_is_of_components(tmp_path, lines, axis, rng):
     (tmp_path / "x.nrrd").write_bytes(header.encode() + values.T.tobytes())
     np.testing.assert_array_equal(nrrd.read(str(tmp_path / "x.nrrd"))[0], values)
     image = io.read_dataset(tmp_path / "x.nrrd")
-    assert image.GetDimensions() == SIZE
+    assert image.GetDimensions() == (5, 6, 7)
     expected = np.moveaxis(values, axis, -1).transpose(2, 1, 0, 3).reshape(-1, 3)
     np.testing.assert_array_equal(scalars(image), expected)
     has_spacing = any(digit in lines for digit in ("2 3 4", "(2,0,0)"))
