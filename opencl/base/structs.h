@@ -1,6 +1,6 @@
 // Structs and constants shared by host and kernels. vtk_mls/engine/launch/kernel_arguments.py reads
-// this file and makes numpy dtypes of the structs; tests/engine/test_kernel_arguments.py compares them
-// on each device.
+// this file and makes numpy dtypes of the structs; tests/engine/test_kernel_functions.py compares
+// them on each device.
 //
 // A transform is 12 floats: the columns of a matrix, then an offset (`transformed` in types.cl).
 // A struct with a long ends with explicit padding: rusticl 22.3 does not count any other.

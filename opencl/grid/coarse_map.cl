@@ -14,7 +14,7 @@
 #define VECTORS_AROUND ((LANES + TAPS - 1 + LANES - 1) / LANES)
 
 // Lagrange weights of the nodes -2 to 3 at k / COARSE_STEP, and of the derivative from point to point.
-// tests/engine/test_kernel_arguments.py computes them in float64.
+// tests/engine/test_kernel_functions.py computes them in float64.
 __constant float tap_weight[COARSE_STEP][TAPS] = {
     {0.0f, 0.0f, 1.0f, 0.0f, -0.0f, 0.0f},
     {0.00939941406f, -0.0845947266f, 0.845947266f, 0.281982422f, -0.0604248047f, 0.00769042969f},

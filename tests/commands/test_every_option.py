@@ -33,8 +33,6 @@ FORMATS = {  # input and output of `deform`, and the output of `field`
     "mesh": ("in.vtp", "out.vtp", "out.vti"),
 }
 LABELS = {"nii.gz": "NIFTI", "nrrd": "NRRD", "mha": "MetaImage", "tif": "TIFF"}
-CUT = ["--cut-plane=4,4,3,1,0,0"]
-PAIRS = ["--deformed", "q.csv"]
 # By option: its value, the options that it needs, and the file of handles.
 VALUES = {
     "--interpolation": ("nearest",),
@@ -43,10 +41,10 @@ VALUES = {
     "--grid": ("fitted",),
     "--reference": ("small.nrrd",),
     "--gradient": ("values",),
-    "--overlap": (None, CUT),
+    "--overlap": (None, ["--cut-plane=4,4,3,1,0,0"]),
     "--cell-quality": (None,),
     "--deformed": ("q.csv",),
-    "--pair-by": ("order", PAIRS, "p.csv"),
+    "--pair-by": ("order", ["--deformed", "q.csv"], "p.csv"),
     "--handles-space": ("ras",),
     "--path": ("way_*.csv",),
     "--handle-shapes": ("cells", [], "curve.vtp"),

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from vtk_fixtures import polydata_of
 
 from vtk_mls import io
 from vtk_mls.files.paths import check_folder, existing_file
@@ -28,15 +29,9 @@ def folders(files):
     Path("in.csv").write_text("x,y,z\n1,2,3\n")
     for name in ("dir", "dir.vti", "dir.csv", "dir.stl", "dir.vtp", "dir.nrrd", "dir.pvd"):
         Path(name).mkdir()
-    io.write_dataset(io.read_surface(_triangle()), "mesh.vtp")
+    triangle = polydata_of([(0, 0, 0), (9, 0, 0), (0, 9, 0)], Polys=[range(3)])
+    io.write_dataset(triangle, "mesh.vtp")
     return files
-
-
-def _triangle():
-    corners = ["vertex 0 0 0", "vertex 9 0 0", "vertex 0 9 0"]
-    lines = ["solid x", "facet normal 0 0 1", "outer loop", *corners, "endloop", "endfacet"]
-    Path("triangle.stl").write_text("\n".join([*lines, "endsolid x"]))
-    return "triangle.stl"
 
 
 @pytest.mark.parametrize(("command", "argument"), READ)

@@ -1,4 +1,4 @@
-"""`vtk-mls points` moves landmarks as the deformation moves the material."""
+"""`vtk-mls points` moves landmarks as the deformation moves the material; `check` reports them."""
 
 import csv
 import json
@@ -8,10 +8,12 @@ import pytest
 import SimpleITK as sitk
 from vtk_fixtures import DEFORMED, FAST, REST
 
-from vtk_mls import Deformation, Grid, Plane
+from vtk_mls import Chain, Deformation, Field, Grid, Plane, io
 from vtk_mls.commands.cli import main
 from vtk_mls.files import control_point_files, formats
 from vtk_mls.files.landmarks import Landmarks
+from vtk_mls.landmarks import report
+from vtk_mls.vtk import arrays
 
 LABELS = [f"place {i}" for i in range(5)]
 PLACES = np.random.default_rng(13).uniform(2, 6, (5, 3))
@@ -123,3 +125,109 @@ def test_errors_are_one_sentence(landmarks, arguments, sentence, refused):
     np.savetxt("places.txt", PLACES)
     np.savetxt("far.csv", np.hstack([REST, DEFORMED]) * 1e40, delimiter=",")
     assert refused("points", *arguments).startswith(sentence)
+
+
+# --initial-transform: a warp of another program is corrected by hand
+
+
+@pytest.fixture
+def initial(files):
+    """A field, in the file warp.nrrd."""
+    grid = Grid((5, 5, 5), (-1, -1, -1), (2.5, 2.5, 2.5))
+    value = Field(np.random.default_rng(3).normal(0, 0.3, (*grid.shape, 3)), grid)
+    io.write_transform(value, "warp.nrrd")
+    return value
+
+
+def corrected(name, *arguments):
+    return main([name, *arguments, "--initial-transform", "warp.nrrd"])
+
+
+def test_handles_at_rest_leave_the_initial_transform(initial, capsys):
+    """They would be an error without it: nothing would move."""
+    control_point_files.write("rest.csv", REST, REST)
+    assert corrected("deform", "in.vti", "rest.csv", "out.vti") == 0
+    assert "nothing moves" not in capsys.readouterr().out
+    image, output = (io.read_dataset(name) for name in ("in.vti", "out.vti"))
+    values = [arrays.to_numpy(data.GetPointData().GetScalars()) for data in (image, output)]
+    assert (values[0] != values[1]).any()
+
+
+@pytest.mark.parametrize("inverse", [False, True])
+def test_points_after_an_initial_transform(initial, inverse):
+    control_point_files.write_landmarks("in.csv", Landmarks("", PLACES, "LPS", list("abcde")))
+    option = ["--inverse"] * inverse
+    assert corrected("points", "in.csv", "handles.csv", "out.csv", *option) == 0
+    chain = Chain([initial, Deformation(REST, DEFORMED, device="reference")])
+    expected = (chain.backward if inverse else chain.forward)(PLACES)
+    got = control_point_files.read_landmarks("out.csv").positions
+    np.testing.assert_allclose(got, expected, rtol=1e-9)
+    assert np.abs(got - chain.transforms[1].forward(PLACES)).max() > 0.05
+
+
+def test_a_missing_initial_transform_is_named(initial, refused):
+    arguments = "deform", "in.vti", "handles.csv", "out.vti", "--initial-transform", "no.h5"
+    assert refused(*arguments) == "there is no file `no.h5`"
+
+
+# `vtk-mls check`
+
+
+@pytest.fixture
+def pairs(files):
+    """p and q of 24 pairs in files; the labels `place 3` and `place 8` are swapped."""
+    rng = np.random.default_rng(4)
+    q = rng.uniform(-50, 50, (24, 3))
+    p = q + 3 * np.sin(q[:, [1, 2, 0]] / 40)
+    q[[3, 8]] = q[[8, 3]]
+    labels = [f"place {i}" for i in range(24)]
+    for name, points in (("p", p), ("q", q)):
+        control_point_files.write_landmarks(
+            f"{name}.mrk.json", Landmarks("", points, "LPS", labels)
+        )
+    control_point_files.write("pairs.csv", p, q)
+    return p, q, labels
+
+
+def test_the_report_of_two_files(pairs, files, capsys):
+    p, q, labels = pairs
+    outputs = ["--json", "r.json", "--html", "r.html"]
+    assert main(["check", "p.mrk.json", "--deformed", "q.mrk.json", *outputs]) == 0
+    expected = report(p, q, labels, device="reference")
+    content = json.loads((files / "r.json").read_text())
+    assert [pair["name"] for pair in content["pairs"]] == labels
+    np.testing.assert_allclose([x["error"] for x in content["pairs"]], expected.error, atol=1e-9)
+    assert content["pairs"][3]["swapped_with"] == "place 8"
+    assert content["pairs"][8]["swapped_with"] == "place 3"
+    assert "place 8" in (files / "r.html").read_text()
+    text = capsys.readouterr().out
+    lines = text.splitlines()
+    assert {line.split("  ")[0] for line in lines[1:3]} == {"place 3", "place 8"}
+    assert "labels that look swapped: place 3 and place 8" in lines
+    assert f"take: {expected.recommended.flags}" in lines
+    assert "the map" in lines[-1]
+
+
+def test_the_options_to_take_are_those_of_deform(pairs, capsys):
+    assert main(["check", "pairs.csv"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    flags = next(line for line in lines if line.startswith("take: "))[6:].split()
+    control_point_files.write_landmarks("in.csv", Landmarks("", pairs[1][:3], "LPS"))
+    command = ["points", "in.csv", "pairs.csv", "out.csv", "--inverse"]
+    assert main([*command, *flags]) == 0
+
+
+@pytest.mark.parametrize(
+    ("lines", "sentence"),
+    [
+        (["0,0,0,1,0,0"] * 1, "`few.csv` must have at least 4 pairs"),
+        (["0,0,0,1,0,0", "0,0,0,2,0,0", "1,2,3,4,5,6", "3,2,1,5,5,5"], "p of `few.csv` must be"),
+    ],
+)
+def test_wrong_pairs_are_one_sentence(files, refused, lines, sentence):
+    (files / "few.csv").write_text("px,py,pz,qx,qy,qz\n" + "\n".join(lines) + "\n")
+    assert refused("check", "few.csv").startswith(sentence)
+
+
+def test_positions_without_partners(pairs, refused):
+    assert "and not where they go" in refused("check", "p.mrk.json")

@@ -6,10 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_fixtures import AT, run, write_collection, write_moving
+from mesh_fixtures import grid_of
 from pipelines import Source
 from vtk_fixtures import DEFORMED, REST, add_scalars, make_image
-from vtkmodules.vtkCommonCore import VTK_UNSIGNED_CHAR, vtkPoints
-from vtkmodules.vtkCommonDataModel import vtkUnstructuredGrid
+from vtkmodules.vtkCommonCore import VTK_UNSIGNED_CHAR
+from vtkmodules.vtkCommonDataModel import VTK_TETRA
 from vtkmodules.vtkIOHDF import vtkHDFWriter
 
 from vtk_mls import Deformation, io
@@ -29,11 +30,7 @@ def places(time):
 
 def mesh(time):
     """A tetrahedron whose points move with time."""
-    points, grid = vtkPoints(), vtkUnstructuredGrid()
-    points.SetData(arrays.from_numpy(places(time), 11))
-    grid.SetPoints(points)
-    grid.InsertNextCell(10, 4, [0, 1, 2, 3])
-    return grid
+    return grid_of(places(time), [(VTK_TETRA, range(4))])
 
 
 def moved(time):

@@ -95,15 +95,10 @@ def test_a_crash_after_the_work_does_not_count(files):
     assert "out.mhd" in out
 
 
-def _broken(path):
-    """A file that makes VTK's reader crash."""
-    io.write_dataset(output_of(vtkSphereSource()), path)
-    content = path.read_bytes()
-    path.write_bytes(content.replace(b"element face 96", b"element face 9999999"))
-
-
 def test_a_reader_that_crashes(files):
-    _broken(files / "in.ply")
+    path = files / "in.ply"
+    io.write_dataset(output_of(vtkSphereSource()), path)
+    path.write_bytes(path.read_bytes().replace(b"element face 96", b"element face 9999999"))
     status, out, err = run("deform", "in.ply", "handles.csv", "out.ply", "--device", "reference")
     assert (status, out) == (1, "")
     assert err.startswith("vtk-mls: `in.ply` could not be read: VTK's reader crashed (SIG")

@@ -37,3 +37,14 @@ EVERY_SHAPE = paired(
 
 def lengths(vectors):
     return np.linalg.norm(vectors, axis=-1)
+
+
+def are_apart(cuts, x, y):
+    """Whether a cut lies between places x and y (m, 3)."""
+    apart = np.zeros(len(x), bool)
+    for cut in cuts:
+        if isinstance(cut, Plane):
+            apart |= (cut.height(x) < 0) != (cut.height(y) < 0)
+        else:
+            apart |= cut.blocks(x, y)
+    return apart

@@ -38,16 +38,12 @@ def _deformation(rng, kind, degree, device, **options):
     return deformation(*_points(rng), (kind, degree), device, handles=curve, **options)
 
 
-def _legendre(count):
-    t, w = np.polynomial.legendre.leggauss(count)
-    return (1 + t) / 2, w / 2
-
-
 @EVERY_KIND
 @EVERY_ALPHA
 def test_the_specification_is_the_map_of_many_points(kind, degree, alpha, rng):
     (p, q), (rest, deformed) = _points(rng), _curve()
-    t, w = _legendre(300)
+    t, w = np.polynomial.legendre.leggauss(300)
+    t, w = (1 + t) / 2, w / 2
     options = {"kind": kind, "degree": degree, "alpha": alpha, "device": "reference"}
     many = Deformation(
         np.concatenate([p, _along(rest, t)]),

@@ -1,4 +1,6 @@
-"""The forward map: the true inverse of the backward map."""
+"""The forward map: the true inverse of the backward map, and what is kept of its search."""
+
+import gc
 
 import numpy as np
 import pytest
@@ -11,10 +13,12 @@ from control_point_sets import (
     on_both,
     random_handles,
 )
-from cut_shapes import SHAPES
+from cut_shapes import SHAPES, are_apart
 from pairwise import paired, rare
 
 from vtk_mls import Deformation, HalfPlane, Plane, Surface
+from vtk_mls.engine import dispatch
+from vtk_mls.engine import opencl_engine as engine
 
 ALPHAS = [2, *rare(0.5, 1, 3)]
 # the specification takes seconds for an inverse
@@ -29,12 +33,6 @@ FEW_KINDS = [
 CUTS = {"none": ()} | {name: SHAPES[name] for name in ("half-plane", "polygon", "plane")}
 
 
-def sound_places(d):
-    """Places (m, 3) that are not void, nor at a fold or a cut."""
-    v = np.random.default_rng(7).uniform(30, 226, (300, 3))
-    return v[(np.linalg.det(d.jacobian(v)) > 0.3) & (d.void_distance(v) > 1e-5 * EXTENT)]
-
-
 def misses(d, x, field):
     """How far G(v) is from x where v was found, next to `EXTENT`.
 
@@ -46,17 +44,6 @@ def misses(d, x, field):
     if d.in_rest_frame:
         distance[are_apart(d.obstacles, x, origins)] = 0
     return distance
-
-
-def are_apart(cuts, x, y):
-    """Whether a cut lies between places x and y (m, 3)."""
-    apart = np.zeros(len(x), bool)
-    for cut in cuts:
-        if isinstance(cut, Plane):
-            apart |= (cut.height(x) < 0) != (cut.height(y) < 0)
-        else:
-            apart |= cut.blocks(x, y)
-    return apart
 
 
 @paired(
@@ -73,7 +60,8 @@ def test_undoes_backward_and_is_undone_by_it(cuts, alpha, kind_and_degree, devic
     rest, deformed = random_handles(rng, count, 2)
     options = {"alpha": alpha, "cuts": CUTS[cuts], "smoothing": smoothing}
     d = deformation(rest, deformed, kind_and_degree, device, **options)
-    v = sound_places(d)
+    v = np.random.default_rng(7).uniform(30, 226, (300, 3))
+    v = v[(np.linalg.det(d.jacobian(v)) > 0.3) & (d.void_distance(v) > 1e-5 * EXTENT)]
     assert len(v) > 150
     x = d.backward(v)
     field = d.forward_field(x)
@@ -310,3 +298,59 @@ def test_a_side_on_which_the_map_is_inside_out_everywhere(device):
     field = d.forward_field(x)
     assert 0.8 < field.found.mean() < 1
     assert np.isfinite(field.displacement).all()
+
+
+# First guesses and samples are kept as long as the deformation exists
+
+
+def folding(rng, key, cuts):
+    """A deformation that leaves some points without an inverse."""
+    return deformation(*random_handles(rng, 40, 25), ("rigid", 1), key, cuts=cuts)
+
+
+def test_a_second_call_solves_for_no_nodes(key, rng, launched):
+    d = deformation(*random_handles(rng, 15, 2), ("rigid", 1), key)
+    x = rng.uniform(20, EXTENT - 20, (500, 3))
+    first = d.forward_field(x)
+    assert "point_displacement" in dict(launched)
+    launched.clear()
+    second = d.forward_field(x)
+    names = [name for name, _ in launched]
+    assert names.count("lattice_cells") == names.count("point_forward") == 1
+    assert "point_displacement" not in names
+    np.testing.assert_array_equal(second.displacement, first.displacement)
+
+
+@pytest.mark.parametrize("cuts", ["none", "half-plane", "plane"])
+def test_samples_are_taken_once(cuts, key, rng, launched):
+    d, x = folding(rng, key, CUTS[cuts]), rng.uniform(0, EXTENT, (20_000, 3))
+    for is_first in (True, False):
+        launched.clear()
+        d.forward_field(x)
+        assert ("point_jacobian" in dict(launched)) == is_first
+        assert "nearest_sample" in dict(launched)
+
+
+@pytest.mark.parametrize("cuts", ["none", "half-plane", "plane"])
+def test_earlier_calls_do_not_change_results(cuts, key, rng):
+    handles = random_handles(rng, 40, 25)
+    x = rng.uniform(-EXTENT, 2 * EXTENT, (4000, 3))
+    x[:4] *= [[1e3], [1e5], [1e7], [1e12]]
+    fresh, used = (deformation(*handles, ("rigid", 1), key, cuts=CUTS[cuts]) for _ in range(2))
+    for part in (slice(3000, 3001), slice(0, 9), slice(2000, None)):
+        used.forward_field(x[part])
+    expected, field = fresh.forward_field(x), used.forward_field(x)
+    np.testing.assert_array_equal(field.found, expected.found)
+    np.testing.assert_array_equal(field.displacement, expected.displacement)
+
+
+def test_they_go_with_the_deformation(key, rng):
+    lattices = engine.on(dispatch.choose(key)).launcher.lattices
+    gc.collect()
+    before = len(lattices)
+    d = folding(rng, key, CUTS["plane"])
+    d.forward_field(rng.uniform(0, EXTENT, (2000, 3)))
+    assert len(lattices) == before + 2
+    del d
+    gc.collect()
+    assert len(lattices) == before

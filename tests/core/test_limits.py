@@ -51,13 +51,11 @@ LIMITS = {
         ],
     },
 }
+HALF_PLANE = HalfPlane((0, 0, 0.1), (0.2, 0.1, 1), (1, 0.3, 0))
 CUTS = {
     "none": {},
-    "moving": {"cuts": HalfPlane((0, 0, 0.1), (0.2, 0.1, 1), (1, 0.3, 0)), "cut_frame": "rest"},
-    "staying": {
-        "cuts": HalfPlane((0, 0, 0.1), (0.2, 0.1, 1), (1, 0.3, 0)),
-        "cut_frame": "deformed",
-    },
+    "moving": {"cuts": HALF_PLANE, "cut_frame": "rest"},
+    "staying": {"cuts": HALF_PLANE, "cut_frame": "deformed"},
 }
 
 

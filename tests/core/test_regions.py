@@ -22,16 +22,15 @@ from vtk_mls import (
     Sampling,
     Solid,
 )
+from vtk_mls.vtk.objects import configured
 from vtk_mls.vtk.shape_surfaces import surface_of, triangles_of
 
 ALPHAS = [2, *rare(1, 1.7, 3)]
+HALF_PLANE = HalfPlane((0, 0, -0.1), (0.2, 0.1, 1), (1, 0.3, 0))
 CUTS = {
     "none": {},
-    "moving": {"cuts": HalfPlane((0, 0, -0.1), (0.2, 0.1, 1), (1, 0.3, 0)), "cut_frame": "rest"},
-    "staying": {
-        "cuts": HalfPlane((0, 0, -0.1), (0.2, 0.1, 1), (1, 0.3, 0)),
-        "cut_frame": "deformed",
-    },
+    "moving": {"cuts": HALF_PLANE, "cut_frame": "rest"},
+    "staying": {"cuts": HALF_PLANE, "cut_frame": "deformed"},
     "plane": {"cuts": Plane((0, 0, -0.1), (0, 0, 1)), "cut_frame": "rest"},
 }
 
@@ -164,12 +163,8 @@ def test_forward_undoes_backward(shape, kind, cuts, device, rng):
 
 
 def test_distance_from_a_solid(rng):
-    source = vtkSphereSource()
-    source.SetCenter(0.4, 0.3, 0.5)
-    source.SetRadius(0.2)
-    source.SetThetaResolution(80)
-    source.SetPhiResolution(80)
-    shape = Solid(*triangles_of(source))
+    ball = configured(vtkSphereSource(), Center=(0.4, 0.3, 0.5), Radius=0.2)
+    shape = Solid(*triangles_of(configured(ball, ThetaResolution=80, PhiResolution=80)))
     x = rng.uniform(-0.5, 1.3, (5000, 3))
     distance, half = shape.distance(x)
     expected = np.maximum(np.linalg.norm(x - (0.4, 0.3, 0.5), axis=1) - 0.2, 0)

@@ -11,7 +11,7 @@ from control_point_sets import (
     random_handles,
     random_rotation,
 )
-from cut_shapes import HALF_PLANE, SHAPES, lengths
+from cut_shapes import HALF_PLANE, SHAPES, are_apart, lengths
 from pairwise import paired
 
 from vtk_mls import (
@@ -36,12 +36,7 @@ def test_pulling_apart_opens_a_void(shape, device, rng):
     d = Deformation(rest, deformed, device=device, cuts=cuts, cut_frame="deformed")
     v = rng.uniform(20, 230, (3000, 3))
     origin = d.backward(v)
-    crossed = np.zeros(len(v), bool)
-    for cut in cuts:
-        if isinstance(cut, Plane):
-            crossed |= (cut.height(v) < 0) != (cut.height(origin) < 0)
-        else:
-            crossed |= cut.blocks(v, origin)
+    crossed = are_apart(cuts, v, origin)
     assert crossed.any()
     np.testing.assert_array_equal(d.void(v), crossed)
 
@@ -60,9 +55,7 @@ def test_the_opening_is_continuous(rng):
 def test_continued_values_are_those_of_each_sides_map(device):
     """In the void the function goes on behind the face; elsewhere nothing changes."""
     cut = HalfPlane((16, 16, 10), (1, 0, 0), (0, 0, 1))
-    deformed = np.array([(8, 8, 24), (24, 24, 24), (8, 24, 8), (24, 8, 8)], float)
-    rest = deformed - np.where(deformed[:, 2:] > 16, np.sign(deformed[:, :1] - 16), 0) * [3, 0, 0]
-    d = Deformation(rest, deformed, cuts=[cut], device=device)
+    d = pulled_apart(cut, device, cut_frame="rest")
     grid = Grid((33, 33, 33))
     image = waves(grid.points()).reshape(grid.shape)
     plain, continued = (
@@ -271,12 +264,6 @@ def test_away_is_the_slope_of_the_opening(shape, rng):
     )
     agreeing = lengths(slope - cut.away(v, g)) < 1e-3
     assert agreeing.mean() > 0.97  # the others lie within the difference of the surface or a fold
-
-
-def test_vectors_must_lie_on_the_grid():
-    d = Deformation([[0, 0, 0]], [[1, 0, 0]], device="reference")
-    with pytest.raises(ValueError, match=r"`vectors` must have .*\(4, 3, 2, 3\), got \(4, 3, 2\)"):
-        d.resample_gradients(np.zeros((4, 3, 2)), Grid((2, 3, 4)))
 
 
 def test_pushed_vectors_move_with_the_material(device, rng):

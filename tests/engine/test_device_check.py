@@ -1,8 +1,9 @@
-"""Devices are checked in child processes; those that fail are not used."""
+"""Drivers from pip are found; devices that fail their check in a child process are not used."""
 
 import dataclasses
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -15,7 +16,7 @@ from control_point_sets import DEVICES, LOCAL_POINTS
 
 from vtk_mls.base import child_process, messages
 from vtk_mls.engine import dispatch
-from vtk_mls.engine.device import caches, device_check
+from vtk_mls.engine.device import caches, device_check, drivers
 from vtk_mls.engine.device import devices as device
 from vtk_mls.engine.device.device_check import BASIC, CUTS, SUBJECTS, Result
 
@@ -316,3 +317,71 @@ def test_builds_are_reported():
     _, sentences = messages_of(device.kernel, chosen, "local_points", constants)
     assert sentences == ["Building OpenCL kernels"]
     assert messages_of(device.kernel, chosen, "local_points", constants)[1] == []
+
+
+# Drivers
+
+
+def test_intels_driver_gets_a_path_without_spaces(fresh, monkeypatch):
+    folder = fresh / "with space" / "lib"
+    folder.mkdir(parents=True)
+    driver, needed, other = (
+        folder / name for name in ("libintelocl.so", "libtbb.so", "libother.so")
+    )
+    for file in (driver, needed, other):
+        file.write_text(file.name)
+    installed = {"intel-opencl-rt": [driver], "tbb": [needed]}
+    monkeypatch.setattr(drivers, "_files_of", lambda package: installed.get(package, []))
+    found = drivers.intel_library()
+    assert found.is_relative_to(fresh / "cache")
+    assert {file.name for file in found.parent.iterdir()} == {driver.name, needed.name, "driver"}
+    assert os.path.samefile(found, driver)
+    assert drivers.intel_library() == found
+    monkeypatch.setattr(os, "link", lambda *_: (_ for _ in ()).throw(OSError("another disk")))
+    shutil.rmtree(found.parent)
+    assert drivers.intel_library().read_text() == "libintelocl.so"
+    driver.rename(fresh / driver.name)  # the environment is gone, and there is another
+    installed["intel-opencl-rt"] = [fresh / driver.name]
+    assert drivers.intel_library() == fresh / driver.name
+    drivers._remove_stale(found.parent.parent)
+    assert not found.parent.exists()
+
+
+def test_intels_driver_from_pip_is_added_to_the_systems(tmp_path, monkeypatch):
+    vendors, elsewhere = tmp_path / "vendors", tmp_path / "libgpu.so"
+    vendors.mkdir()
+    elsewhere.write_text("")
+    (vendors / "by_name.icd").write_text("libmaker.so.1\n")
+    (vendors / "by_path.icd").write_text(f"{elsewhere}\n")
+    (vendors / "gone.icd").write_text("/no/such/libgone.so")
+    monkeypatch.setenv("OPENCL_VENDOR_PATH", str(vendors))
+    monkeypatch.delenv("OCL_ICD_VENDORS", raising=False)
+    monkeypatch.setattr(sys, "prefix", str(tmp_path))
+    library = tmp_path / "lib" / "libintelocl.so"
+    monkeypatch.setattr(drivers, "intel_library", lambda: library)
+
+    def paths():
+        with drivers.registered():
+            folder = Path(os.environ["OCL_ICD_VENDORS"])
+            found = sorted(icd.read_text().strip() for icd in folder.glob("*.icd"))
+        assert "OCL_ICD_VENDORS" not in os.environ
+        assert not folder.exists()
+        return found
+
+    assert paths() == sorted([str(elsewhere), str(library), "libmaker.so.1"])
+    (vendors / "intel.icd").write_text("libintelocl.so\n")  # the system's own
+    assert paths() == sorted([str(elsewhere), "libintelocl.so", "libmaker.so.1"])
+    monkeypatch.setenv("OCL_ICD_VENDORS", "/chosen")
+    with drivers.registered():
+        assert os.environ["OCL_ICD_VENDORS"] == "/chosen"
+
+
+def test_the_lock_of_a_killed_process_is_removed(fresh):
+    lock = Path(caches.kernel_folder(), "lock")
+    lock.parent.mkdir(parents=True)
+    lock.touch()
+    caches.kernel_folder()
+    assert lock.exists()  # a build in another process
+    os.utime(lock, (0, 0))
+    caches.kernel_folder()
+    assert not lock.exists()

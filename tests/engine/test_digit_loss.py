@@ -76,15 +76,11 @@ EVEN_SETS = {
 }
 
 
-def evaluation_points(rng, deformed):
-    """Points (m, 3) all over the extent, at control points and between near ones."""
-    near = deformed[rng.integers(0, len(deformed), 200)]
-    near = near + rng.normal(size=near.shape) * 10 ** rng.uniform(-2, 1, (200, 1))
-    return np.concatenate([places(rng, deformed, 300), near])
-
-
 def check(key, handles, kind_and_degree, alpha, rng):
-    v = evaluation_points(rng, handles[1])
+    """At points all over the extent, at control points and between near ones."""
+    near = handles[1][rng.integers(0, len(handles[1]), 200)]
+    near = near + rng.normal(size=near.shape) * 10 ** rng.uniform(-2, 1, (200, 1))
+    v = np.concatenate([places(rng, handles[1], 300), near])
     expected, got = on_both(key, *handles, kind_and_degree, alpha=alpha)
     origins, slopes = expected.backward(v), expected.jacobian(v)
     size = np.ptp(np.concatenate([handles[1], origins]), axis=0).max()

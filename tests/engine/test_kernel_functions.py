@@ -1,18 +1,24 @@
-"""Each small function of the kernels alone, against float64, with the bound of its comment."""
+"""Each small function of the kernels alone, against float64, with the bound of its comment.
+
+Structs and constants are those of the host.
+"""
 
 import itertools
+import re
 import warnings
 from functools import partial
 
 import numpy as np
 import pyopencl as cl
 import pytest
-from control_point_sets import DEVICES, random_rotation
+from control_point_sets import DEVICES, OTHER_DEVICES, random_rotation
 
 from vtk_mls import Deformation, Surface
 from vtk_mls.engine import dispatch
 from vtk_mls.engine.device import devices as device
+from vtk_mls.engine.launch.kernel_arguments import CONSTANTS, STRUCTS
 from vtk_mls.engine.map.cut_tables import cut_tables
+from vtk_mls.queries import void_cells
 
 ROTATION = ["rotation.cl"]
 COUNT = 2000
@@ -29,6 +35,13 @@ __kernel EXPLICIT_VECTORS void call(__global const float *table, const long coun
 """
 
 
+def built(chosen, text):
+    """A program, without the output of the compiler."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return cl.Program(device.context(chosen), text).build(options=["-w"])
+
+
 def call(chosen, lanes, files, body, arguments, outputs, table=(0.0,), **constants):
     """Numbers (n, outputs) float32 that OpenCL C leaves in `r`, for each row of arguments `a`.
 
@@ -41,9 +54,7 @@ def call(chosen, lanes, files, body, arguments, outputs, table=(0.0,), **constan
     text = "\n".join(device.source(name, macros) for name in ("types.cl", *files))
     text += _KERNEL.format(inputs=rows.shape[1], outputs=outputs, body=body)
     context, queue, flags = device.context(chosen), device.queue(chosen), cl.mem_flags
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # output of the compiler
-        kernel = cl.Program(context, text).build(options=["-w"]).call
+    kernel = built(chosen, text).call
     tables, planes = (
         cl.Buffer(context, flags.COPY_HOST_PTR, hostbuf=np.ascontiguousarray(array, np.float32))
         for array in (table, padded.T)
@@ -225,3 +236,55 @@ def test_distances_of_segments(of, rng):
     near = np.linalg.norm(on_way[:, :, None] - on_edge, axis=-1).min(axis=(1, 2))
     assert (got <= near + 2e-6).all()
     assert (got >= near - 0.02).all()
+
+
+# Structs and constants
+
+
+@pytest.mark.parametrize("key", [*DEVICES, *OTHER_DEVICES])
+def test_structs_are_laid_out_alike_on_host_and_device(key):
+    expected, lines = [], []
+    for name, dtype in STRUCTS.items():
+        lines.append(f"{name} {name}_it; out[{len(expected)}] = (int)sizeof({name}_it);")
+        expected.append(dtype.itemsize)
+        for member in dtype.names:
+            offset = f"(char *)&{name}_it.{member} - (char *)&{name}_it"
+            lines.append(f"out[{len(expected)}] = (int)({offset});")
+            expected.append(dtype.fields[member][1])
+    body = "\n".join(lines)
+    text = f"{device.source('structs.h')}\n__kernel void layout(__global int *out) {{ {body} }}"
+    chosen = next(found for found in device.list_devices() if found.key == key)
+    queue, layout = device.queue(chosen), np.zeros(len(expected), np.int32)
+    out = cl.Buffer(device.context(chosen), cl.mem_flags.WRITE_ONLY, layout.nbytes)
+    built(chosen, text).layout(queue, (1,), (1,), out)
+    cl.enqueue_copy(queue, layout, out)
+    np.testing.assert_array_equal(layout, expected)
+
+
+@pytest.mark.parametrize("dtype", STRUCTS.values(), ids=STRUCTS)
+def test_structs_end_with_a_member(dtype):
+    """rusticl 22.3 does not count padding at the end."""
+    last = dtype.names[-1]
+    assert dtype.fields[last][1] + dtype[last].itemsize == dtype.itemsize
+
+
+@pytest.mark.parametrize("name", ["VOID", "TOUCHED", "UNKNOWN"])
+def test_flags_of_void_cells_are_those_of_the_host(name):
+    assert CONSTANTS[name] == getattr(void_cells, name)
+
+
+@pytest.mark.parametrize(("name", "order"), [("tap_weight", 0), ("tap_slope", 1)])
+def test_weights_between_nodes_are_those_of_lagrange_polynomials(name, order):
+    text = re.search(rf"{name}\[.*?= \{{(.*?)\}};", device.source("coarse_map.cl"), re.DOTALL)[1]
+    weights = [float(weight) for weight in re.findall(r"(-?[\d.]+)f", text)]
+    nodes, step = np.arange(-2, 4), CONSTANTS["COARSE_STEP"]
+    polynomials = [
+        np.poly1d(np.delete(nodes, i), r=True) / np.prod(nodes[i] - np.delete(nodes, i))
+        for i in range(len(nodes))
+    ]
+    expected = [
+        polynomial.deriv(order)(k / step) / step**order
+        for k in range(step)
+        for polynomial in polynomials
+    ]
+    np.testing.assert_allclose(weights, expected, rtol=6e-8, atol=1e-18)

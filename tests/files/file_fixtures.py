@@ -8,7 +8,7 @@ import numpy as np
 import SimpleITK
 from pipelines import update
 from vtk_fixtures import DEFORMED, REST, TURNED, add_scalars, make_image
-from vtkmodules.vtkCommonCore import vtkPoints
+from vtkmodules.vtkCommonCore import VTK_FLOAT
 from vtkmodules.vtkCommonDataModel import vtkStructuredGrid
 from vtkmodules.vtkFiltersSources import vtkCellTypeSource, vtkSphereSource
 
@@ -16,6 +16,7 @@ from vtk_mls.files import frames
 from vtk_mls.filters import MLSDisplacementField
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
+from vtk_mls.vtk.cells import set_positions
 from vtk_mls.vtk.objects import configured, output_of
 
 IMAGES = (".nii.gz", ".nii", ".nrrd", ".nhdr", ".mha", ".mhd")
@@ -69,12 +70,8 @@ def assert_same_place(image, other, atol=0.0):
 
 
 def _structured_grid():
-    points, grid = vtkPoints(), vtkStructuredGrid()
-    points.SetNumberOfPoints(8)
-    for number in range(8):
-        points.SetPoint(number, number % 2, number // 2 % 2, number // 4)
-    grid.SetDimensions(2, 2, 2)
-    grid.SetPoints(points)
+    grid = configured(vtkStructuredGrid(), Dimensions=(2, 2, 2))
+    set_positions(grid, np.array([(n % 2, n // 2 % 2, n // 4) for n in range(8)]), VTK_FLOAT)
     return grid
 
 

@@ -14,13 +14,12 @@ from vtk_mls import io
 from vtk_mls.vtk.objects import output_of
 
 SUFFIXES = (".vti", ".vtk", ".mha", ".mhd", ".nii", ".nii.gz", ".nrrd", ".nhdr")
-LEFT_HANDED = TURNED * [1, -1, 1]
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
 @pytest.mark.parametrize("name", ["unsigned char", "short", "int", "float", "double"])
 def test_values_and_places_come_back(tmp_path, suffix, name, rng):
-    for shape, direction in (((24,), TURNED), ((24, 3), LEFT_HANDED)):
+    for shape, direction in (((24,), TURNED), ((24, 3), TURNED * [1, -1, 1])):
         place = {} if suffix == ".vtk" else {"direction": direction}
         image = image_with(rng.integers(0, 200, shape), TYPES[name], start=(2, -1, 3), **place)
         io.write_dataset(image, tmp_path / f"x{suffix}")

@@ -59,8 +59,9 @@ MAKERS = {
 }
 
 
-def deform(path, output, *options):
+def deform(path, output, *options, dragged=DRAGGED):
     handles = path.with_name("h.csv")
+    control_point_files.write(handles, HANDLES, dragged)
     arguments = ["deform", path, handles, output, *options]
     assert main(list(map(str, arguments))) == 0
 
@@ -69,7 +70,6 @@ def deform(path, output, *options):
 @pytest.mark.parametrize("interpolation", ["linear", "cubic"])
 def test_no_label_is_invented(tmp_path, suffix, interpolation):
     MAKERS[suffix](tmp_path / f"x{suffix}")
-    control_point_files.write(tmp_path / "h.csv", HANDLES, DRAGGED)
     output = tmp_path / f"out{suffix}"
     deform(tmp_path / f"x{suffix}", output, "--interpolation", interpolation)
     values = SimpleITK.GetArrayFromImage(SimpleITK.ReadImage(str(output)))
@@ -83,7 +83,6 @@ def test_no_label_is_invented(tmp_path, suffix, interpolation):
 
 def test_a_volume_of_the_same_numbers_is_mixed(tmp_path):
     SimpleITK.WriteImage(as_itk(RIGHT, LABELS), str(tmp_path / "x.mha"))
-    control_point_files.write(tmp_path / "h.csv", HANDLES, DRAGGED)
     deform(tmp_path / "x.mha", tmp_path / "out.mha")
     assert not set(np.unique(scalars(io.read_dataset(tmp_path / "out.mha")))) <= {0, 1, 4}
 
@@ -109,10 +108,9 @@ def test_the_reference_geometry_of_slicer_is_that_of_the_file(tmp_path, grid):
     header = SEGMENTS.rpartition("Segmentation_Ref")[0] + REFERENCE
     (tmp_path / "x.seg.nrrd").write_bytes(nrrd_bytes("LPS", RIGHT, LABELS, header))
     SimpleITK.WriteImage(SimpleITK.Image(20, 21, 22, SimpleITK.sitkUInt8), str(tmp_path / "r.mha"))
-    control_point_files.write(tmp_path / "h.csv", HANDLES, DRAGGED + [4, 0, 0])
     options = ("--reference", tmp_path / "r.mha") if grid == "reference" else ("--grid", grid)
     for name in ("out.seg.nrrd", "again.seg.nrrd"):
-        deform(tmp_path / "x.seg.nrrd", tmp_path / name, *options)
+        deform(tmp_path / "x.seg.nrrd", tmp_path / name, *options, dragged=DRAGGED + [4, 0, 0])
     old, new = (nrrd.read_header(str(tmp_path / name)) for name in ("x.seg.nrrd", "out.seg.nrrd"))
     key, offset = "Segmentation_ConversionParameters", "Segmentation_ReferenceImageExtentOffset"
     if grid == "input":
@@ -171,12 +169,10 @@ for path in sys.argv[1:]:
 @needs_slicer
 def test_slicer_reads_the_segments(tmp_path):
     _segmentation(tmp_path / "x.seg.nrrd")
-    control_point_files.write(
-        tmp_path / "h.csv", HANDLES, DRAGGED + [4, 0, 0]
-    )  # out of the old extents
     paths, expected = [], []
+    far = DRAGGED + [4, 0, 0]  # out of the old extents
     for grid in ("input", "fitted"):
-        deform(tmp_path / "x.seg.nrrd", tmp_path / "out.seg.nrrd", "--grid", grid)
+        deform(tmp_path / "x.seg.nrrd", tmp_path / "out.seg.nrrd", "--grid", grid, dragged=far)
         for name in ("out.seg.nrrd", "out.nrrd", "out.seg.nhdr"):
             paths.append(tmp_path / f"{grid}-{name}")
             io.write_dataset(io.read_dataset(tmp_path / "out.seg.nrrd"), paths[-1])
@@ -200,7 +196,6 @@ def test_segments_in_layers_overlap(tmp_path):
     np.testing.assert_array_equal(SimpleITK.GetArrayFromImage(back), layers)
     assert back.GetMetaData("Segment1_Layer") == "1"
     assert back.GetMetaData("Segment1_Extent") == "0 8 0 7 0 6"
-    control_point_files.write(tmp_path / "h.csv", HANDLES, DRAGGED)
     deform(tmp_path / "x.seg.nrrd", tmp_path / "out.seg.nrrd")
     assert set(np.unique(scalars(io.read_dataset(tmp_path / "out.seg.nrrd")))) == {0, 1, 4}
 

@@ -127,12 +127,8 @@ def test_a_second_file_of_pairs_must_not_have_two_positions():
 
 
 def _write_markups(path, places, labels, frame="LPS", **more):
-    points = [
-        {"label": label, "position": (np.array(place) * {"LPS": 1, "RAS": (-1, -1, 1)}[frame])}
-        for place, label in zip(places, labels)
-    ]
-    for point in points:
-        point["position"] = point["position"].tolist()
+    places = np.array(places) * {"LPS": 1, "RAS": (-1, -1, 1)}[frame]
+    points = [{"label": a, "position": place} for a, place in zip(labels, places.tolist())]
     points[0] |= more
     markups = {"type": "Fiducial", "coordinateSystem": frame, "controlPoints": points}
     path.write_text(json.dumps({"markups": [markups]}))

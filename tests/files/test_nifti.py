@@ -24,6 +24,7 @@ from file_fixtures import (
     matrix,
     nifti_header,
     scalars,
+    write_by_itk,
 )
 
 from vtk_mls import io
@@ -99,8 +100,7 @@ def test_a_sheared_nifti_has_no_qform(tmp_path):
 
 def test_a_long_nifti_is_of_version_2(tmp_path):
     values = np.arange(40_000, dtype=np.int32).reshape(1, 2, 20_000).repeat(2, axis=2)
-    SimpleITK.WriteImage(SimpleITK.GetImageFromArray(values), str(tmp_path / "x.mha"))
-    io.write_dataset(io.read_dataset(tmp_path / "x.mha"), tmp_path / "x.nii")
+    io.write_dataset(io.read_dataset(write_by_itk(tmp_path / "x.mha", values)), tmp_path / "x.nii")
     back = nibabel.load(tmp_path / "x.nii")
     assert isinstance(back, nibabel.Nifti2Image)
     np.testing.assert_array_equal(np.asarray(back.dataobj).T, values)

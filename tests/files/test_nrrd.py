@@ -33,7 +33,6 @@ from vtk_mls import io
 from vtk_mls.files import metadata
 from vtk_mls.vtk.arrays import ImageGeometry
 
-SIZE = (5, 6, 7)
 WORDS = [("right", "left"), ("anterior", "posterior"), ("superior", "inferior")]
 SPATIAL = (
     "NRRD0004\ntype: short\ndimension: 3\nsizes: 5 6 7\n"
@@ -164,9 +163,8 @@ def test_directions_that_are_none(tmp_path):
 
 def test_colors_of_nrrd_are_colors_for_itk(tmp_path):
     for components in (3, 4):
-        source = SimpleITK.GetImageFromArray(COLORS[..., :components].copy(), isVector=True)
-        SimpleITK.WriteImage(source, str(tmp_path / "x.mha"))
-        io.write_dataset(io.read_dataset(tmp_path / "x.mha"), tmp_path / "x.nrrd")
+        image = io.read_dataset(write_by_itk(tmp_path / "x.mha", COLORS[..., :components].copy()))
+        io.write_dataset(image, tmp_path / "x.nrrd")
         kind = "RGB-color" if components == 3 else "RGBA-color"
         assert f"\nkinds: {kind} domain".encode() in (tmp_path / "x.nrrd").read_bytes()
         back = SimpleITK.GetArrayFromImage(SimpleITK.ReadImage(str(tmp_path / "x.nrrd")))
@@ -259,9 +257,7 @@ def test_field_data_cannot_change_a_nrrd_header(tmp_path):
 
 
 def test_active_vectors_are_vectors_in_nrrd(tmp_path):
-    source = SimpleITK.GetImageFromArray(VECTORS, isVector=True)
-    SimpleITK.WriteImage(source, str(tmp_path / "x.mha"))
-    image = io.read_dataset(tmp_path / "x.mha")
+    image = io.read_dataset(write_by_itk(tmp_path / "x.mha", VECTORS))
     image.GetPointData().SetActiveVectors("MetaImage")
     io.write_dataset(image, tmp_path / "x.nrrd")
     assert b"\nkinds: vector domain" in (tmp_path / "x.nrrd").read_bytes()
@@ -305,10 +301,6 @@ def test_skips_of_detached_nrrd(tmp_path, field, skip, before, after):
     np.testing.assert_array_equal(SimpleITK.GetArrayFromImage(itk), SMALL)
 
 
-def in_four_dimensions(lines):
-    return f"NRRD0004\ntype: float\ndimension: 4\n{lines}endian: little\nencoding: raw\n\n"
-
-
 @pytest.mark.parametrize(
     ("lines", "axis"),
     [
@@ -334,11 +326,11 @@ def in_four_dimensions(lines):
 def test_which_axis_of_nrrd_is_of_components(tmp_path, lines, axis, rng):
     shape = (5, 6, 7, 3) if axis == 3 else (3, 5, 6, 7)
     values = rng.normal(size=shape).astype("<f4")  # as pynrrd has it
-    content = in_four_dimensions(lines).encode() + values.T.tobytes()
-    (tmp_path / "x.nrrd").write_bytes(content)
+    header = f"NRRD0004\ntype: float\ndimension: 4\n{lines}endian: little\nencoding: raw\n\n"
+    (tmp_path / "x.nrrd").write_bytes(header.encode() + values.T.tobytes())
     np.testing.assert_array_equal(nrrd.read(str(tmp_path / "x.nrrd"))[0], values)
     image = io.read_dataset(tmp_path / "x.nrrd")
-    assert image.GetDimensions() == SIZE
+    assert image.GetDimensions() == (5, 6, 7)
     expected = np.moveaxis(values, axis, -1).transpose(2, 1, 0, 3).reshape(-1, 3)
     np.testing.assert_array_equal(scalars(image), expected)
     has_spacing = any(digit in lines for digit in ("2 3 4", "(2,0,0)"))

@@ -45,10 +45,6 @@ def _picture():
     return add_scalars(make_image((80, 60, 1)), "values", pixels, TYPES["unsigned char"])
 
 
-def _write_points(points, path):
-    control_point_files.write(path, points, points)
-
-
 DATASETS = {
     **dict.fromkeys((".vti", ".vtk", ".mha", ".mhd", ".nii", ".nii.gz", ".nrrd", ".nhdr"), _image),
     **dict.fromkeys((".vtp", ".stl", ".ply"), _sphere),
@@ -58,7 +54,10 @@ DATASETS = {
     ".png": _picture,
     **dict.fromkeys(POINTS, lambda: np.ones((50, 3))),
 }
-WRITE = {".png": write_png, **dict.fromkeys(POINTS, _write_points)}  # others by io.write_dataset
+WRITE = {  # others by io.write_dataset
+    ".png": write_png,
+    **dict.fromkeys(POINTS, lambda points, path: control_point_files.write(path, points, points)),
+}
 
 
 def _contents(folder):

@@ -158,16 +158,16 @@ def test_chains_of_affine_transforms_and_fields_are_written_as_they_are(grid, be
     np.testing.assert_allclose(read.backward(between), ours, atol=1e-9)
 
 
-def by_nitransforms(path):
-    if path.endswith(".h5"):
-        return nitransforms.manip.load(path, fmt="itk")
-    return nitransforms.nonlinear.DenseFieldTransform.from_filename(path, fmt="itk")
-
-
-@pytest.mark.parametrize("path", ["x.h5", "x.nii.gz"])
-def test_nitransforms_moves_points_and_images_as_we_do(grid, deformation, on_grid, path):
+@pytest.mark.parametrize(
+    ("path", "read"),
+    [
+        ("x.h5", nitransforms.manip.load),
+        ("x.nii.gz", nitransforms.nonlinear.DenseFieldTransform.from_filename),
+    ],
+)
+def test_nitransforms_moves_points_and_images_as_we_do(grid, deformation, on_grid, path, read):
     io.write_transform(deformation, path, grid, convention="ants")
-    transform = by_nitransforms(path)
+    transform = read(path, fmt="itk")
     moved = transform.map(on_grid * TO_RAS) * TO_RAS
     tolerance = 1e-3 * min(SPACING)
     np.testing.assert_allclose(moved, deformation.backward(on_grid), rtol=0, atol=tolerance)

@@ -10,15 +10,11 @@ import tifffile
 from vtk_mls import io
 from vtk_mls.commands import series
 
+pytestmark = pytest.mark.usefixtures("folder")
 STEP, START, COUNT = 0.75, 1.5, 3  # seconds
 VALUES = np.arange(2 * 3 * 4 * COUNT, dtype=np.int16).reshape(COUNT, 4, 3, 2)
 SECONDS = {"s": 1, "sec": 1, "ms": 1e-3, "msec": 1e-3, "us": 1e-6, "usec": 1e-6}
 SECONDS |= {"\u00b5s": 1e-6, "min": 60, "h": 3600, "": 1, "second": 1, "millisecond": 1e-3}
-
-
-@pytest.fixture(autouse=True)
-def folder(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
 
 
 def write_nifti(unit):

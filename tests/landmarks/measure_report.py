@@ -17,8 +17,6 @@ from vtk_mls.landmarks import left_out, pair_report
 from vtk_mls.landmarks.left_out import PointPairs
 from vtk_mls.landmarks.volume import Shape
 
-DEVICE = "reference"
-
 
 def agreed(p, q):
     """The pairs, settings, outliers and predictions, without the rest of the report."""
@@ -53,7 +51,7 @@ def ratios(seed, count, noise):
         return np.median(np.linalg.norm(places - warp(held_out), axis=1))
 
     best = next(iter(agreed(p, q)[1]))
-    own = error(Deformation(p, q, device=DEVICE, **best.options).backward(held_out))
+    own = error(Deformation(p, q, device="reference", **best.options).backward(held_out))
     kernels = "thin_plate_spline", "linear"
     return [own / error(RBFInterpolator(q, p, kernel=k, degree=1)(held_out)) for k in kernels]
 

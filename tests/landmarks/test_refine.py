@@ -12,12 +12,6 @@ SIZE, SPACING = (44, 40, 36), (1.0, 1.2, 1.5)
 MIDDLE = np.array((22.0, 23.0, 26.0))
 
 
-def _turned(angle):
-    """A direction matrix, turned about z."""
-    c, s = np.cos(angle), np.sin(angle)
-    return np.array([(c, -s, 0), (s, c, 0), (0, 0, 1)])
-
-
 @pytest.fixture(scope="module")
 def texture():
     """A smooth random image of SimpleITK, on an oblique grid."""
@@ -25,7 +19,8 @@ def texture():
     image = sitk.SmoothingRecursiveGaussian(sitk.GetImageFromArray(values), 2.0)
     image.SetSpacing(SPACING)
     image.SetOrigin((-3.0, 2.0, 1.0))
-    image.SetDirection(_turned(0.2).ravel().tolist())
+    c, s = np.cos(0.2), np.sin(0.2)
+    image.SetDirection((c, -s, 0, s, c, 0, 0, 0, 1))
     return image
 
 

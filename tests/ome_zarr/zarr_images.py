@@ -1,5 +1,6 @@
 """OME-Zarr images for tests, written with zarr alone."""
 
+import numcodecs
 import numpy as np
 import zarr
 
@@ -48,15 +49,18 @@ def write(path, levels, version="0.5", chunks=(6, 8, 10), axes="zyx", stated=Non
     file = zarr.open_group(path, mode="w", zarr_format=2 if version == "0.4" else 3)
     lead = len(axes.rstrip("zyx"))
     count = len(axes) - lead
+    if version == "0.4":
+        options = {"compressors": numcodecs.Blosc(cname="zstd", clevel=2)}
+    else:
+        options = {"compressors": zarr.codecs.BloscCodec(cname="lz4", clevel=2)}
+        options["dimension_names"] = list(axes)
     datasets = []
     for number, level in enumerate(levels):
-        options = {} if version == "0.4" else {"dimension_names": list(axes)}
         array = file.create_array(
             f"scale{number}",
             shape=level.shape,
             dtype=level.dtype,
             chunks=(1,) * lead + chunks[-count:],
-            compressors=_codec(version),
             **options,
         )
         array[...] = level
@@ -79,14 +83,6 @@ def write(path, levels, version="0.5", chunks=(6, 8, 10), axes="zyx", stated=Non
     else:
         file.attrs.update({"ome": {"version": "0.5", "multiscales": [multiscale], **metadata}})
     return file
-
-
-def _codec(version):
-    if version == "0.4":
-        import numcodecs
-
-        return numcodecs.Blosc(cname="zstd", clevel=2)
-    return zarr.codecs.BloscCodec(cname="lz4", clevel=2)
 
 
 def files(folder):

@@ -1,5 +1,9 @@
-"""`vtk-mls deform --reference`: the output on the grid of the target, as ITK resamples it."""
+"""`vtk-mls deform`: the output on the grid of a `--reference`, and its `--background`.
 
+By ITK, which resamples it, and numpy's median of the corners.
+"""
+
+import nibabel
 import numpy as np
 import pytest
 import SimpleITK as sitk
@@ -76,3 +80,49 @@ def test_one_sentence_if_nothing_arrives(scans, capsys, caplog):
 def test_errors(scans, options, sentence, refused):
     io.write_handles("mesh.vtp", REST, DEFORMED)
     assert sentence in refused("deform", "moving.nii.gz", "h.csv", "out.vti", *options)
+
+
+# --background auto, the default
+
+
+@pytest.fixture
+def far(folder):
+    """handles.csv moves all far away."""
+    (folder / "handles.csv").write_text("0,0,0,900,0,0\n")
+
+
+def deform(source, target, *options):
+    return main(["deform", source, "handles.csv", target, *options])
+
+
+@pytest.mark.parametrize("shape", [(5, 6, 7), (6, 7)], ids=["volume", "flat"])
+def test_the_background_is_the_median_of_the_corners(far, shape, rng, capsys):
+    values = rng.uniform(-1024, 3000, shape).astype("int16")
+    corners = values[np.ix_(*[[0, -1]] * len(shape))]
+    median = np.percentile(corners, 50, method="lower")
+    sitk.WriteImage(sitk.GetImageFromArray(values), "in.mha")
+    assert deform("in.mha", "out.mha") == 0
+    found = sitk.GetArrayFromImage(sitk.ReadImage("out.mha"))
+    assert (found == median).all()
+    said = capsys.readouterr().out
+    assert said.count("; background ") == 1
+    assert f"; background {median:g}, the median of the corners" in said
+    assert deform("in.mha", "out.mha", "--background", "3") == 0
+    found = sitk.GetArrayFromImage(sitk.ReadImage("out.mha"))
+    assert (found == 3).all()
+    assert "median" not in capsys.readouterr().out
+
+
+def test_labels_have_the_background_0_without_a_warning(far, capsys):
+    sitk.WriteImage(sitk.Image([5, 6, 7], sitk.sitkUInt8) + 4, "in.mha")
+    assert deform("in.mha", "out.mha", "--label", "MetaImage") == 0
+    assert not sitk.GetArrayFromImage(sitk.ReadImage("out.mha")).any()
+    assert "median" not in capsys.readouterr().out
+
+
+def test_a_series_has_the_background_of_its_first_step(far, capsys):
+    values = np.full((6, 5, 4, 3), [-1000, 20, 30], np.int16)
+    nibabel.save(nibabel.Nifti1Image(values, np.eye(4)), "in.nii.gz")
+    assert deform("in.nii.gz", "out.nii.gz") == 0
+    assert (np.asanyarray(nibabel.load("out.nii.gz").dataobj) == -1000).all()
+    assert capsys.readouterr().out.count("background -1000, the median of the corners") == 1
