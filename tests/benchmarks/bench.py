@@ -191,21 +191,12 @@ def machine():
 
 
 def measure(functions, seconds=2.0, least=5, most=30):
-    """Milliseconds of each function, after one run to warm up.
+    """Milliseconds of each function of a dict, after one run to warm up.
 
-    They take turns, so that what else the machine does meets them all alike.
-
-    Parameters
-    ----------
-    functions : dict
-    seconds : float
-        After so many, and `least` runs, a function has run enough; after `most` runs in any case.
-
-    Returns
-    -------
-    dict
-        For each the "smallest" and the "median", from a hundred runs on the "p99" (99th
-        percentile), and the smallest "processor" time of all threads.
+    They take turns, so that what else the machine does meets them all alike. A function has run
+    enough after so many seconds and `least` runs, and after `most` runs in any case. For each the
+    dict has the "smallest" and the "median", from a hundred runs on the "p99" (99th percentile),
+    and the smallest "processor" time of all threads.
     """
     times, processor = ({name: [] for name in functions} for _ in range(2))
     for function in functions.values():

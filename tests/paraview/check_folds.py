@@ -5,12 +5,11 @@ from pathlib import Path
 
 import numpy as np
 from paraview import simple
-from scene import array, data, output_messages, screenshot, wavelet
+from scene import REST, array, data, output_messages, screenshot, wavelet
 
 from vtk_mls.rendering import volume_colors
 
 FOLDER = Path(sys.argv[1])
-REST = np.array([(x, y, z) for z in (-5.0, 5.0) for y in (-6.0, 6.0) for x in (-6.0, 6.0)])
 DRAG = np.zeros_like(REST)
 DRAG[0] = 9.0, 9.0, 0.0  # past the middle
 

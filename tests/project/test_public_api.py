@@ -54,18 +54,11 @@ def public():
     for module in (vtk_mls, rendering, io, landmarks, field_files):
         for name in getattr(module, "__all__", vars(module)):
             value = getattr(module, name)
-            if inspect.isclass(value) and (
-                module in (vtk_mls, rendering, landmarks) or value.__module__ == module.__name__
-            ):
+            is_own = getattr(value, "__module__", None) == module.__name__
+            if inspect.isclass(value) and (is_own or module in (vtk_mls, rendering, landmarks)):
                 yield from methods(value)
-            elif is_own_function(module, name):
+            elif inspect.isfunction(value) and is_own and not name.startswith("_"):
                 yield f"{module.__name__}.{name}", value
-
-
-def is_own_function(module, name):
-    value = getattr(module, name)
-    is_own = inspect.isfunction(value) and value.__module__ == module.__name__
-    return is_own and not name.startswith("_")
 
 
 def methods(kind):

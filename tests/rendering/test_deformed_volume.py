@@ -116,10 +116,6 @@ def _with(**values):
 _PLANE = configured(vtkPlane(), Origin=CENTER, Normal=(0.5, 1, 0.2))
 
 
-def _clipped(scene):
-    mapper_in(scene).AddClippingPlane(_PLANE)
-
-
 def _with_ball(opacity):
     def prepare(scene):
         mapper = configured(vtkPolyDataMapper(), InputData=ball((MIDDLE, 0, MIDDLE), 15, 8))
@@ -167,7 +163,7 @@ STYLES = {
     "independent components": {"values": TWO, "components": 2},
     "colors": {"values": FOUR, "components": 4, "IndependentComponents": False},
     "cropped": {"prepare": _with(Cropping=True, CroppingRegionPlanes=(8, 45, -100, 30, 0, 47))},
-    "clipped": {"prepare": _clipped},
+    "clipped": {"prepare": lambda scene: mapper_in(scene).AddClippingPlane(_PLANE)},
     "opaque geometry": {"prepare": _with_ball(1.0)},
     "peeled geometry": {"prepare": _with_ball(0.4)},
     "parallel": {"prepare": _parallel},
@@ -420,9 +416,6 @@ def test_errors_name_the_reason():
     empty.SetMapper(vtkGPUVolumeRayCastMapper())
     with pytest.raises(ValueError, match="the mapper of `volume` must have one input"):
         DeformedVolume(empty, renderer)
-
-
-pytestmark = pytest.mark.usefixtures("opengl")
 
 
 def blurred(picture, size=6):
