@@ -8,8 +8,7 @@ import time
 import numpy as np
 import pytest
 from gui import LISTENER
-from gui_fixtures import require_qt
-from gui_scenes import BALL, HANDLE, PICTURES, PROJECT, PULL, SETUP, noise
+from gui_scenes import BALL, HANDLE, PICTURES, PROJECT, PULL, SETUP, noise, require_qt
 
 
 def test_handles_and_plane_come_back(gui):
