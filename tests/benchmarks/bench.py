@@ -98,19 +98,15 @@ def questions(is_large):
             yield f"points moved forward, {n}^3", "rigid", contestants.points(n)
     if is_large:
         yield "displacement map, 512^3", "rigid", contestants.own_maps(512), 0, 3, 3
-    meshes = contestants.meshes(55)
-    yield "mesh of 2 million tetrahedra (341,991 points)", "rigid", meshes
+    yield "mesh of 2 million tetrahedra (341,991 points)", "rigid", contestants.meshes(55)
     most = 100_000 if is_large else 20_000
     many = contestants.maps_of_many(64, most)
     yield "displacement map by the number of control points, 64^3", "15", many
-    cuts = contestants.maps_with_cuts(64)
-    yield "displacement map by the number of cuts, 64^3", "0 planes", cuts
-    steps = contestants.maps_by_steps(64)
-    yield "displacement map by the number of steps, 64^3", "1", steps
+    yield "displacement map by the number of cuts, 64^3", "0 planes", contestants.maps_with_cuts(64)
+    yield "displacement map by the number of steps, 64^3", "1", contestants.maps_by_steps(64)
     sizes = (32, 64, 128, 256, 512) if is_large else (32, 64, 128)
     yield "displacement map by the size of the grid", "64^3", contestants.maps_by_grid(sizes)
-    alphas = contestants.maps_by_alpha(64)
-    yield "displacement map by alpha, 64^3", "rigid, 1", alphas
+    yield "displacement map by alpha, 64^3", "rigid, 1", contestants.maps_by_alpha(64)
     for n in (64, 128):
         yield f"drag of a volume, {n}^3", "rigid", contestants.drags(n), 0, DRAGS, DRAGS
     yield "live map of a drag, 64^3", "rigid", contestants.live_maps(), 0, DRAGS, DRAGS
