@@ -294,9 +294,6 @@ def test_other_data_alone_are_refused(messages):
         assert f"vtk{kind}" in messages.take()
 
 
-# AMR
-
-
 def overlapping():
     return update(vtkAMRGaussianPulseSource())
 
@@ -319,9 +316,6 @@ def test_amr_is_refused(make, make_filter, messages):
         assert_fails(filter_, messages, "resample it to one image first")
     filter_.SetInputDataObject(0, make_image())
     assert update(filter_).GetNumberOfPoints() > 0
-
-
-# Control points
 
 
 def with_displacement(kind):

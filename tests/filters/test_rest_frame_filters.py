@@ -83,9 +83,6 @@ def test_faces_of_a_mesh_are_those_of_the_void(name, cut, motion, device):
     np.testing.assert_allclose(outer[open_], -step, rtol=0, atol=1e-4 * EXTENT)
 
 
-# Directions
-
-
 @pytest.mark.parametrize("angle", [0.25, -0.25])
 def test_sides_that_overlap_turn_by_their_own_maps(angle, device):
     """Two rigid halves, partly one in the other: each point and cell turns as its half."""
@@ -130,9 +127,6 @@ def test_jacobians_of_known_material_are_those_of_the_map(cut, motion, device):
     np.testing.assert_allclose(value.jacobian(v, origins=origins), expected, rtol=0, atol=1e-4)
     with pytest.raises(ValueError, match=r"`origins` must be as many as `points`, got 1 for 2"):
         value.jacobian(v[:2], origins=v[:1])
-
-
-# Overlap
 
 
 @pytest.mark.parametrize("cut", ["plane", "half-plane", "polygon"])

@@ -400,9 +400,6 @@ def test_a_renderer_moves_to_another_window():
     np.testing.assert_array_equal(scene.picture(), first)
 
 
-# Errors
-
-
 def test_errors_name_the_reason():
     renderer = Scene().renderer
     on_cpu = volume_of(image_of(VALUES), mapper=vtkFixedPointVolumeRayCastMapper())
