@@ -135,6 +135,5 @@ class Hands:
 
     @property
     def camera(self):
-        """Position and focal point of the camera."""
         camera = self.editor.scene.renderer.GetActiveCamera()
         return camera.GetPosition(), camera.GetFocalPoint()
