@@ -69,13 +69,8 @@ def write_brain(file, step):
     brain = output_of(vtkNIFTIImageReader(), FileName=str(demo.brain_file()))
     smaller = output_of(vtkImageShrink3D(), InputData=brain, ShrinkFactors=[step] * 3)
     smaller.GetPointData().GetScalars().SetName("T1")
-    return write_image(file, smaller)
-
-
-def write_image(file, image):
-    """Write a vtkImageData; the file, relative to the project."""
     (PROJECT / file).parent.mkdir(parents=True, exist_ok=True)
-    writer = configured(vtkXMLImageDataWriter(), InputData=image, FileName=str(PROJECT / file))
+    writer = configured(vtkXMLImageDataWriter(), InputData=smaller, FileName=str(PROJECT / file))
     assert writer.Write()
     return file
 
