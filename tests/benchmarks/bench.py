@@ -98,19 +98,15 @@ def questions(is_large):
             yield f"points moved forward, {n}^3", "rigid", contestants.points(n)
     if is_large:
         yield "displacement map, 512^3", "rigid", contestants.own_maps(512), 0, 3, 3
-    meshes = contestants.meshes(55)
-    yield "mesh of 2 million tetrahedra (341,991 points)", "rigid", meshes
+    yield "mesh of 2 million tetrahedra (341,991 points)", "rigid", contestants.meshes(55)
     most = 100_000 if is_large else 20_000
     many = contestants.maps_of_many(64, most)
     yield "displacement map by the number of control points, 64^3", "15", many
-    cuts = contestants.maps_with_cuts(64)
-    yield "displacement map by the number of cuts, 64^3", "0 planes", cuts
-    steps = contestants.maps_by_steps(64)
-    yield "displacement map by the number of steps, 64^3", "1", steps
+    yield "displacement map by the number of cuts, 64^3", "0 planes", contestants.maps_with_cuts(64)
+    yield "displacement map by the number of steps, 64^3", "1", contestants.maps_by_steps(64)
     sizes = (32, 64, 128, 256, 512) if is_large else (32, 64, 128)
     yield "displacement map by the size of the grid", "64^3", contestants.maps_by_grid(sizes)
-    alphas = contestants.maps_by_alpha(64)
-    yield "displacement map by alpha, 64^3", "rigid, 1", alphas
+    yield "displacement map by alpha, 64^3", "rigid, 1", contestants.maps_by_alpha(64)
     for n in (64, 128):
         yield f"drag of a volume, {n}^3", "rigid", contestants.drags(n), 0, DRAGS, DRAGS
     yield "live map of a drag, 64^3", "rigid", contestants.live_maps(), 0, DRAGS, DRAGS
@@ -191,21 +187,12 @@ def machine():
 
 
 def measure(functions, seconds=2.0, least=5, most=30):
-    """Milliseconds of each function, after one run to warm up.
+    """Milliseconds of each function of a dict, after one run to warm up.
 
-    They take turns, so that what else the machine does meets them all alike.
-
-    Parameters
-    ----------
-    functions : dict
-    seconds : float
-        After so many, and `least` runs, a function has run enough; after `most` runs in any case.
-
-    Returns
-    -------
-    dict
-        For each the "smallest" and the "median", from a hundred runs on the "p99" (99th
-        percentile), and the smallest "processor" time of all threads.
+    They take turns, so that what else the machine does meets them all alike. A function has run
+    enough after so many seconds and `least` runs, and after `most` runs in any case. For each the
+    dict has the "smallest" and the "median", from a hundred runs on the "p99" (99th percentile),
+    and the smallest "processor" time of all threads.
     """
     times, processor = ({name: [] for name in functions} for _ in range(2))
     for function in functions.values():

@@ -38,14 +38,11 @@ KINDS = {
 def maps(n):
     """Everyone who makes a displacement map, as (name, function)."""
     rest, deformed = handles(n)
-    features = {f"rigid, {name}": options for name, options in _features(n).items()}
-    steps = {"rigid, 16 steps": {"steps": 16}}
-    others = {
-        name: vtk_mls.Deformation(rest, deformed, **options)
-        for name, options in {**features, **steps}.items()
-    }
-    for name, ours in {**dict(_ours(n)), **others}.items():
+    for name, ours in _ours(n):
         yield name, lambda ours=ours: ours.displacement_field((n, n, n))
+    for name, options in {**_features(n), "16 steps": {"steps": 16}}.items():
+        ours = vtk_mls.Deformation(rest, deformed, **options)
+        yield f"rigid, {name}", lambda ours=ours: ours.displacement_field((n, n, n))
     to_grid = peers.to_grid(n, rest, deformed)
     yield "vtkTransformToGrid (TPS)", lambda: again(to_grid)
     absent = peers.absent()
@@ -64,18 +61,16 @@ def own_maps(n):
 def maps_by_grid(sizes):
     """The rigid map of growing grids, as (name, function)."""
     for n in sizes:
-        rest, deformed = handles(n)
         for told, tolerance in TOLERANCES.items():
-            ours = vtk_mls.Deformation(rest, deformed, map_tolerance=tolerance)
+            ours = vtk_mls.Deformation(*handles(n), map_tolerance=tolerance)
             yield f"{n}^3{told}", lambda ours=ours, n=n: ours.displacement_field((n, n, n))
 
 
 def maps_by_alpha(n):
     """Maps of a grid by alpha, as (name, function)."""
-    rest, deformed = handles(n)
     for name in ("affine", "rigid", "polynomial, degree 2"):
         for alpha in (0.5, 0.75, 1.0, 1.5, 2.0, 3.0):
-            ours = vtk_mls.Deformation(rest, deformed, alpha=alpha, **KINDS[name])
+            ours = vtk_mls.Deformation(*handles(n), alpha=alpha, **KINDS[name])
             yield f"{name}, {alpha:g}", lambda ours=ours: ours.displacement_field((n, n, n))
 
 
@@ -125,10 +120,9 @@ def meshes(n):
 
 def maps_by_steps(n):
     """The rigid map of a grid by growing numbers of steps, as (name, function)."""
-    rest, deformed = handles(n)
     for steps in (1, 4, 16, 64):
         for told, tolerance in TOLERANCES.items():
-            ours = vtk_mls.Deformation(rest, deformed, steps=steps, map_tolerance=tolerance)
+            ours = vtk_mls.Deformation(*handles(n), steps=steps, map_tolerance=tolerance)
             yield f"{steps}{told}", lambda ours=ours: ours.displacement_field((n, n, n))
 
 
@@ -244,9 +238,8 @@ def _ours(n):
 
 def _kinds(n):
     """Every kind, as (name, Deformation)."""
-    rest, deformed = handles(n)
     for name, options in KINDS.items():
-        yield name, vtk_mls.Deformation(rest, deformed, **options)
+        yield name, vtk_mls.Deformation(*handles(n), **options)
 
 
 def _features(n):

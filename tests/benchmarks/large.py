@@ -111,28 +111,23 @@ def prepare(size):
     return Deformation(*np.hsplit(points, 2), kind="rigid")
 
 
-def by_command():
-    """Seconds of the command, and its largest memory in GiB."""
-    begin = time.perf_counter()
-    _, status, usage = os.wait4(start("in.ome.zarr", "out.ome.zarr").pid, 0)
-    assert status == 0
-    return time.perf_counter() - begin, usage.ru_maxrss / 2**20
+def table(size):
+    """Rows for a table of `make bench`.
 
-
-def throughput(d, seconds):
-    """The time to copy the files and to deform in memory, over that of the command."""
-    copying, resampling = copy("in.ome.zarr", "copy.ome.zarr"), in_memory("in.ome.zarr", d)
-    return {
+    Throughput: the time to copy the files and to deform in memory, over that of the command.
+    """
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+        d = prepare(size)
+        begin = time.perf_counter()
+        _, status, usage = os.wait4(start("in.ome.zarr", "out.ome.zarr").pid, 0)
+        assert status == 0
+        seconds = time.perf_counter() - begin
+        copying, resampling = copy("in.ome.zarr", "copy.ome.zarr"), in_memory("in.ome.zarr", d)
+    row = {
         "by the command, s": seconds,
         "read and written, s": copying,
         "deformed in memory, s": resampling,
         "throughput": (copying + resampling) / seconds,
+        "memory, GiB": usage.ru_maxrss / 2**20,
     }
-
-
-def table(size):
-    """Rows for a table of `make bench`."""
-    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
-        d = prepare(size)
-        seconds, peak = by_command()
-        return {" x ".join(map(str, size)): {**throughput(d, seconds), "memory, GiB": peak}}
+    return {" x ".join(map(str, size)): row}

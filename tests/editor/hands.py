@@ -53,13 +53,7 @@ def bone(is_closed=True):
 
 
 class Hands:
-    """Moves the mouse and presses keys in the window of an editor.
-
-    Attributes
-    ----------
-    editor : Editor
-    interactor : vtkRenderWindowInteractor
-    """
+    """Moves the mouse and presses keys in the window of an editor."""
 
     def __init__(self, data, state=None, pixels=240, **options):
         window = configured(vtkRenderWindow(), OffScreenRendering=True, MultiSamples=0)
@@ -141,6 +135,5 @@ class Hands:
 
     @property
     def camera(self):
-        """Position and focal point of the camera."""
         camera = self.editor.scene.renderer.GetActiveCamera()
         return camera.GetPosition(), camera.GetFocalPoint()

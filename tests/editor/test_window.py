@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 import time
@@ -16,8 +17,18 @@ from hands import ball_image, ball_mesh
 from vtk_mls import io
 from vtk_mls.files import control_point_files
 
+sys.path.append(str(PROJECT / "tests/paraview"))
+from paraviews import virtual_display
+
 _TIMEOUT = 180  # seconds
-pytestmark = pytest.mark.usefixtures("screen")
+
+
+@pytest.fixture(autouse=True)
+def screen():
+    missing = [tool for tool in ("Xvfb", "xdotool") if not shutil.which(tool)]
+    if missing:
+        report = pytest.fail if os.environ.get("CI") == "true" else pytest.skip
+        report(f"no {', '.join(missing)} on this system: tests/paraview/install.sh installs them")
 
 
 class Window:
@@ -84,32 +95,22 @@ class Window:
 @contextmanager
 def window(folder, *arguments):
     """`vtk-mls view --window` with these arguments, started in a folder."""
-    read, write = os.pipe()
-    server = subprocess.Popen(
-        ["Xvfb", "-displayfd", str(write), "-screen", "0", "1300x900x24", "-noreset"],
-        pass_fds=[write],
-        stderr=subprocess.DEVNULL,
-    )
-    os.close(write)
-    with open(read) as file:
-        display = f":{file.readline().strip()}"
-    environment = {**os.environ, "DISPLAY": display, "PYTHONPATH": str(PROJECT)}
-    environment.pop("VTK_DEFAULT_OPENGL_WINDOW", None)  # set by other tests
-    process = subprocess.Popen(
-        [sys.executable, "-m", "vtk_mls", "view", "--window", *arguments],
-        cwd=folder,
-        env=environment,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    try:
-        yield Window(process, environment)
-    finally:
-        process.kill()
-        server.terminate()
-        process.wait()
-        process.stderr.close()
-        server.wait()
+    with virtual_display("1300x900x24") as display:
+        environment = {**os.environ, "DISPLAY": display, "PYTHONPATH": str(PROJECT)}
+        environment.pop("VTK_DEFAULT_OPENGL_WINDOW", None)  # set by other tests
+        process = subprocess.Popen(
+            [sys.executable, "-m", "vtk_mls", "view", "--window", *arguments],
+            cwd=folder,
+            env=environment,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        try:
+            yield Window(process, environment)
+        finally:
+            process.kill()
+            process.wait()
+            process.stderr.close()
 
 
 @pytest.fixture

@@ -63,7 +63,8 @@ def tried(version, packages, folder):
         python = folder / "bin/python"
         run(python, *PIP, "--disable-pip-version-check", *packages)
         return check([python], folder)
-    root = root_with(version)
+    # of a Debian
+    root = next((path.parents[2] for path in CACHE.glob(f"*/usr/bin/python{version}")), None)
     if not root or os.geteuid() != 0:
         return None
     into = ["--target", folder, "--python-version", version, "--only-binary", ":all:"]
@@ -90,11 +91,6 @@ def interpreter(version):
         if subprocess.run(command, capture_output=True, check=False).returncode == 0:
             return program
     return None
-
-
-def root_with(version):
-    """The root file system of a Debian with a Python of a version, or None."""
-    return next((path.parents[2] for path in CACHE.glob(f"*/usr/bin/python{version}")), None)
 
 
 def run(*command, cwd=None):

@@ -108,28 +108,24 @@ def of_map():
     return of_all(MLSDisplacementField, datasets, switched(SWITCHES), "Inverse", **size)
 
 
-@pytest.fixture
-def of_port(tmp_path):
-    def run(port):
-        markups = tmp_path / "points.fcsv"
-        markups.write_text("# CoordinateSystem = LPS\n# columns = id,x,y,z,label\na,1,2,3,tip\n")
-        listed = control_points(weights=np.ones(8))
-        read = configured(MLSControlPoints(), Mode="file", FileName=str(markups))
-        outputs = []
-        for algorithm in (listed, read):
-            update(algorithm)
-            outputs.append(algorithm.GetOutputDataObject(port))
-        return set().union(*map(names, outputs))
-
-    return run
+def of_port(port, folder):
+    markups = folder / "points.fcsv"
+    markups.write_text("# CoordinateSystem = LPS\n# columns = id,x,y,z,label\na,1,2,3,tip\n")
+    listed = control_points(weights=np.ones(8))
+    read = configured(MLSControlPoints(), Mode="file", FileName=str(markups))
+    outputs = []
+    for algorithm in (listed, read):
+        update(algorithm)
+        outputs.append(algorithm.GetOutputDataObject(port))
+    return set().union(*map(names, outputs))
 
 
 @pytest.mark.parametrize(
     "writer", [pytest.param(IMAGE, marks=pytest.mark.matrix), MESH, MAP, CONTROL_POINTS, ARROWS]
 )
-def test_written_files_match_the_table(writer, of_port):
+def test_written_files_match_the_table(writer, tmp_path):
     find = {IMAGE: of_image, MESH: of_mesh, MAP: of_map}
-    find |= {CONTROL_POINTS: partial(of_port, 0), ARROWS: partial(of_port, 1)}
+    find |= {CONTROL_POINTS: partial(of_port, 0, tmp_path), ARROWS: partial(of_port, 1, tmp_path)}
     told = {(row.of, row.name, told_values(row)) for row in table.TABLE if writer in row.writers}
     if writer == IMAGE and not CAN_HIDE_CELLS:
         told.remove((table.CELLS, arrays.GHOSTS, "bytes"))

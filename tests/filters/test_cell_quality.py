@@ -87,9 +87,6 @@ def test_cells_without_a_measure_are_nan():
         np.testing.assert_allclose(quality[[1, 5]], [1, 0.5**0.5], rtol=1e-6)
 
 
-# The largest blend
-
-
 def inverted_at(filter_, blend):
     filter_.SetBlend(blend)
     return count(update(filter_), "InvertedCells")

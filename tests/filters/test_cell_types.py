@@ -228,8 +228,6 @@ def test_cells_keep_their_data_beside_a_point_without_cells():
     assert len(numbers) == output.GetNumberOfCells()
 
 
-# Integer coordinates
-
 INTEGERS = [name for name in TYPES if name not in ("float", "double", "bit")]
 
 

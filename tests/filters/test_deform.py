@@ -29,9 +29,6 @@ def reference():
     return configured(MLSDeform(), Device="reference")
 
 
-# Numbers
-
-
 @pytest.mark.parametrize("background", [-1000.0, np.nan])
 def test_a_background_outside_the_range_of_a_type_is_reported(reference, messages, background):
     """Once, by the name of the array; the others have it."""
@@ -108,9 +105,6 @@ def test_labels_ghosts_and_strings_are_not_mixed(reference, where):
     np.testing.assert_array_equal(ghosts, np.where(labels == 1000, 32, 0))
     expected = ["" if label == 7 else f"{where} {label}" for label in labels]
     assert arrays.texts(data, "names") == expected
-
-
-# Output grids
 
 
 def test_given_grid(deform, device):

@@ -5,9 +5,8 @@ from pathlib import Path
 
 import pytest
 
-FUZZ = Path(__file__).parents[1] / "fuzz"
-sys.path.insert(0, str(FUZZ))
-import run  # noqa: E402
+sys.path.insert(0, str(Path(__file__).parents[1] / "fuzz"))
+import run
 
 
 @pytest.mark.matrix

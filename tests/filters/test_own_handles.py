@@ -120,9 +120,6 @@ def test_blend_leads_from_rest_to_deformed(filter_type, image, own):
     np.testing.assert_array_equal(result(deforming), whole)
 
 
-# Handles on a cut
-
-
 @pytest.mark.parametrize("cut", ["plane", "half-plane"])
 @pytest.mark.parametrize("frame", CUT_FRAMES)
 def test_a_handle_that_is_dragged_off_the_cut_takes_that_side_along(cut, frame):

@@ -5,12 +5,13 @@ import pytest
 from mesh_fixtures import CUTS, MESHES, array_of, count, deforming, places_of, split
 from pipelines import control_points, update, values_of
 from vtk_fixtures import FAST, REST, add_array, add_scalars, make_image
+from vtkmodules.vtkFiltersCore import vtkCellCenters
 
 from vtk_mls import Deformation, Plane
 from vtk_mls.base.linear_algebra import unit
 from vtk_mls.filters import MLSDeform, MLSDisplacementField
-from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
+from vtk_mls.vtk.objects import output_of
 
 EXTENT = 6.0  # of the control points
 HALF = CUTS["half-plane"]
@@ -82,9 +83,6 @@ def test_faces_of_a_mesh_are_those_of_the_void(name, cut, motion, device):
     np.testing.assert_allclose(outer[open_], -step, rtol=0, atol=1e-4 * EXTENT)
 
 
-# Directions
-
-
 @pytest.mark.parametrize("angle", [0.25, -0.25])
 def test_sides_that_overlap_turn_by_their_own_maps(angle, device):
     """Two rigid halves, partly one in the other: each point and cell turns as its half."""
@@ -105,7 +103,7 @@ def test_sides_that_overlap_turn_by_their_own_maps(angle, device):
     undeformed, shift = split(mesh, [cut])
     for data, is_above in (
         ("Point", cut.height(places_of(undeformed) + shift) > 0),
-        ("Cell", cut.height(_middles(undeformed)) > 0),
+        ("Cell", cut.height(places_of(output_of(vtkCellCenters(), InputData=undeformed))) > 0),
     ):
         turns = [
             turned(rest_normal[None], side * angle, HALF.along, np.zeros(3)) for side in (1, -1)
@@ -119,12 +117,6 @@ def test_sides_that_overlap_turn_by_their_own_maps(angle, device):
     np.testing.assert_allclose(determinant, 1, rtol=0, atol=1e-4)
 
 
-def _middles(grid):
-    corners = arrays.to_numpy(grid.GetCells().GetConnectivityArray())
-    starts = arrays.to_numpy(grid.GetCells().GetOffsetsArray())
-    return np.add.reduceat(places_of(grid)[corners], starts[:-1]) / np.diff(starts)[:, None]
-
-
 @pytest.mark.parametrize(("cut", "motion"), OPENINGS)
 def test_jacobians_of_known_material_are_those_of_the_map(cut, motion, device):
     value = Deformation(REST, MOTIONS[motion], cuts=[CUTS[cut]], cut_frame="rest", device=device)
@@ -135,9 +127,6 @@ def test_jacobians_of_known_material_are_those_of_the_map(cut, motion, device):
     np.testing.assert_allclose(value.jacobian(v, origins=origins), expected, rtol=0, atol=1e-4)
     with pytest.raises(ValueError, match=r"`origins` must be as many as `points`, got 1 for 2"):
         value.jacobian(v[:2], origins=v[:1])
-
-
-# Overlap
 
 
 @pytest.mark.parametrize("cut", ["plane", "half-plane", "polygon"])

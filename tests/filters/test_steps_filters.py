@@ -130,9 +130,6 @@ def test_as_many_steps_as_given(handles):
     assert np.abs(a - b).max() > 0.01
 
 
-# Paths
-
-
 PATH = np.array([turned(k / LEGS) for k in range(1, LEGS)])
 
 

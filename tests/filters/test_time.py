@@ -42,9 +42,7 @@ def sphere(output, time):
 
 
 def still_sphere():
-    made = vtkPolyData()
-    sphere(made, 0)
-    return made
+    return output_of(vtkSphereSource())
 
 
 def image(output, time):

@@ -61,7 +61,6 @@ class Scene:
         return self.low + self.size * (0.5 + spread * self.rng.uniform(-0.5, 0.5, (count, 3)))
 
     def handles(self):
-        """Rest, deformed, weights."""
         rng = self.rng
         count = int(rng.choice([1, 2, 3, 5, 12, 40]))
         rest = self.places(count)
@@ -90,7 +89,6 @@ class Scene:
         return mesh
 
     def cut(self):
-        """One of each kind."""
         rng = self.rng
         place, normal, inward = self.places(1)[0], rng.normal(size=3), rng.normal(size=3)
         if rng.random() < 0.3:

@@ -8,11 +8,6 @@ source = wavelet()
 source.UpdatePipeline()
 volume = array(data(source), "RTData")
 
-
-def settings(rest=REST, deformed=DEFORMED):
-    return {"RestPoints": list(np.ravel(rest)), "DeformedPoints": list(np.ravel(deformed))}
-
-
 # A new filter has a lattice of handles over the bounds of the input, and is the identity.
 deform = simple.MLSDeform(Input=source)
 rest = np.reshape(deform.RestPoints, (-1, 3))
@@ -39,8 +34,7 @@ source.WholeExtent = [-9, 8, -8, 8, -7, 9]
 handles = control_points()
 bent = array(data(simple.MLSDeform(Input=source, ControlPoints=handles)), "RTData").copy()
 for proxy in (deform, field):
-    for name, value in settings().items():
-        setattr(proxy, name, value)
+    proxy.RestPoints, proxy.DeformedPoints = list(np.ravel(REST)), list(np.ravel(DEFORMED))
 np.testing.assert_array_equal(array(data(deform), "RTData"), bent)
 deform.DeformedPoints = list(np.ravel(REST))
 np.testing.assert_array_equal(array(data(deform), "RTData"), volume)

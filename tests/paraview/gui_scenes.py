@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 
 from gui import LISTENER
-from paraviews import NOISE, PICTURES, PROJECT
+from paraviews import NOISE, PICTURES, PROJECT, unavailable
 from vtkmodules.vtkImagingCore import vtkImageShrink3D
 from vtkmodules.vtkIOImage import vtkNIFTIImageReader
 from vtkmodules.vtkIOXML import vtkXMLImageDataWriter
@@ -54,6 +54,13 @@ record_updates(DeformedVolume)
 """
 _SPHERE = "simple.Sphere(Radius=10, ThetaResolution=90, PhiResolution=90)"
 BALL = f"simple.Delete(wavelet){_shown('ball', _SPHERE)}"
+HAS_QT = """
+try:
+    import gui_places
+    answer = True
+except ModuleNotFoundError:
+    answer = False
+"""
 BRAIN = "file = simple.GetActiveSource(); volume = values(file).copy()\n"
 
 
@@ -62,13 +69,8 @@ def write_brain(file, step):
     brain = output_of(vtkNIFTIImageReader(), FileName=str(demo.brain_file()))
     smaller = output_of(vtkImageShrink3D(), InputData=brain, ShrinkFactors=[step] * 3)
     smaller.GetPointData().GetScalars().SetName("T1")
-    return write_image(file, smaller)
-
-
-def write_image(file, image):
-    """Write a vtkImageData; the file, relative to the project."""
     (PROJECT / file).parent.mkdir(parents=True, exist_ok=True)
-    writer = configured(vtkXMLImageDataWriter(), InputData=image, FileName=str(PROJECT / file))
+    writer = configured(vtkXMLImageDataWriter(), InputData=smaller, FileName=str(PROJECT / file))
     assert writer.Write()
     return file
 
@@ -76,6 +78,11 @@ def write_image(file, image):
 def noise(gui):
     """The errors and warnings that it has printed."""
     return [line for line in gui.printed.splitlines() if NOISE.search(line)]
+
+
+def require_qt(gui):
+    if not gui.run(HAS_QT):
+        unavailable("no Qt for Python with this ParaView: tests/paraview/install.sh says why")
 
 
 def vtk_mls_command(file):

@@ -137,7 +137,7 @@ def display():
 
 
 @contextmanager
-def virtual_display():
+def virtual_display(screen="1280x1024x24"):
     """A virtual X display; without Xvfb the user's own.
 
     ParaViews in root file systems can use it, since its socket is abstract.
@@ -146,7 +146,7 @@ def virtual_display():
         yield os.environ.get("DISPLAY")
         return
     output, write = os.pipe()
-    command = ["Xvfb", "-displayfd", str(write), "-noreset", "-ac", "-screen", "0", "1280x1024x24"]
+    command = ["Xvfb", "-displayfd", str(write), "-noreset", "-ac", "-screen", "0", screen]
     quiet = subprocess.DEVNULL
     with subprocess.Popen(command, pass_fds=[write], stdout=quiet, stderr=quiet) as server:
         os.close(write)

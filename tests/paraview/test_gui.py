@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from gui_fixtures import require_qt
-from gui_scenes import BALL, HANDLE, PROJECT, PULL, SETUP, noise
+from gui_scenes import BALL, HANDLE, PROJECT, PULL, SETUP, noise, require_qt
 
 REPLAY = """
 import numpy as np

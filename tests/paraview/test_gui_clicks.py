@@ -6,8 +6,7 @@ import nibabel
 import numpy as np
 import pytest
 from gui import HEIGHT, WIDTH
-from gui_fixtures import require_qt
-from gui_scenes import ASIDE, BRAIN, OWN, PROJECT, noise, vtk_mls_command
+from gui_scenes import ASIDE, BRAIN, OWN, PROJECT, noise, require_qt, vtk_mls_command
 
 from vtk_mls.commands import demo
 

@@ -5,8 +5,7 @@ A surface and its Transform are a rigid region.
 
 from __future__ import annotations
 
-from gui_fixtures import require_qt
-from gui_scenes import BALL, PROJECT, SETUP, noise
+from gui_scenes import BALL, PROJECT, SETUP, noise, require_qt
 
 FIRST_PAGE = sorted(
     ["ControlPoints", "Kind", "Alpha", "Smoothing", "Steps", "Blend", "CutType", "Drag"]

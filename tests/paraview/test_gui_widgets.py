@@ -8,8 +8,7 @@ import time
 import numpy as np
 import pytest
 from gui import LISTENER
-from gui_fixtures import require_qt
-from gui_scenes import BALL, HANDLE, PICTURES, PROJECT, PULL, SETUP, noise
+from gui_scenes import BALL, HANDLE, PICTURES, PROJECT, PULL, SETUP, noise, require_qt
 
 
 def test_handles_and_plane_come_back(gui):
@@ -178,16 +177,6 @@ for name, elements in (
 COUNTS = [8, 9, 8]
 
 
-def load_new(gui):
-    """Load the plugin in the dialog for plugins, which stays open."""
-    gui.click("menu_item('Tools')")
-    gui.click("menu_item('Manage Plugins')")
-    gui.click("button('Load New')")
-    gui.hover("button('Cancel')")
-    gui.type("paraview_plugin/vtk_mls_plugin.py")
-    gui.until("hasattr(servermanager.filters, 'MLSDeform')")
-
-
 @pytest.mark.matrix
 def test_handles_are_watched_when_loaded_by_path(start, paraview):
     folder = "/project" if paraview.prefix else str(PROJECT)
@@ -210,7 +199,12 @@ def test_handles_are_watched_when_loaded_by_themselves(start, paraview, request)
     command = ("env", home, "paraview", f"--script={LISTENER}")
     with start(command=command) as gui:
         require_qt(gui)
-        load_new(gui)
+        gui.click("menu_item('Tools')")
+        gui.click("menu_item('Manage Plugins')")
+        gui.click("button('Load New')")
+        gui.hover("button('Cancel')")
+        gui.type("paraview_plugin/vtk_mls_plugin.py")
+        gui.until("hasattr(servermanager.filters, 'MLSDeform')")
         gui.find_in_tree("vtk_mls_plugin", clicks=2)  # opens it
         gui.find_in_tree("Auto Load", column=1)
         gui.screenshot("1_ticked")

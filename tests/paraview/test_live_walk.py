@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import pytest
-from gui_fixtures import require_qt
-from gui_scenes import AS_VOLUME, HANDLE, LIVE, PULL, VALUES, WAVELET
+from gui_scenes import AS_VOLUME, HANDLE, LIVE, PULL, VALUES, WAVELET, require_qt
 
+pytestmark = pytest.mark.matrix
 VOLUME = ["vtkVolume"]  # ParaView's own is of another class
 BLEND = """
 track = simple.GetAnimationTrack("Blend", proxy=deform)
@@ -20,20 +20,17 @@ def drag(gui):
         gui.until("dragged() and drawn")
 
 
-@pytest.fixture
+@pytest.fixture(autouse=True)
 def deform(gui):
-    """The GUI with a filter that is applied, shown as a volume."""
+    """A filter that is applied, shown as a volume."""
     gui.run(LIVE)
     gui.add_deform(apply=False)
     gui.press("alt+a")
     gui.until("is_straight() and volumes()")
     gui.run("own = volumes()")
-    return gui
 
 
-@pytest.mark.matrix
-def test_undo_reset_animations_and_states(deform):
-    gui = deform
+def test_undo_reset_animations_and_states(gui):
     drag(gui)
     assert gui.value("volumes()") == VOLUME
     for keys, is_edited in (("ctrl+z", False), ("ctrl+y", True), ("alt+r", False)):
@@ -81,10 +78,8 @@ simple.Render(view)""")
     gui.screenshot("state")
 
 
-@pytest.mark.matrix
-def test_a_handle_is_dragged_while_blend_plays(deform):
+def test_a_handle_is_dragged_while_blend_plays(gui):
     """By the buttons of the animation: it follows the mouse, and stays where it was let go."""
-    gui = deform
     require_qt(gui)
     gui.run("import gui_places; gui_places.hide_tool_bars_except('VCRToolbar')")
     gui.run(BLEND)
@@ -116,10 +111,8 @@ view.GetRenderer().AddObserver("EndEvent", record)""")
     gui.screenshot("2_applied")
 
 
-@pytest.mark.matrix
-def test_a_track_of_a_coordinate(deform):
+def test_a_track_of_a_coordinate(gui):
     """ParaView drops a list's edit when it sets another element: then nothing is live."""
-    gui = deform
     drag(gui)
     gui.run("""
 track = simple.GetAnimationTrack("DeformedPoints", index=0, proxy=deform)
@@ -141,9 +134,7 @@ is_live = not np.array_equal(pending_rows('DeformedPoints'), moved)""")
     assert gui.value("volumes() == own")
 
 
-@pytest.mark.matrix
-def test_reset_session(deform):
-    gui = deform
+def test_reset_session(gui):
     require_qt(gui)
     drag(gui)
     gui.run("""
@@ -165,9 +156,7 @@ del view, deform, wavelet""")
     gui.screenshot("again")
 
 
-@pytest.mark.matrix
-def test_deleting_while_it_is_dragged(deform):
-    gui = deform
+def test_deleting_while_it_is_dragged(gui):
     gui.run("other = simple.CreateView('RenderView'); layout = simple.GetLayout(view)")
     gui.run("layout.SplitVertical(0, 0.5); layout.AssignView(2, other); simple.Show(deform, other)")
     gui.run("simple.GetDisplayProperties(deform, other).SetRepresentationType('Volume')")

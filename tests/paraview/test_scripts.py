@@ -21,14 +21,9 @@ SCRIPTS = sorted(
 
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.stem)
 def test_script(paraview, display, script, request):
-    paraview.check(script, _pictures(request), display=display)
-
-
-def _pictures(request):
-    """A folder for the pictures of a ParaView, relative to the project."""
     pictures = PICTURES / request.node.callspec.id.partition("-")[0]
     (PROJECT / pictures).mkdir(parents=True, exist_ok=True)
-    return pictures
+    paraview.check(script, pictures, display=display)
 
 
 @pytest.mark.parametrize("script", ["exception.py", "vtk_error.py"])

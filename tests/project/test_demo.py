@@ -73,12 +73,16 @@ def test_handles_are_written(output):
     np.testing.assert_array_equal(drag, [drag for _, drag in run.CONTROL_POINTS.values()])
 
 
-WHOLE = pytest.mark.parametrize(
-    "output", [pytest.param("whole", marks=pytest.mark.matrix)], indirect=True
+@pytest.mark.parametrize(
+    ("output", "name", "height"),
+    [
+        ("coarse", "demo", 640),
+        pytest.param("whole", "demo", 640, marks=pytest.mark.matrix),
+        pytest.param("whole", "cut", 740, marks=pytest.mark.matrix),
+    ],
+    indirect=["output"],
 )
-
-
-def assert_picture_or_what_to_install(output, name, height):
+def test_picture_or_what_to_install(output, name, height):
     picture = output[0] / f"{name}.png"
     if picture.is_file():
         assert str(picture) in output[1]
@@ -86,15 +90,6 @@ def assert_picture_or_what_to_install(output, name, height):
         assert pixels.reshape(height, 2400, 3).std(axis=(0, 1)).min() > 20
     else:
         assert "libegl1" in output[1]
-
-
-def test_picture_of_the_frog_or_what_to_install(output):
-    assert_picture_or_what_to_install(output, "demo", 640)
-
-
-@WHOLE
-def test_picture_of_the_brain_or_what_to_install(output):
-    assert_picture_or_what_to_install(output, "cut", 740)
 
 
 def test_a_crash_of_opengl_names_the_missing_package(monkeypatch, capsys, tmp_path):

@@ -11,14 +11,13 @@ import sys
 import tarfile
 import venv
 import zipfile
-from pathlib import Path
 
 import pytest
+from command_fixtures import PROJECT
 
 import vtk_mls
 from vtk_mls.base.resources import resource
 
-PROJECT = Path(__file__).resolve().parents[2]
 FOLDERS = ("opencl", "paraview_plugin")
 # By Python, `make docs`, and a build.
 MADE = {"__pycache__", "_build", "gallery", "made", "__init__.pyi"}
@@ -108,6 +107,8 @@ def test_versions_agree():
     hooks = (PROJECT / ".pre-commit-config.yaml").read_text(encoding="utf-8")
     ruff = re.search(r'"ruff==([\d.]+)\*"', project)[1]
     assert f"rev: v{ruff}" in hooks
+    changelog = (PROJECT / "CHANGELOG.md").read_text(encoding="utf-8")
+    assert vtk_mls.__version__ in re.findall(r"^## (\S+)", changelog, re.MULTILINE)
 
 
 @pytest.mark.matrix
@@ -159,8 +160,3 @@ def test_released_pages_install_from_pypi_and_readme_links_to_addresses(tmp_path
     for page in (tmp_path / "README.md", *(tmp_path / "docs").rglob("*.md")):
         lines = page.read_text(encoding="utf-8").splitlines()
         assert [line for line in lines if ".[" in line or "folder of the source" in line] == []
-
-
-def test_changelog_has_this_version():
-    versions = re.findall(r"^## (\S+)", (PROJECT / "CHANGELOG.md").read_text(), re.MULTILINE)
-    assert vtk_mls.__version__ in versions

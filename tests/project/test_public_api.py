@@ -35,15 +35,10 @@ def listed(text):
     return names | set(re.findall(r"`(vtk_mls[\w.]+)`", text))
 
 
-def objects():
-    """What the page has."""
-    pytest.importorskip("pyvista")
-    return {name: resolve_name(name) for name in listed(PAGE.read_text(encoding="utf-8"))}
-
-
 @pytest.mark.parametrize("module", PUBLIC)
 def test_what_is_public_is_in_the_reference(module):
-    there = {id(value) for value in objects().values()}
+    pytest.importorskip("pyvista")
+    there = {id(resolve_name(name)) for name in listed(PAGE.read_text(encoding="utf-8"))}
     public = resolve_name(module)
     missing = [name for name in public.__all__ if id(getattr(public, name)) not in there]
     assert not missing, f"docs/reference/api.md lacks {missing} of {module}"
@@ -54,18 +49,11 @@ def public():
     for module in (vtk_mls, rendering, io, landmarks, field_files):
         for name in getattr(module, "__all__", vars(module)):
             value = getattr(module, name)
-            if inspect.isclass(value) and (
-                module in (vtk_mls, rendering, landmarks) or value.__module__ == module.__name__
-            ):
+            is_own = getattr(value, "__module__", None) == module.__name__
+            if inspect.isclass(value) and (is_own or module in (vtk_mls, rendering, landmarks)):
                 yield from methods(value)
-            elif is_own_function(module, name):
+            elif inspect.isfunction(value) and is_own and not name.startswith("_"):
                 yield f"{module.__name__}.{name}", value
-
-
-def is_own_function(module, name):
-    value = getattr(module, name)
-    is_own = inspect.isfunction(value) and value.__module__ == module.__name__
-    return is_own and not name.startswith("_")
 
 
 def methods(kind):

@@ -88,18 +88,14 @@ def test_a_kind(copy):
     run(copy, "-c", KIND_IS_FOUND)
 
 
-def test_a_shape_of_cuts(copy):
+# New kernels: each device is checked again.
+@pytest.mark.parametrize("part", ["not kernels", pytest.param("kernels", marks=pytest.mark.matrix)])
+def test_a_shape_of_cuts(part, copy):
     """A file in Python makes a shape that all interfaces have."""
     test = write(copy, recipe("Add a shape of cuts"))
-    run(copy, "-m", "pytest", "-q", test, "-k", "not kernels")
+    run(copy, "-m", "pytest", "-q", test, "-k", part)
     run(copy, "docs/properties_page.py")
     assert "### CutRadius" in (copy / "docs/properties.md").read_text()
-
-
-@pytest.mark.matrix  # new kernels: each device is checked again
-def test_the_kernels_of_a_shape_of_cuts(copy):
-    test = write(copy, recipe("Add a shape of cuts"))
-    run(copy, "-m", "pytest", "-q", test, "-k", "kernels")
 
 
 @pytest.mark.parametrize("title", ["Add a shape of rigid regions", "Add a mask"])

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import importlib
 import os
-from pathlib import Path
 
 import numpy as np
 import pytest
+from command_fixtures import PROJECT
 
 from vtk_mls import Deformation, Plane
 from vtk_mls.model.options import MAP_TOLERANCE
@@ -115,7 +115,6 @@ def test_one_view_and_one_editor(plotter):
         plotter.mls.edit(pyvista.Sphere())
 
 
-PROJECT = Path(__file__).resolve().parents[2]
 CELLS = (
     """
 import urllib.request

@@ -116,10 +116,6 @@ def _with(**values):
 _PLANE = configured(vtkPlane(), Origin=CENTER, Normal=(0.5, 1, 0.2))
 
 
-def _clipped(scene):
-    mapper_in(scene).AddClippingPlane(_PLANE)
-
-
 def _with_ball(opacity):
     def prepare(scene):
         mapper = configured(vtkPolyDataMapper(), InputData=ball((MIDDLE, 0, MIDDLE), 15, 8))
@@ -167,7 +163,7 @@ STYLES = {
     "independent components": {"values": TWO, "components": 2},
     "colors": {"values": FOUR, "components": 4, "IndependentComponents": False},
     "cropped": {"prepare": _with(Cropping=True, CroppingRegionPlanes=(8, 45, -100, 30, 0, 47))},
-    "clipped": {"prepare": _clipped},
+    "clipped": {"prepare": lambda scene: mapper_in(scene).AddClippingPlane(_PLANE)},
     "opaque geometry": {"prepare": _with_ball(1.0)},
     "peeled geometry": {"prepare": _with_ball(0.4)},
     "parallel": {"prepare": _parallel},
@@ -404,9 +400,6 @@ def test_a_renderer_moves_to_another_window():
     old.RemoveRenderer(scene.renderer)
     scene.window.AddRenderer(scene.renderer)
     np.testing.assert_array_equal(scene.picture(), first)
-
-
-# Errors
 
 
 def test_errors_name_the_reason():

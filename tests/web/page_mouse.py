@@ -6,15 +6,9 @@ import time
 
 
 def drag(mouse, start, by, steps=8, rest=0.3):
-    """Drag with the left button of playwright's mouse.
+    """Drag with the left button of playwright's mouse, from a pixel by so many.
 
-    Parameters
-    ----------
-    mouse : playwright.sync_api.Mouse
-    start, by : (x, y), pixels
-    steps : int
-    rest : float, seconds
-        Over the handle before it is pressed, so that it is hovered.
+    Before it is pressed it rests over the handle for some seconds, so that this is hovered.
     """
     mouse.move(*start)
     time.sleep(rest)

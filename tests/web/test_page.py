@@ -152,10 +152,7 @@ class Page:
 
     def moved_row(self, number, before):
         """The row once it is another one."""
-        until = time.monotonic() + _TIMEOUT
-        while np.allclose(self.rows()[number], before):
-            assert time.monotonic() < until, "the handle has not moved"
-            time.sleep(0.05)
+        self.until(lambda: not np.allclose(self.rows()[number], before))
         return self.rows()[number]
 
     def frames(self):

@@ -34,26 +34,22 @@ def _page(browser, address):
     return closing(Page(browser, address, viewport=_WINDOW))
 
 
-def _wait(page, text):
-    page.tab.wait_for_function(text)
-
-
 _ROWS = "document.querySelectorAll('.mls-pairs tbody input[type=checkbox]').length"
 
 
 def test_landmarks_are_placed_on_both_sides_and_refined(browser, folder):
     arguments = "moving.vti", "pairs.csv", "--target", "target.vti"
     with server(folder, *arguments) as (_, address), _page(browser, address) as page:
-        _wait(page, f"{_ROWS} === 4")
+        page.tab.wait_for_function(f"{_ROWS} === 4")
         page.tab.get_by_role("button", name="3-D").click()  # hidden: two 3-D views
         page.tab.mouse.click(*page.pixel((0.19, 0.36)))  # beside the handles
-        _wait(page, f"{_ROWS} === 5")
+        page.tab.wait_for_function(f"{_ROWS} === 5")
         page.says("is on both sides")
         name = page.tab.get_by_label("Name of 5")
         name.fill("nose")
         name.press("Enter")
         page.tab.get_by_label("Delete nose").click()
-        _wait(page, f"{_ROWS} === 4")
+        page.tab.wait_for_function(f"{_ROWS} === 4")
         page.tab.get_by_label("Use b").uncheck()
         page.status("1 off")
         page.tab.get_by_role("button", name="Refine all").click()

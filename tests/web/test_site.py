@@ -5,11 +5,9 @@ Pictures of all pages are left in build/site/.
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import pytest
+from command_fixtures import PROJECT
 
-PROJECT = Path(__file__).resolve().parents[2]
 SITE = PROJECT / "docs" / "_build" / "html"
 PICTURES = PROJECT / "build" / "site"
 WIDTHS = (1280, 390)
