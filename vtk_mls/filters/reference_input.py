@@ -40,7 +40,11 @@ class ReferenceInput:
         if not self.has_reference():
             return None
         if value is None:
-            geometry = self._input_geometry()
+            info = self._reference_information()
+            geometry, image = ImageGeometry.of_information(info), vtkImageData.GetData(info)
+            if image is not None and self._lacks_directions():  # known once it is updated
+                direction = ImageGeometry.of_image(image).direction
+                geometry = replace(geometry, direction=direction)
         elif isinstance(value, vtkImageData):
             geometry = ImageGeometry.of_image(value)
         elif isinstance(value, Grid):
@@ -51,14 +55,6 @@ class ReferenceInput:
         if geometry.is_empty:
             raise InputError("is an empty image; it must have a point", argument="Reference")
         return geometry
-
-    def _input_geometry(self):
-        """ImageGeometry of the input; its directions may not be known before it is updated."""
-        info = self._reference_information()
-        geometry, image = ImageGeometry.of_information(info), vtkImageData.GetData(info)
-        if image is None or not self._lacks_directions():
-            return geometry
-        return replace(geometry, direction=ImageGeometry.of_image(image).direction)
 
     def _lacks_directions(self):
         """Whether only the data of the input have its directions: so it is in ParaView 5.11."""

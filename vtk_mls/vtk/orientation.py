@@ -23,6 +23,7 @@ from vtkmodules.vtkCommonDataModel import (
     vtkUnstructuredGrid,
 )
 
+from vtk_mls.queries.void_cells import over_corners
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.cells import BOXES, FACES, connectivity_of, polydata_cells
 
@@ -264,12 +265,8 @@ def _has_blank_points(mesh):
     flags = arrays.to_numpy(mesh.GetPointData().GetArray(arrays.GHOSTS))
     hidden = (flags & vtkDataSetAttributes.HIDDENPOINT) != 0
     extent = mesh.GetExtent()
-    hidden = hidden.reshape((np.subtract(extent[1::2], extent[::2]) + 1)[::-1])
-    for axis in range(3):
-        count = hidden.shape[axis]
-        if count > 1:
-            hidden = hidden.take(range(count - 1), axis) | hidden.take(range(1, count), axis)
-    return hidden.ravel()
+    shape = (np.subtract(extent[1::2], extent[::2]) + 1)[::-1]
+    return over_corners(np.logical_or, hidden.reshape(shape)).ravel()
 
 
 def _groups(mesh):
