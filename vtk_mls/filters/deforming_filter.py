@@ -23,8 +23,8 @@ from vtk_mls.filters import (
     property_tables,
 )
 from vtk_mls.filters.algorithm import Algorithm, CachedValue, inputs
-from vtk_mls.filters.largest_blend import Blends
 from vtk_mls.filters.properties import with_properties
+from vtk_mls.filters.warping import Blends
 from vtk_mls.model import options
 from vtk_mls.model.handles.handle_cells import handles_of_cells
 from vtk_mls.model.handles.handle_paths import blended_path
@@ -32,6 +32,7 @@ from vtk_mls.queries.handle_warnings import handle_warnings
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 from vtk_mls.vtk.control_point_polydata import PATH, as_polydata, cells_of, path_of
+from vtk_mls.vtk.objects import shallow_copy
 
 # Ports: control points, cuts, mask, deformed control points. Processes share all but masks.
 _PORTS, _POINT_SETS, _SHARED = (1, 2, 3, 4), (1, 4), (1, 2, 4)
@@ -126,9 +127,7 @@ class DeformingFilter(Algorithm):
         if data is None or isinstance(data, (vtkDataSet, vtkCompositeDataSet)):
             return super()._answer(name, request, inInfo, outInfo)
         if name in ("RequestDataObject", "RequestData"):  # a block that is no dataset
-            passed = data.NewInstance()
-            passed.ShallowCopy(data)
-            outInfo.GetInformationObject(0).Set(vtkDataObject.DATA_OBJECT(), passed)
+            outInfo.GetInformationObject(0).Set(vtkDataObject.DATA_OBJECT(), shallow_copy(data))
         if name == "RequestData" and hasattr(data, "GetBounds"):
             self._warn(_AT_REST.format(data.GetClassName()))
         return 1

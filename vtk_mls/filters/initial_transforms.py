@@ -11,7 +11,6 @@ from vtk_mls.files.field_files import read_transform
 from vtk_mls.files.paths import existing_file
 from vtk_mls.filters import warping
 from vtk_mls.filters.algorithm import run_all
-from vtk_mls.filters.largest_blend import Blends
 from vtk_mls.queries.transform import Transform
 from vtk_mls.vtk import arrays
 
@@ -66,7 +65,7 @@ class WarpAfter(warping.Warp):
         def make():
             name = warping.output_type(self.input, False)
             moved = vtkDataObjectTypes.NewDataObject(name)
-            warp = warping.Warp(options, Blends(1.0, self.initial), self.input, moved, None)
+            warp = warping.Warp(options, warping.Blends(1.0, self.initial), self.input, moved, None)
             run_all(warp.tasks(), progress)
             return moved
 

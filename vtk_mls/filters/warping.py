@@ -1,7 +1,9 @@
 """Deformation of point sets by the inverse of the map that deforms images."""
 
+import math
 from dataclasses import dataclass
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 from vtkmodules.vtkCommonCore import (
@@ -25,7 +27,6 @@ from vtkmodules.vtkFiltersGeneral import vtkRectilinearGridToPointSet
 
 from vtk_mls.filters import derived_arrays
 from vtk_mls.filters.algorithm import run_all
-from vtk_mls.filters.largest_blend import largest_blend
 from vtk_mls.queries.fields import rounding_sizes
 from vtk_mls.queries.vector_fields import contravariant, covariant
 from vtk_mls.vtk import arrays
@@ -39,7 +40,7 @@ from vtk_mls.vtk.cells import (
     set_positions,
     without_empty,
 )
-from vtk_mls.vtk.objects import output_of
+from vtk_mls.vtk.objects import output_of, shallow_copy
 from vtk_mls.vtk.orientation import inverted
 from vtk_mls.vtk.splitting import crossed, split
 
@@ -51,6 +52,7 @@ _CHUNK = 1 << 20
 
 # Inverted cells that decide on the number of steps.
 _MAX_CELLS = 1 << 12
+_BLEND_STEPS = 100  # of a blend of 1
 
 _MOVED_WHOLE = ("vtkPolyData", "vtkUnstructuredGrid")
 
@@ -119,6 +121,14 @@ class MeshOptions:
     has_determinant: bool = False  # "JacobianDeterminant" and the number of inverted cells
     has_quality: bool = False  # "CellQuality" and "CellQualityBefore"
     has_largest_blend: bool = False  # "LargestBlend"
+
+
+class Blends(NamedTuple):
+    """Shares of a deformation."""
+
+    blend: float  # that of the filter
+    whole: object  # the Transform at this blend
+    at: object = None  # a function that gives the Transform at another
 
 
 class Warp:
@@ -291,10 +301,27 @@ class Warp:
         """`_positions` of the centers of the cells of the output."""
         if not self.deformation.in_rest_frame:
             return cell_centers(self.output), None
-        before = self.output.NewInstance()
-        before.ShallowCopy(self.output)
+        before = shallow_copy(self.output)
         set_positions(before, self.before, VTK_DOUBLE)
         return cell_centers(self.output), cell_centers(before)
+
+
+def largest_blend(blend, inverts, progress):
+    """The largest blend at which no cell is inside out, a multiple of 1 / `_BLEND_STEPS`.
+
+    By bisection between 0, where nothing moves, and `blend`, where some cell is inside out: at the
+    result none is, and at one step more some is. Cells that are inside out over a part of the way
+    only can be missed. `inverts(blend, progress)` says whether some cell is inside out.
+    """
+    low, high = 0, math.ceil(abs(blend) * _BLEND_STEPS)
+    parts = iter(progress.divided(*[1] * (high.bit_length() + 1)))
+    while high - low > 1:
+        middle = (low + high) // 2
+        if inverts(math.copysign(middle / _BLEND_STEPS, blend), next(parts)):
+            high = middle
+        else:
+            low = middle
+    return math.copysign(low / _BLEND_STEPS, blend)
 
 
 def offset_from_cuts(deformation, positions, to_cut, side):

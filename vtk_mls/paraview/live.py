@@ -9,7 +9,6 @@ from contextlib import suppress
 
 import numpy as np
 from vtkmodules.vtkCommonCore import vtkOutputWindow
-from vtkmodules.vtkCommonDataModel import vtkImageData
 
 from vtk_mls import Deformation, Grid
 from vtk_mls.filters import MLSDeform, properties
@@ -32,6 +31,7 @@ from vtk_mls.paraview.server_manager import (
     views_of,
 )
 from vtk_mls.vtk.arrays import ImageGeometry
+from vtk_mls.vtk.objects import shallow_copy
 
 SWITCH = "Live"
 _PROP_TYPES = (LiveVolume, LiveImage, LiveSlice, LiveBox, LiveSurface, LiveEdges, LiveOutline)
@@ -218,11 +218,9 @@ class PendingFilter:
     def image(self, image, extent):
         """The part of a deformed vtkImageData in an extent, bit for bit as Apply computes it."""
         self._filter.SetInputDataObject(0, image)
-        output = vtkImageData()
         if not self._filter.UpdateExtent(extent):
             raise ValueError("the image cannot be deformed")  # the filter reported the reason
-        output.ShallowCopy(self._filter.GetOutput())
-        return output
+        return shallow_copy(self._filter.GetOutput())
 
     def coarse_image(self, image, max_points):
         """A whole deformed vtkImageData on a grid of about `max_points` points."""

@@ -20,6 +20,7 @@ from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
 
 from vtk_mls.base.errors import InputError
 from vtk_mls.base.grid import Grid
+from vtk_mls.vtk.objects import configured, shallow_copy
 
 GHOSTS = vtkDataSetAttributes.GhostArrayName()
 _EMPTY = (0, -1, 0, -1, 0, -1)
@@ -189,9 +190,7 @@ def add(attributes, name, values):
 
 def add_texts(attributes, name, texts):
     """Add an array of texts, (n,) str."""
-    array = vtkStringArray()
-    array.SetName(name)
-    array.SetNumberOfValues(len(texts))
+    array = configured(vtkStringArray(), Name=name, NumberOfValues=len(texts))
     for i, text in enumerate(texts):
         array.SetValue(i, text)
     attributes.AddArray(array)
@@ -221,9 +220,7 @@ def name_normals(dataset):
     for attributes in (dataset.GetPointData(), dataset.GetCellData()):
         normals = attributes.GetNormals()
         if normals is not None and not normals.GetName():
-            named = normals.NewInstance()
-            named.ShallowCopy(normals)
-            name = "Normals"
+            named, name = shallow_copy(normals), "Normals"
             while attributes.HasArray(name):
                 name += "_"
             named.SetName(name)
