@@ -7,7 +7,6 @@ import itertools
 import math
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
@@ -321,7 +320,7 @@ def _connected(places):
         for group in groups:
             touches = (((low <= e[:, 1] + 1) & (e[:, 0] <= high + 1)).all() for _, e in group)
             (near if any(touches) else far).append(group)
-        groups = [*far, [*chain(*near), place]]
+        groups = [*far, [*itertools.chain(*near), place]]
     return groups
 
 

@@ -209,8 +209,7 @@ def texts(attributes, name):
 def replace(attributes, name, values):
     """Replace the values of an array of point or cell data; active attributes stay active."""
     old = attributes.GetArray(name)
-    array = from_numpy(values, old.GetDataType())
-    array.SetName(name)
+    array = configured(from_numpy(values, old.GetDataType()), Name=name)
     array.CopyComponentNames(old)
     attributes.AddArray(array)  # in place of the old one, with its role
 
@@ -391,8 +390,7 @@ _ID = _dtype(vtkIdTypeArray())
 
 def _pick_tuples(array, index):
     """The tuples `index` of a vtkAbstractArray; none where negative."""
-    result = array.NewInstance()
-    result.SetNumberOfComponents(array.GetNumberOfComponents())
+    result = configured(array.NewInstance(), NumberOfComponents=array.GetNumberOfComponents())
     result.SetNumberOfTuples(len(index))
     for row in np.flatnonzero(index >= 0).tolist():
         result.SetTuple(row, int(index[row]), array)

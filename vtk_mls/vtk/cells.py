@@ -88,9 +88,7 @@ def triangle_polydata(points, triangles):
 
 def triangulated(polydata):
     """The triangles of the polygons and strips of a vtkPolyData, as vtkPolyData."""
-    bare = vtkPolyData()
-    bare.SetPoints(polydata.GetPoints())
-    bare.SetPolys(polydata.GetPolys())
+    bare = configured(vtkPolyData(), Points=polydata.GetPoints(), Polys=polydata.GetPolys())
     bare.SetStrips(polydata.GetStrips())
     return output_of(vtkTriangleFilter(), InputData=without_empty(bare))
 
@@ -143,8 +141,7 @@ def without_empty(mesh):
     empty = is_empty(mesh)
     if not empty.any():
         return mesh
-    filled = mesh.NewInstance()
-    filled.SetPoints(mesh.GetPoints())
+    filled = configured(mesh.NewInstance(), Points=mesh.GetPoints())
     filled.GetPointData().ShallowCopy(mesh.GetPointData())
     filled.GetFieldData().ShallowCopy(mesh.GetFieldData())
     rows = np.flatnonzero(~empty)

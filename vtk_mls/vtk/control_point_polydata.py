@@ -75,8 +75,7 @@ def as_polydata(point_set):
     """A vtkPointSet as vtkPolyData with its cells as handles; polydata as it is."""
     if isinstance(point_set, vtkPolyData):
         return point_set
-    polydata = vtkPolyData()
-    polydata.SetPoints(point_set.GetPoints())
+    polydata = configured(vtkPolyData(), Points=point_set.GetPoints())
     polydata.GetPointData().ShallowCopy(point_set.GetPointData())
     polydata.GetFieldData().ShallowCopy(point_set.GetFieldData())
     set_cells(polydata, cells_of(point_set))
