@@ -162,10 +162,7 @@ class MLSDisplacementField(DeformingFilter):
         return boxes
 
     def _is_shared(self):
-        """Whether the input is in pieces on processes.
-
-        A block is not: processes can have different numbers of them.
-        """
+        """Whether the input is in pieces on processes: not a block, whose number can differ."""
         return parallel.is_parallel() and not self.is_among_blocks()
 
     def _sampled_lattice(self, boxes):

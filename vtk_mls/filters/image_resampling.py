@@ -137,10 +137,7 @@ class Resampling:
         arrays.set_values(result, results, source)
 
     def _detailed(self, indexed_arrays, dtypes, sampling, is_points):
-        """A `Sampling` with the interpolation, background and version of each array.
-
-        `indexed_arrays` are pairs (index, vtkAbstractArray).
-        """
+        """A `Sampling` with the settings of each array, of pairs (index, vtkAbstractArray)."""
         methods, backgrounds, checked = [], [], {}
         for (index, array), dtype in zip(indexed_arrays, dtypes):
             method, background = self._method(array)
@@ -374,6 +371,5 @@ def _values(data, extents, is_cells):
 
 
 def _addresses(image):
-    """`__this__` of all arrays."""
     data = arrays.all_arrays(image.GetPointData()) + arrays.all_arrays(image.GetCellData())
     return [array.__this__ for array in data]

@@ -288,7 +288,6 @@ class Warp:
         return points if self.offset is None else points + self.offset
 
     def _points(self):
-        """The points of the output (n, 3)."""
         return positions_of(self.output)
 
     def _positions(self, deformation, moved):

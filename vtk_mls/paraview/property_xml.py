@@ -202,12 +202,10 @@ def _(prop: properties.Text):
 
 @element.register
 def _(prop: properties.FileName):
-    return _file(prop, formats.extensions(formats.POINTS), "Handles")
-
-
-@element.register
-def _(prop: properties.TransformFile):
-    return _file(prop, formats.extensions(formats.FIELD), "Transforms")
+    is_transform = isinstance(prop, properties.TransformFile)
+    label, contents = ("Transforms", formats.FIELD) if is_transform else ("Handles", formats.POINTS)
+    chooser = xml("FileChooser", extensions=formats.extensions(contents), file_description=label)
+    return _vector("String", prop, "", xml("FileListDomain", name="files"), hints=[chooser])
 
 
 @element.register
@@ -250,11 +248,6 @@ def _(prop: properties.Rows, domain="", default=""):
         number_of_elements=len(default.split()),
         number_of_elements_per_command=len(prop.columns),
     )
-
-
-def _file(prop, extensions, description):
-    chooser = xml("FileChooser", extensions=extensions, file_description=description)
-    return _vector("String", prop, "", xml("FileListDomain", name="files"), hints=[chooser])
 
 
 def _numeric(prop, default, domain="", hints=()):
