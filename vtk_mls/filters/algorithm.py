@@ -151,8 +151,7 @@ class Algorithm(VTKPythonAlgorithmBase):
         requests.SetNumberOfInformationObjects(producer.GetNumberOfOutputPorts())
         info = vtkInformation()
         request(info)
-        input_info = self.GetExecutive().GetInputInformation(port, index)
-        pipeline.request_time(info, time, input_info)
+        pipeline.request_time(info, time, self.GetExecutive().GetInputInformation(port, index))
         requests.SetInformationObject(output_port, info)
         displays_warnings = vtkObject.GetGlobalWarningDisplay()
         if isinstance(producer, Algorithm):  # it reports the same error when data are requested

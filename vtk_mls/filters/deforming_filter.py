@@ -243,8 +243,7 @@ class DeformingFilter(Algorithm):
         initial = initial_transforms.read_initial(self.GetInitialTransform(), self._initial_cache)
         if initial is None:
             return deformation
-        make = partial(Chain, [initial, deformation])
-        return self._chain_cache.of((initial, deformation), make)
+        return self._chain_cache.of((initial, deformation), partial(Chain, [initial, deformation]))
 
     def _requested_blends(self, in_info):
         """`Blends` of the deformation by the inputs of RequestData."""
@@ -327,8 +326,7 @@ class DeformingFilter(Algorithm):
         own = [mask] if isinstance(mask, vtkImageData) else []
 
         def make():
-            planar = map_inputs.faces(*planes)
-            return map_inputs.one_mask(ball, mask, images), (*planar, *faces)
+            return map_inputs.one_mask(ball, mask, images), (*map_inputs.faces(*planes), *faces)
 
         key = ball, mask, faces, planes, _stamps([*images, *own])
         return self._limits_cache.of(key, make)

@@ -63,8 +63,7 @@ class WarpAfter(warping.Warp):
         options = warping.MeshOptions(self.options.directions)
 
         def make():
-            name = warping.output_type(self.input, False)
-            moved = vtkDataObjectTypes.NewDataObject(name)
+            moved = vtkDataObjectTypes.NewDataObject(warping.output_type(self.input, False))
             warp = warping.Warp(options, warping.Blends(1.0, self.initial), self.input, moved, None)
             run_all(warp.tasks(), progress)
             return moved

@@ -157,8 +157,7 @@ class Warp:
         cuts = self.deformation.cuts
         make = partial(split, self.mesh, cuts, progress)
         divided, to_cut, side = self.splits.of(self.mesh, cuts, make)
-        x = positions_of(divided)
-        self.offset = offset_from_cuts(self.deformation, x, to_cut, side)
+        self.offset = offset_from_cuts(self.deformation, positions_of(divided), to_cut, side)
         self.output.ShallowCopy(divided)
         self.output.GetFieldData().ShallowCopy(self.mesh.GetFieldData())
 
@@ -216,8 +215,7 @@ class Warp:
         if self.options.has_determinant:
             arrays.add(points, "JacobianDeterminant", np.linalg.det(jacobian))
             self.inverted, unchecked = self._inverted(self._points(), jacobian)
-            count = np.count_nonzero(self.inverted)
-            arrays.add(self.output.GetFieldData(), "InvertedCells", count)
+            arrays.add(self.output.GetFieldData(), "InvertedCells", np.count_nonzero(self.inverted))
             arrays.add(self.output.GetFieldData(), "UncheckedCells", unchecked)
 
     def _jacobians(self, deformation, moved, progress):
@@ -273,8 +271,7 @@ class Warp:
         deformation = self.deformations.at(blend)
         field = deformation.forward_field(self._off_cuts(self.before), moving)
         moved = (self.before + field.displacement).astype(self._points().dtype)
-        jacobian = self._jacobian(deformation, moved, mapping)
-        return self._inverted(moved, jacobian)[0].any()
+        return self._inverted(moved, self._jacobian(deformation, moved, mapping))[0].any()
 
     def _transform(self, attributes, positions, directions, progress):
         """Transform covariant and contravariant vectors at positions that a function gives."""

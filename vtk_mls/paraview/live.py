@@ -250,8 +250,7 @@ class PendingFilter:
         elif source:
             self._filter.SetInputConnection(1, client.GetInputConnection(1, 0))
             for index in range(2):
-                info = client.GetInputArrayInformation(index)
-                self._filter.SetInputArrayToProcess(index, info)
+                self._filter.SetInputArrayToProcess(index, client.GetInputArrayInformation(index))
         for port in (2, 3, 4, 5):
             self._filter.RemoveAllInputConnections(port)
             for index in range(client.GetNumberOfInputConnections(port)):

@@ -57,8 +57,7 @@ class RestLines:
         usable = np.asarray(has_material).reshape(shape[::-1])
         segments = []
         for other in across:
-            values = np.arange(self.counts[other] + 1)
-            ends = _level_segments(coordinates[..., other], values)
+            ends = _level_segments(coordinates[..., other], np.arange(self.counts[other] + 1))
             low = np.floor(ends).astype(int)
             high = np.minimum(low + 1, np.array(shape) - 1)
             inside = np.ones(len(ends), bool)

@@ -192,8 +192,7 @@ def make_boxes_free(grid):
         first = offsets[boxes][:, None]
         connectivity[first + np.arange(len(order))] = connectivity[first + order]
         types[boxes] = free
-    rows = np.arange(len(types))
-    _set_cells(grid, types, cell_array(connectivity, offsets), _faces(grid, rows))
+    _set_cells(grid, types, cell_array(connectivity, offsets), _faces(grid, np.arange(len(types))))
 
 
 def _types(mesh):

@@ -111,8 +111,7 @@ def cells_of(point_set):
 
 def set_cells(polydata, cells):
     """Give a vtkPolyData the vertices, lines and triangles of `HandleCells`."""
-    rows = np.arange(len(cells.vertices) + 1)
-    polydata.SetVerts(cell_array(cells.vertices, rows))
+    polydata.SetVerts(cell_array(cells.vertices, np.arange(len(cells.vertices) + 1)))
     if cells.lines:
         offsets = np.cumsum([0, *map(len, cells.lines)])
         polydata.SetLines(cell_array(np.concatenate(cells.lines), offsets))
@@ -132,8 +131,7 @@ def _surface(point_set):
 def _used_points(point_set):
     """Rows of the points of all cells."""
     if isinstance(point_set, vtkPolyData):
-        parts = [connectivity_of(cells)[0] for _, cells in polydata_cells(point_set)]
-        return np.concatenate(parts)
+        return np.concatenate([connectivity_of(cells)[0] for _, cells in polydata_cells(point_set)])
     if isinstance(point_set, vtkUnstructuredGrid):
         return connectivity_of(point_set.GetCells())[0]
     return np.arange(point_set.GetNumberOfPoints())  # of a structured grid

@@ -96,8 +96,7 @@ def split(mesh, cuts, progress=SILENT):
     arrays.set_rows(grid.GetCellData(), cell_data, rows)
     grid.GetPointData().RemoveArray(_SOURCE)
     arrays.set_roles(grid.GetPointData(), mesh.GetPointData())
-    has_points = isinstance(mesh, vtkPointSet)
-    point_type = mesh.GetPoints().GetDataType() if has_points else VTK_DOUBLE
+    point_type = mesh.GetPoints().GetDataType() if isinstance(mesh, vtkPointSet) else VTK_DOUBLE
     set_positions(grid, positions_of(grid), point_type)
     return (_polydata(grid) if isinstance(mesh, vtkPolyData) else grid), to_cut, side
 
