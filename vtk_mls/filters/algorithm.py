@@ -164,9 +164,8 @@ class Algorithm(VTKPythonAlgorithmBase):
 
     def is_among_blocks(self):
         """Whether VTK is running the filter on blocks of a composite input."""
-        if self._blocks_since != self.GetExecutive().GetPipelineMTime():
-            return False
-        return not self._has_composite()
+        is_current = self._blocks_since == self.GetExecutive().GetPipelineMTime()
+        return is_current and not self._has_composite()
 
     def _has_composite(self):
         return any(

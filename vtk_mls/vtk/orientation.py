@@ -223,8 +223,7 @@ def _rounding(before, after, eps):
     """Rounding error of each of the points (3, n), stored with the precision `eps`: (n,)."""
     finite = np.isfinite(before).all(axis=0)
     middle = np.median(before[:, finite], axis=1) if finite.any() else np.zeros(3)
-    distance = np.zeros(len(finite))
-    largest = np.zeros(len(finite))
+    distance, largest = np.zeros((2, len(finite)))
     for x in (*zip(before, middle), *zip(after, middle)):
         np.maximum(distance, np.abs(x[0] - x[1]), out=distance)
         np.maximum(largest, np.abs(x[0]), out=largest)
