@@ -210,8 +210,7 @@ class DeformingFilter(Algorithm):
 
     def _requested_part(self, target, info):
         """The part of the output requested by downstream, if it has the geometry of the output."""
-        published = ImageGeometry.of_information(info)
-        if published.part(()) == target.part(()):
+        if ImageGeometry.of_information(info).part(()) == target.part(()):
             extent = pipeline.requested_extent(info)
             part = target.part(extent)
             if part.is_empty or target.holds(extent):

@@ -38,9 +38,8 @@ class OptionalInputs:
     def _refuse_own_output(self, prop, event):
         if any(self._is_downstream(source) for source in proxies_in(prop)):
             prop.RemoveAllProxies()
-            label = prop.GetXMLLabel()
             vtkOutputWindow.GetInstance().DisplayWarningText(
-                f"{label} cannot be the output of this filter: it was disconnected.\n"
+                f"{prop.GetXMLLabel()} cannot be the output of this filter: it was disconnected.\n"
             )
 
     def _is_downstream(self, source):

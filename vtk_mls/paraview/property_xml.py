@@ -99,10 +99,9 @@ def input_arrays(name, association, components=0):
 
 def array_choice(name, input_name, **attributes):
     """The domain of a property whose values are names of an `input_arrays` set."""
-    source = xml("Property", name=input_name, function="Input")
     return xml(
         "ArrayListDomain",
-        xml("RequiredProperties", source),
+        xml("RequiredProperties", xml("Property", name=input_name, function="Input")),
         name="arrays",
         input_domain_name=name,
         **attributes,
