@@ -30,7 +30,6 @@ from vtk_mls.model.handles.handle_cells import handles_of_cells
 from vtk_mls.model.handles.handle_paths import blended_path
 from vtk_mls.queries.handle_warnings import handle_warnings
 from vtk_mls.vtk import arrays
-from vtk_mls.vtk.arrays import ImageGeometry
 from vtk_mls.vtk.control_point_polydata import PATH, as_polydata, cells_of, path_of
 from vtk_mls.vtk.objects import shallow_copy
 
@@ -210,7 +209,7 @@ class DeformingFilter(Algorithm):
 
     def _requested_part(self, target, info):
         """The part of the output requested by downstream, if it has the geometry of the output."""
-        if ImageGeometry.of_information(info).part(()) == target.part(()):
+        if arrays.ImageGeometry.of_information(info).part(()) == target.part(()):
             extent = pipeline.requested_extent(info)
             part = target.part(extent)
             if part.is_empty or target.holds(extent):

@@ -16,7 +16,6 @@ from vtk_mls.queries.vector_fields import covariant
 from vtk_mls.queries.void_cells import over_corners
 from vtk_mls.rendering.rest_surface import RestSurface, determinants, jacobians, state_of
 from vtk_mls.vtk import arrays
-from vtk_mls.vtk.arrays import ImageGeometry
 from vtk_mls.vtk.objects import configured, output_of
 from vtk_mls.vtk.splitting import height_function
 
@@ -235,7 +234,7 @@ class CoarseForward:
     def _interpolated(self, displacement):
         """The points and normals, moved by displacements of the nodes (m, 3)."""
         image = vtkImageData()
-        ImageGeometry.of_grid(self._grid).apply_to(image)
+        arrays.ImageGeometry.of_grid(self._grid).apply_to(image)
         image.GetPointData().SetScalars(arrays.from_numpy(displacement, VTK_FLOAT))
         transform = configured(vtkGridTransform(), DisplacementGridData=image)
         return output_of(vtkTransformFilter(), Transform=transform, InputData=self._rest)
