@@ -367,8 +367,7 @@ class DeformingFilter(Algorithm):
                 return
         low, high = np.min(corners, axis=0), np.max(corners, axis=0)
         size = (high - low).max()
-        positions = np.concatenate(deformation.handle_set.positions)
-        distance = np.abs(positions - (low + high) / 2).max()
+        distance = np.abs(np.concatenate(deformation.handle_set.positions) - (low + high) / 2).max()
         if 0 < size < distance * np.finfo(np.float32).eps:
             raise InputError(
                 f"must be where the data are: one is {distance:g} away from their middle, and they "

@@ -171,8 +171,7 @@ class MLSDisplacementField(DeformingFilter):
         low, high = np.min(boxes, axis=0)[::2], np.max(boxes, axis=0)[1::2]
         size = high - low
         dimensions = np.where(size > 0, property_tables.SAMPLE_DIMENSIONS.checked(self), 1)
-        steps = np.maximum(dimensions - 1, 1)
-        spacing = np.where(size > 0, size / steps, 1.0)
+        spacing = np.where(size > 0, size / np.maximum(dimensions - 1, 1), 1.0)
         origin = np.where(dimensions > 1, low, low + size / 2)
         return ImageGeometry.of_grid(Grid(dimensions, origin, spacing))
 

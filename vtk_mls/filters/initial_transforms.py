@@ -33,8 +33,7 @@ def read_initial(value, cache):
     try:
         path = existing_file(value)
         status = path.stat()
-        state = path, status.st_mtime_ns, status.st_size
-        return cache.of(state, lambda: read_transform(path))
+        return cache.of((path, status.st_mtime_ns, status.st_size), lambda: read_transform(path))
     except (OSError, ValueError) as error:
         raise ValueError(f"`InitialTransform`: {error}") from error
 

@@ -187,8 +187,7 @@ def _has_empty_faces(values):
     ends = [np.take(values, (0, -1), axis=axis).ravel() for axis in range(3)]
     faces = np.concatenate(ends).astype(float)
     value_range = float(np.nanmax(values)) - float(np.nanmin(values))
-    distance = np.abs(faces - np.nanmedian(faces))
-    is_background = ~(distance > _BACKGROUND_RANGE * value_range)
+    is_background = ~(np.abs(faces - np.nanmedian(faces)) > _BACKGROUND_RANGE * value_range)
     return is_background.mean() >= _MIN_EMPTY_SHARE
 
 

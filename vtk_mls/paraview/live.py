@@ -153,8 +153,7 @@ def _visible_blocks(proxy, view):
             hidden = BlockSettings(display, data).hidden
             for index, block in enumerate(blocks):
                 if index not in hidden:
-                    key = view.GetGlobalID(), display.GetGlobalID(), index
-                    visible[key] = display, block
+                    visible[view.GetGlobalID(), display.GetGlobalID(), index] = display, block
     return visible
 
 

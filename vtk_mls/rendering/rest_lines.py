@@ -83,8 +83,7 @@ def _level_segments(values, levels):
     if output.GetNumberOfLines() == 0:
         return np.zeros((0, 2, 2))
     points = arrays.to_numpy(output.GetPoints().GetData())[:, :2].astype(float)
-    ids = arrays.to_numpy(output.GetLines().GetConnectivityArray())
-    ends = points[ids.reshape(-1, 2)]
+    ends = points[arrays.to_numpy(output.GetLines().GetConnectivityArray()).reshape(-1, 2)]
     return ends[np.isfinite(ends).all(axis=(1, 2))]
 
 

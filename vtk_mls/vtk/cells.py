@@ -222,8 +222,7 @@ def _faces(grid, rows):
     if faces is None or locations is None:
         return None
     if not isinstance(locations, vtkCellArray):
-        found = np.append(arrays.to_numpy(locations), -1)[rows]
-        return arrays.ids(found), faces
+        return arrays.ids(np.append(arrays.to_numpy(locations), -1)[rows]), faces
     if faces.GetNumberOfCells() == 0:
         return None
     connectivity, offsets = connectivity_of(locations)
