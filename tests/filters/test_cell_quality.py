@@ -28,7 +28,7 @@ from vtkmodules.vtkCommonDataModel import (
 
 from vtk_mls import RegionHandle
 from vtk_mls.base.progress import SILENT
-from vtk_mls.filters.largest_blend import largest_blend
+from vtk_mls.filters.warping import largest_blend
 from vtk_mls.model.handles.shapes import Ball
 
 MEASURED = (5, 9, 10, 12, 13, 14)

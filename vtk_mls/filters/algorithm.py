@@ -151,8 +151,7 @@ class Algorithm(VTKPythonAlgorithmBase):
         requests.SetNumberOfInformationObjects(producer.GetNumberOfOutputPorts())
         info = vtkInformation()
         request(info)
-        input_info = self.GetExecutive().GetInputInformation(port, index)
-        pipeline.request_time(info, time, input_info)
+        pipeline.request_time(info, time, self.GetExecutive().GetInputInformation(port, index))
         requests.SetInformationObject(output_port, info)
         displays_warnings = vtkObject.GetGlobalWarningDisplay()
         if isinstance(producer, Algorithm):  # it reports the same error when data are requested
@@ -165,9 +164,8 @@ class Algorithm(VTKPythonAlgorithmBase):
 
     def is_among_blocks(self):
         """Whether VTK is running the filter on blocks of a composite input."""
-        if self._blocks_since != self.GetExecutive().GetPipelineMTime():
-            return False
-        return not self._has_composite()
+        is_current = self._blocks_since == self.GetExecutive().GetPipelineMTime()
+        return is_current and not self._has_composite()
 
     def _has_composite(self):
         return any(

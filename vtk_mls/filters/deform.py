@@ -357,8 +357,7 @@ class MLSDeform(ReferenceInput, DeformingFilter):
 
     def _sampling(self, source, target):
         background = AUTOMATIC if self.GetAutomaticBackground() else self.GetBackground()
-        values = self.GetInterpolation(), background, self.GetVoidValues()
-        return Sampling(source, target, *values)
+        return Sampling(source, target, self.GetInterpolation(), background, self.GetVoidValues())
 
     def _whole_input(self, source, info):
         """ImageGeometry of the whole image that the input is a part of."""

@@ -23,15 +23,15 @@ from vtk_mls.filters import (
     property_tables,
 )
 from vtk_mls.filters.algorithm import Algorithm, CachedValue, inputs
-from vtk_mls.filters.largest_blend import Blends
 from vtk_mls.filters.properties import with_properties
+from vtk_mls.filters.warping import Blends
 from vtk_mls.model import options
 from vtk_mls.model.handles.handle_cells import handles_of_cells
 from vtk_mls.model.handles.handle_paths import blended_path
 from vtk_mls.queries.handle_warnings import handle_warnings
 from vtk_mls.vtk import arrays
-from vtk_mls.vtk.arrays import ImageGeometry
 from vtk_mls.vtk.control_point_polydata import PATH, as_polydata, cells_of, path_of
+from vtk_mls.vtk.objects import shallow_copy
 
 # Ports: control points, cuts, mask, deformed control points. Processes share all but masks.
 _PORTS, _POINT_SETS, _SHARED = (1, 2, 3, 4), (1, 4), (1, 2, 4)
@@ -126,9 +126,7 @@ class DeformingFilter(Algorithm):
         if data is None or isinstance(data, (vtkDataSet, vtkCompositeDataSet)):
             return super()._answer(name, request, inInfo, outInfo)
         if name in ("RequestDataObject", "RequestData"):  # a block that is no dataset
-            passed = data.NewInstance()
-            passed.ShallowCopy(data)
-            outInfo.GetInformationObject(0).Set(vtkDataObject.DATA_OBJECT(), passed)
+            outInfo.GetInformationObject(0).Set(vtkDataObject.DATA_OBJECT(), shallow_copy(data))
         if name == "RequestData" and hasattr(data, "GetBounds"):
             self._warn(_AT_REST.format(data.GetClassName()))
         return 1
@@ -211,8 +209,7 @@ class DeformingFilter(Algorithm):
 
     def _requested_part(self, target, info):
         """The part of the output requested by downstream, if it has the geometry of the output."""
-        published = ImageGeometry.of_information(info)
-        if published.part(()) == target.part(()):
+        if arrays.ImageGeometry.of_information(info).part(()) == target.part(()):
             extent = pipeline.requested_extent(info)
             part = target.part(extent)
             if part.is_empty or target.holds(extent):
@@ -244,8 +241,7 @@ class DeformingFilter(Algorithm):
         initial = initial_transforms.read_initial(self.GetInitialTransform(), self._initial_cache)
         if initial is None:
             return deformation
-        make = partial(Chain, [initial, deformation])
-        return self._chain_cache.of((initial, deformation), make)
+        return self._chain_cache.of((initial, deformation), partial(Chain, [initial, deformation]))
 
     def _requested_blends(self, in_info):
         """`Blends` of the deformation by the inputs of RequestData."""
@@ -328,8 +324,7 @@ class DeformingFilter(Algorithm):
         own = [mask] if isinstance(mask, vtkImageData) else []
 
         def make():
-            planar = map_inputs.faces(*planes)
-            return map_inputs.one_mask(ball, mask, images), (*planar, *faces)
+            return map_inputs.one_mask(ball, mask, images), (*map_inputs.faces(*planes), *faces)
 
         key = ball, mask, faces, planes, _stamps([*images, *own])
         return self._limits_cache.of(key, make)
@@ -372,8 +367,7 @@ class DeformingFilter(Algorithm):
                 return
         low, high = np.min(corners, axis=0), np.max(corners, axis=0)
         size = (high - low).max()
-        positions = np.concatenate(deformation.handle_set.positions)
-        distance = np.abs(positions - (low + high) / 2).max()
+        distance = np.abs(np.concatenate(deformation.handle_set.positions) - (low + high) / 2).max()
         if 0 < size < distance * np.finfo(np.float32).eps:
             raise InputError(
                 f"must be where the data are: one is {distance:g} away from their middle, and they "

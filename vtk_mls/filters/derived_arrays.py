@@ -66,8 +66,7 @@ def add_jacobian(output, jacobian, void, matrix, determinant):
     `void` (nz, ny, nx), or one for all, is true do not count as folded.
     """
     if matrix:
-        rows = jacobian.swapaxes(-1, -2).reshape(-1, 9)
-        arrays.add(output.GetPointData(), "Jacobian", rows)
+        arrays.add(output.GetPointData(), "Jacobian", jacobian.swapaxes(-1, -2).reshape(-1, 9))
     if determinant:
         values = np.linalg.det(jacobian)
         arrays.add(output.GetPointData(), "JacobianDeterminant", values.ravel())

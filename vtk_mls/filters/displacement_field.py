@@ -61,8 +61,7 @@ class MLSDisplacementField(DeformingFilter):
         try:
             if self._is_shared():
                 self._share_boxes(info)
-            time = pipeline.requested_time(info)
-            boxes = self._boxes(lambda: self._update_input(0, time=time))
+            boxes = self._boxes(lambda: self._update_input(0, time=pipeline.requested_time(info)))
             self._sampled_lattice(boxes).set_information(info)
         except (TypeError, ValueError):
             ImageGeometry((0, -1, 0, -1, 0, -1)).set_information(info)  # RequestData reports why
@@ -72,8 +71,7 @@ class MLSDisplacementField(DeformingFilter):
     def RequestUpdateExtent(self, request, inInfo, outInfo):
         info, dataset = inInfo[0].GetInformationObject(0), vtkDataSet.GetData(inInfo[0])
         if isinstance(dataset, vtkImageData):
-            geometry = ImageGeometry.of_information(info)
-            pipeline.request_extent(info, pipeline.first_cell(geometry))
+            pipeline.request_extent(info, pipeline.first_cell(ImageGeometry.of_information(info)))
         elif dataset is not None and self._is_shared():
             self._share_boxes(outInfo.GetInformationObject(0))
             parallel.request_share(info)
@@ -162,10 +160,7 @@ class MLSDisplacementField(DeformingFilter):
         return boxes
 
     def _is_shared(self):
-        """Whether the input is in pieces on processes.
-
-        A block is not: processes can have different numbers of them.
-        """
+        """Whether the input is in pieces on processes: not a block, whose number can differ."""
         return parallel.is_parallel() and not self.is_among_blocks()
 
     def _sampled_lattice(self, boxes):
@@ -175,10 +170,8 @@ class MLSDisplacementField(DeformingFilter):
             raise ValueError("`Input` is empty; its bounds are needed for the displacement field")
         low, high = np.min(boxes, axis=0)[::2], np.max(boxes, axis=0)[1::2]
         size = high - low
-        sample_dimensions = property_tables.SAMPLE_DIMENSIONS.checked(self)
-        dimensions = np.where(size > 0, sample_dimensions, 1)
-        steps = np.maximum(dimensions - 1, 1)
-        spacing = np.where(size > 0, size / steps, 1.0)
+        dimensions = np.where(size > 0, property_tables.SAMPLE_DIMENSIONS.checked(self), 1)
+        spacing = np.where(size > 0, size / np.maximum(dimensions - 1, 1), 1.0)
         origin = np.where(dimensions > 1, low, low + size / 2)
         return ImageGeometry.of_grid(Grid(dimensions, origin, spacing))
 

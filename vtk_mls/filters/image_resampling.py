@@ -7,7 +7,6 @@ import itertools
 import math
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import chain
 from typing import NamedTuple
 
 import numpy as np
@@ -138,10 +137,7 @@ class Resampling:
         arrays.set_values(result, results, source)
 
     def _detailed(self, indexed_arrays, dtypes, sampling, is_points):
-        """A `Sampling` with the interpolation, background and version of each array.
-
-        `indexed_arrays` are pairs (index, vtkAbstractArray).
-        """
+        """A `Sampling` with the settings of each array, of pairs (index, vtkAbstractArray)."""
         methods, backgrounds, checked = [], [], {}
         for (index, array), dtype in zip(indexed_arrays, dtypes):
             method, background = self._method(array)
@@ -321,7 +317,7 @@ def _connected(places):
         for group in groups:
             touches = (((low <= e[:, 1] + 1) & (e[:, 0] <= high + 1)).all() for _, e in group)
             (near if any(touches) else far).append(group)
-        groups = [*far, [*chain(*near), place]]
+        groups = [*far, [*itertools.chain(*near), place]]
     return groups
 
 
@@ -375,6 +371,5 @@ def _values(data, extents, is_cells):
 
 
 def _addresses(image):
-    """`__this__` of all arrays."""
     data = arrays.all_arrays(image.GetPointData()) + arrays.all_arrays(image.GetCellData())
     return [array.__this__ for array in data]

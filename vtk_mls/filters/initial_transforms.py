@@ -11,7 +11,6 @@ from vtk_mls.files.field_files import read_transform
 from vtk_mls.files.paths import existing_file
 from vtk_mls.filters import warping
 from vtk_mls.filters.algorithm import run_all
-from vtk_mls.filters.largest_blend import Blends
 from vtk_mls.queries.transform import Transform
 from vtk_mls.vtk import arrays
 
@@ -34,8 +33,7 @@ def read_initial(value, cache):
     try:
         path = existing_file(value)
         status = path.stat()
-        state = path, status.st_mtime_ns, status.st_size
-        return cache.of(state, lambda: read_transform(path))
+        return cache.of((path, status.st_mtime_ns, status.st_size), lambda: read_transform(path))
     except (OSError, ValueError) as error:
         raise ValueError(f"`InitialTransform`: {error}") from error
 
@@ -64,9 +62,8 @@ class WarpAfter(warping.Warp):
         options = warping.MeshOptions(self.options.directions)
 
         def make():
-            name = warping.output_type(self.input, False)
-            moved = vtkDataObjectTypes.NewDataObject(name)
-            warp = warping.Warp(options, Blends(1.0, self.initial), self.input, moved, None)
+            moved = vtkDataObjectTypes.NewDataObject(warping.output_type(self.input, False))
+            warp = warping.Warp(options, warping.Blends(1.0, self.initial), self.input, moved, None)
             run_all(warp.tasks(), progress)
             return moved
 

@@ -10,7 +10,6 @@ from vtk_mls.base.validation import as_float, short_repr
 from vtk_mls.filters.property_tables import CUT_FIELDS, CUT_TYPE
 from vtk_mls.model.cuts import BY_NUMBERS
 from vtk_mls.vtk import arrays
-from vtk_mls.vtk.arrays import ImageGeometry
 from vtk_mls.vtk.cells import connectivity_of, positions_of, triangulated
 from vtk_mls.vtk.control_point_polydata import DISPLACEMENT, WEIGHT
 from vtk_mls.vtk.objects import configured, output_of
@@ -180,7 +179,7 @@ def image_mask(image, name="`Mask`"):
     if array is None or array.GetNumberOfComponents() != 1:
         components = "none" if array is None else f"{array.GetNumberOfComponents()} in each point"
         raise ValueError(f"{name} must be an image with one number in each point, got {components}")
-    grid = ImageGeometry.of_image(image).grid
+    grid = arrays.ImageGeometry.of_image(image).grid
     values = arrays.to_numpy(array).reshape(grid.shape)
     if values.dtype.kind in "biu":
         values = values != 0

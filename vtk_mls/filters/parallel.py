@@ -10,7 +10,7 @@ from vtkmodules.vtkFiltersCore import vtkAppendPolyData
 from vtkmodules.vtkParallelCore import vtkCommunicator, vtkMultiProcessController
 
 from vtk_mls.filters import pipeline
-from vtk_mls.vtk.objects import output_of
+from vtk_mls.vtk.objects import configured, output_of
 
 
 def is_parallel():
@@ -73,8 +73,7 @@ def _gather(controller, own):
 
 
 def _char_array(data):
-    array = vtkCharArray()
-    array.SetNumberOfValues(len(data))
+    array = configured(vtkCharArray(), NumberOfValues=len(data))
     np.frombuffer(array, np.uint8)[:] = np.frombuffer(data, np.uint8)
     return array
 

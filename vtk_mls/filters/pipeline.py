@@ -173,8 +173,7 @@ def restore_time(info, time):
 
 def is_outdated(info, previous):
     """Whether VTK updates an output of the time `previous` for the time now requested."""
-    time = requested_time(info)
-    return info.Has(_RANGE) and time not in (None, previous, _data_time(info))
+    return info.Has(_RANGE) and requested_time(info) not in (None, previous, _data_time(info))
 
 
 def stamp_times(inputs, outputs):

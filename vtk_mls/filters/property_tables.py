@@ -223,6 +223,7 @@ REFERENCE = Value(
 )
 
 # What a cut has torn.
+_CUTS_OF_IMAGES = {**WITH_CUTS, "only_for": "images"}
 VOID_VALUES_CHOICE = Choice(
     "VoidValues",
     Sampling.void_values,
@@ -230,8 +231,7 @@ VOID_VALUES_CHOICE = Choice(
     material of each side continued behind the face of the cut. For a smooth face, turn HideVoid
     off, contour or slice the continued array, and clip the result by VoidDistance at 0.""",
     choices=VOID_VALUES,
-    **WITH_CUTS,
-    only_for="images",
+    **_CUTS_OF_IMAGES,
 )
 VOID = (
     Flag(
@@ -239,8 +239,7 @@ VOID = (
         True,
         """Whether the void that a cut opens is hidden (by the array vtkGhostType). Turn it off to
         clip or contour by VoidDistance at 0, for a smooth face.""",
-        **WITH_CUTS,
-        only_for="images",
+        **_CUTS_OF_IMAGES,
     ),
     Flag(
         "SplitCells",
@@ -261,8 +260,7 @@ OVERLAP = Flag(
     side there. OverlappingPoints is the number of such points.""",
     more="""With CutFrame deformed, nothing overlaps, because material that reaches a cut is lost.
     Meshes keep both sides. If the output is made in pieces, each piece has its own number.""",
-    **WITH_CUTS,
-    only_for="images",
+    **_CUTS_OF_IMAGES,
 )
 
 GRADIENT_ARRAY = ArrayName(

@@ -28,8 +28,7 @@ class ReferenceInput:
 
     def has_reference(self):
         """Whether there is a Reference, as a property or an input."""
-        is_connected = self.GetNumberOfInputConnections(PORT) > 0
-        return self.GetReference() is not None or is_connected
+        return self.GetReference() is not None or self.GetNumberOfInputConnections(PORT) > 0
 
     def _reference_geometry(self):
         """ImageGeometry of the Reference, None without; the pipeline has that of the input.
@@ -40,7 +39,10 @@ class ReferenceInput:
         if not self.has_reference():
             return None
         if value is None:
-            geometry = self._input_geometry()
+            info = self._reference_information()
+            geometry, image = ImageGeometry.of_information(info), vtkImageData.GetData(info)
+            if image is not None and self._lacks_directions():  # known once it is updated
+                geometry = replace(geometry, direction=ImageGeometry.of_image(image).direction)
         elif isinstance(value, vtkImageData):
             geometry = ImageGeometry.of_image(value)
         elif isinstance(value, Grid):
@@ -51,14 +53,6 @@ class ReferenceInput:
         if geometry.is_empty:
             raise InputError("is an empty image; it must have a point", argument="Reference")
         return geometry
-
-    def _input_geometry(self):
-        """ImageGeometry of the input; its directions may not be known before it is updated."""
-        info = self._reference_information()
-        geometry, image = ImageGeometry.of_information(info), vtkImageData.GetData(info)
-        if image is None or not self._lacks_directions():
-            return geometry
-        return replace(geometry, direction=ImageGeometry.of_image(image).direction)
 
     def _lacks_directions(self):
         """Whether only the data of the input have its directions: so it is in ParaView 5.11."""
@@ -75,8 +69,7 @@ class ReferenceInput:
         """Request as little of the input as possible: its values do not count."""
         info = self._reference_information()
         if info is not None:
-            geometry = ImageGeometry.of_information(info)
-            pipeline.request_extent(info, pipeline.first_cell(geometry))
+            pipeline.request_extent(info, pipeline.first_cell(ImageGeometry.of_information(info)))
 
     def _refuse_reference_of(self, mesh):
         if self.has_reference():

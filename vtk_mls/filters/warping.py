@@ -1,7 +1,9 @@
 """Deformation of point sets by the inverse of the map that deforms images."""
 
+import math
 from dataclasses import dataclass
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 from vtkmodules.vtkCommonCore import (
@@ -25,7 +27,6 @@ from vtkmodules.vtkFiltersGeneral import vtkRectilinearGridToPointSet
 
 from vtk_mls.filters import derived_arrays
 from vtk_mls.filters.algorithm import run_all
-from vtk_mls.filters.largest_blend import largest_blend
 from vtk_mls.queries.fields import rounding_sizes
 from vtk_mls.queries.vector_fields import contravariant, covariant
 from vtk_mls.vtk import arrays
@@ -39,7 +40,7 @@ from vtk_mls.vtk.cells import (
     set_positions,
     without_empty,
 )
-from vtk_mls.vtk.objects import output_of
+from vtk_mls.vtk.objects import output_of, shallow_copy
 from vtk_mls.vtk.orientation import inverted
 from vtk_mls.vtk.splitting import crossed, split
 
@@ -51,6 +52,7 @@ _CHUNK = 1 << 20
 
 # Inverted cells that decide on the number of steps.
 _MAX_CELLS = 1 << 12
+_BLEND_STEPS = 100  # of a blend of 1
 
 _MOVED_WHOLE = ("vtkPolyData", "vtkUnstructuredGrid")
 
@@ -121,6 +123,14 @@ class MeshOptions:
     has_largest_blend: bool = False  # "LargestBlend"
 
 
+class Blends(NamedTuple):
+    """Shares of a deformation."""
+
+    blend: float  # that of the filter
+    whole: object  # the Transform at this blend
+    at: object = None  # a function that gives the Transform at another
+
+
 class Warp:
     """The deformation of one mesh, a vtkPointSet or vtkRectilinearGrid.
 
@@ -147,8 +157,7 @@ class Warp:
         cuts = self.deformation.cuts
         make = partial(split, self.mesh, cuts, progress)
         divided, to_cut, side = self.splits.of(self.mesh, cuts, make)
-        x = positions_of(divided)
-        self.offset = offset_from_cuts(self.deformation, x, to_cut, side)
+        self.offset = offset_from_cuts(self.deformation, positions_of(divided), to_cut, side)
         self.output.ShallowCopy(divided)
         self.output.GetFieldData().ShallowCopy(self.mesh.GetFieldData())
 
@@ -206,8 +215,7 @@ class Warp:
         if self.options.has_determinant:
             arrays.add(points, "JacobianDeterminant", np.linalg.det(jacobian))
             self.inverted, unchecked = self._inverted(self._points(), jacobian)
-            count = np.count_nonzero(self.inverted)
-            arrays.add(self.output.GetFieldData(), "InvertedCells", count)
+            arrays.add(self.output.GetFieldData(), "InvertedCells", np.count_nonzero(self.inverted))
             arrays.add(self.output.GetFieldData(), "UncheckedCells", unchecked)
 
     def _jacobians(self, deformation, moved, progress):
@@ -263,8 +271,7 @@ class Warp:
         deformation = self.deformations.at(blend)
         field = deformation.forward_field(self._off_cuts(self.before), moving)
         moved = (self.before + field.displacement).astype(self._points().dtype)
-        jacobian = self._jacobian(deformation, moved, mapping)
-        return self._inverted(moved, jacobian)[0].any()
+        return self._inverted(moved, self._jacobian(deformation, moved, mapping))[0].any()
 
     def _transform(self, attributes, positions, directions, progress):
         """Transform covariant and contravariant vectors at positions that a function gives."""
@@ -278,7 +285,6 @@ class Warp:
         return points if self.offset is None else points + self.offset
 
     def _points(self):
-        """The points of the output (n, 3)."""
         return positions_of(self.output)
 
     def _positions(self, deformation, moved):
@@ -291,10 +297,27 @@ class Warp:
         """`_positions` of the centers of the cells of the output."""
         if not self.deformation.in_rest_frame:
             return cell_centers(self.output), None
-        before = self.output.NewInstance()
-        before.ShallowCopy(self.output)
+        before = shallow_copy(self.output)
         set_positions(before, self.before, VTK_DOUBLE)
         return cell_centers(self.output), cell_centers(before)
+
+
+def largest_blend(blend, inverts, progress):
+    """The largest blend at which no cell is inside out, a multiple of 1 / `_BLEND_STEPS`.
+
+    By bisection between 0, where nothing moves, and `blend`, where some cell is inside out: at the
+    result none is, and at one step more some is. Cells that are inside out over a part of the way
+    only can be missed. `inverts(blend, progress)` says whether some cell is inside out.
+    """
+    low, high = 0, math.ceil(abs(blend) * _BLEND_STEPS)
+    parts = iter(progress.divided(*[1] * (high.bit_length() + 1)))
+    while high - low > 1:
+        middle = (low + high) // 2
+        if inverts(math.copysign(middle / _BLEND_STEPS, blend), next(parts)):
+            high = middle
+        else:
+            low = middle
+    return math.copysign(low / _BLEND_STEPS, blend)
 
 
 def offset_from_cuts(deformation, positions, to_cut, side):

@@ -173,9 +173,8 @@ def add_default_colors():
     Unless the user has set others for arrays of this name. The range does not follow the data, so
     that white always is the volume at rest.
     """
-    points = volume_colors.table()
     table = {
-        "RGBPoints": points.ravel().tolist(),
+        "RGBPoints": volume_colors.table().ravel().tolist(),
         "ColorSpace": 0,  # RGB
         "NumberOfTableValues": volume_colors.TABLE_SIZE,
         "ScalarRangeInitialized": 1,

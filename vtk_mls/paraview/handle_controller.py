@@ -27,7 +27,6 @@ from vtk_mls.paraview.server_manager import (
     views_of,
 )
 
-_SOURCE = "MLSControlPoints"
 _BEFORE_PLANES = 0.6  # priority of handles, where the mouse also hits the plane of a cut, at 0.5
 _TABLE_EDIT_SECONDS = 1.0  # at most, between the two events of a click on *+* or *-*
 
@@ -48,8 +47,9 @@ class HandleController:
         self._markers, self._observers = HandleMarkers(), Observers()
         self._live = Live(proxy) if proxy.GetProperty(SWITCH) else None
         handle_lists.place(proxy, selected)
-        if proxy.GetXMLName() == _SOURCE:
-            _add_deformed_points(proxy)
+        deformed = proxy.GetProperty("DeformedPoints")
+        if pending_value(proxy, "Mode") == "points" and deformed.GetNumberOfElements() == 0:
+            deformed.Copy(proxy.GetProperty("RestPoints"))  # to be dragged
         proxy.UpdateVTKObjects()
         self._store_rows(proxy)
         self._undo_state = handle_lists.pending_lists(proxy)
@@ -269,13 +269,6 @@ class HandleController:
             if len(rows) == len(before) and not is_unused:
                 handle_lists.set_pending_rows(proxy.GetProperty(name), edit(rows))
         self._store_rows(proxy)
-
-
-def _add_deformed_points(source):
-    """Give a source without deformed points those at rest, to be dragged."""
-    rest, deformed = source.GetProperty("RestPoints"), source.GetProperty("DeformedPoints")
-    if pending_value(source, "Mode") == "points" and deformed.GetNumberOfElements() == 0:
-        deformed.Copy(rest)
 
 
 def _render(proxy):

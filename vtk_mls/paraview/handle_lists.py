@@ -26,7 +26,6 @@ from vtk_mls.paraview.server_manager import (
 from vtk_mls.rendering.surfaces import SurfaceLocator, VolumeSurface, handles_on
 from vtk_mls.rendering.transfer_functions import presets_of, scalar_image
 from vtk_mls.vtk import arrays
-from vtk_mls.vtk.arrays import ImageGeometry
 
 LISTS = ("RestPoints", "DeformedPoints", "Weights")
 OTHER_LIST = {"RestPoints": "DeformedPoints", "DeformedPoints": "RestPoints"}
@@ -170,7 +169,7 @@ def _material_of(data):
     """
     if isinstance(data, vtkImageData):
         image = scalar_image(data)
-        grid = ImageGeometry.of_image(image).grid
+        grid = arrays.ImageGeometry.of_image(image).grid
         values = arrays.to_numpy(image.GetPointData().GetScalars()).reshape(grid.shape)
         if not _has_empty_faces(values):
             return None
@@ -188,8 +187,7 @@ def _has_empty_faces(values):
     ends = [np.take(values, (0, -1), axis=axis).ravel() for axis in range(3)]
     faces = np.concatenate(ends).astype(float)
     value_range = float(np.nanmax(values)) - float(np.nanmin(values))
-    distance = np.abs(faces - np.nanmedian(faces))
-    is_background = ~(distance > _BACKGROUND_RANGE * value_range)
+    is_background = ~(np.abs(faces - np.nanmedian(faces)) > _BACKGROUND_RANGE * value_range)
     return is_background.mean() >= _MIN_EMPTY_SHARE
 
 

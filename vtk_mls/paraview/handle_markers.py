@@ -5,7 +5,6 @@ them that drags all at once. Here its handles are picked but not drawn; one acto
 """
 
 import numpy as np
-from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_UNSIGNED_CHAR
 from vtkmodules.vtkCommonDataModel import vtkPolyData
 from vtkmodules.vtkFiltersSources import vtkSphereSource
@@ -20,7 +19,7 @@ from vtkmodules.vtkRenderingLabel import vtkLabeledDataMapper
 
 from vtk_mls.paraview.server_manager import Observers
 from vtk_mls.rendering.projection import Projection
-from vtk_mls.vtk.arrays import add, from_numpy
+from vtk_mls.vtk.arrays import add, from_numpy, to_numpy
 from vtk_mls.vtk.cells import set_positions
 from vtk_mls.vtk.control_point_polydata import fill_arrows
 from vtk_mls.vtk.objects import configured
@@ -136,7 +135,7 @@ class _Spheres:
     def update(self, representation, is_dragged, is_numbered):
         """Show the handles of a vtkPolyLineRepresentation; `is_dragged` is (n,) bool."""
         representation.BuildRepresentation()  # handles are picked where the markers are
-        positions = vtk_to_numpy(representation.GetHandlePositions())
+        positions = to_numpy(representation.GetHandlePositions())
         color = representation.GetHandleProperty().GetColor()
         colors, pixels = np.full((len(positions), 3), color), np.full(len(positions), _PIXELS)
         if len(is_dragged) == len(positions):

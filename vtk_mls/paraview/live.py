@@ -9,7 +9,6 @@ from contextlib import suppress
 
 import numpy as np
 from vtkmodules.vtkCommonCore import vtkOutputWindow
-from vtkmodules.vtkCommonDataModel import vtkImageData
 
 from vtk_mls import Deformation, Grid
 from vtk_mls.filters import MLSDeform, properties
@@ -32,6 +31,7 @@ from vtk_mls.paraview.server_manager import (
     views_of,
 )
 from vtk_mls.vtk.arrays import ImageGeometry
+from vtk_mls.vtk.objects import shallow_copy
 
 SWITCH = "Live"
 _PROP_TYPES = (LiveVolume, LiveImage, LiveSlice, LiveBox, LiveSurface, LiveEdges, LiveOutline)
@@ -153,8 +153,7 @@ def _visible_blocks(proxy, view):
             hidden = BlockSettings(display, data).hidden
             for index, block in enumerate(blocks):
                 if index not in hidden:
-                    key = view.GetGlobalID(), display.GetGlobalID(), index
-                    visible[key] = display, block
+                    visible[view.GetGlobalID(), display.GetGlobalID(), index] = display, block
     return visible
 
 
@@ -218,11 +217,9 @@ class PendingFilter:
     def image(self, image, extent):
         """The part of a deformed vtkImageData in an extent, bit for bit as Apply computes it."""
         self._filter.SetInputDataObject(0, image)
-        output = vtkImageData()
         if not self._filter.UpdateExtent(extent):
             raise ValueError("the image cannot be deformed")  # the filter reported the reason
-        output.ShallowCopy(self._filter.GetOutput())
-        return output
+        return shallow_copy(self._filter.GetOutput())
 
     def coarse_image(self, image, max_points):
         """A whole deformed vtkImageData on a grid of about `max_points` points."""
@@ -252,8 +249,7 @@ class PendingFilter:
         elif source:
             self._filter.SetInputConnection(1, client.GetInputConnection(1, 0))
             for index in range(2):
-                info = client.GetInputArrayInformation(index)
-                self._filter.SetInputArrayToProcess(index, info)
+                self._filter.SetInputArrayToProcess(index, client.GetInputArrayInformation(index))
         for port in (2, 3, 4, 5):
             self._filter.RemoveAllInputConnections(port)
             for index in range(client.GetNumberOfInputConnections(port)):

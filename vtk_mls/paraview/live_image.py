@@ -89,8 +89,7 @@ class LiveSlice(LiveProp):
         low, high = extent[2 * self._axis : 2 * self._axis + 2]
         if all(first < last for first, last in zip(extent[::2], extent[1::2])):  # not flat
             extent[2 * self._axis : 2 * self._axis + 2] = [min(low + self._slice, high)] * 2
-        part = _flat_part(pending, self._data, extent, self._has_cell_colors)
-        self._mapper.SetInputData(part)
+        self._mapper.SetInputData(_flat_part(pending, self._data, extent, self._has_cell_colors))
 
 
 class LiveBox(LiveProp):

@@ -164,10 +164,9 @@ class LiveEdges(LiveProp):
     representations = (FEATURE_EDGES,)
 
     def __init__(self, display, mesh, renderer, index):
-        self._moved, mapper = MeshDeformer(), vtkPolyDataMapper()
-        self._moved.SetInputDataObject(mesh)
+        self._moved = configured(MeshDeformer(), InputDataObject=mesh)
         edges = feature_edges(self._moved)
-        mapper.SetInputConnection(edges.GetOutputPort())
+        mapper = configured(vtkPolyDataMapper(), InputConnection=edges.GetOutputPort())
         apply_colors(mapper, display)
         super().__init__(display, mesh, renderer, mapper)
 

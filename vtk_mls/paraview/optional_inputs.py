@@ -33,14 +33,13 @@ class OptionalInputs:
         if points:
             observers.add(points, "ModifiedEvent", self._disconnect, _BEFORE_PARAVIEW)
             observers.add(points, "ModifiedEvent", self._connect, _AFTER_PARAVIEW)
-            observers.add(proxy, "UpdateEvent", self._forget)
+            observers.add(proxy, "UpdateEvent", lambda *_: self._connections.clear())
 
     def _refuse_own_output(self, prop, event):
         if any(self._is_downstream(source) for source in proxies_in(prop)):
             prop.RemoveAllProxies()
-            label = prop.GetXMLLabel()
             vtkOutputWindow.GetInstance().DisplayWarningText(
-                f"{label} cannot be the output of this filter: it was disconnected.\n"
+                f"{prop.GetXMLLabel()} cannot be the output of this filter: it was disconnected.\n"
             )
 
     def _is_downstream(self, source):
@@ -65,10 +64,7 @@ class OptionalInputs:
             return  # Python removes an input before it adds another
         for source, port in self._connections:
             self._moved.AddInputConnection(source, port)
-        self._connections = []
-
-    def _forget(self, proxy, event):
-        self._connections = []
+        self._connections.clear()
 
 
 def _pending(prop):

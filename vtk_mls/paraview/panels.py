@@ -258,8 +258,7 @@ def _titled(name):
     A label of the property itself would change its name in Python.
     """
     option = options.named(name)
-    row = xml("Property", name=option.property_name)
-    return xml("PropertyGroup", row, label=option.label)
+    return xml("PropertyGroup", xml("Property", name=option.property_name), label=option.label)
 
 
 _LIMITS = [prop for prop in tables.LIMITS if not isinstance(prop, (Value, Values))]

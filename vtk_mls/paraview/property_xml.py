@@ -99,10 +99,9 @@ def input_arrays(name, association, components=0):
 
 def array_choice(name, input_name, **attributes):
     """The domain of a property whose values are names of an `input_arrays` set."""
-    source = xml("Property", name=input_name, function="Input")
     return xml(
         "ArrayListDomain",
-        xml("RequiredProperties", source),
+        xml("RequiredProperties", xml("Property", name=input_name, function="Input")),
         name="arrays",
         input_domain_name=name,
         **attributes,
@@ -202,12 +201,10 @@ def _(prop: properties.Text):
 
 @element.register
 def _(prop: properties.FileName):
-    return _file(prop, formats.extensions(formats.POINTS), "Handles")
-
-
-@element.register
-def _(prop: properties.TransformFile):
-    return _file(prop, formats.extensions(formats.FIELD), "Transforms")
+    is_transform = isinstance(prop, properties.TransformFile)
+    label, contents = ("Transforms", formats.FIELD) if is_transform else ("Handles", formats.POINTS)
+    chooser = xml("FileChooser", extensions=formats.extensions(contents), file_description=label)
+    return _vector("String", prop, "", xml("FileListDomain", name="files"), hints=[chooser])
 
 
 @element.register
@@ -250,11 +247,6 @@ def _(prop: properties.Rows, domain="", default=""):
         number_of_elements=len(default.split()),
         number_of_elements_per_command=len(prop.columns),
     )
-
-
-def _file(prop, extensions, description):
-    chooser = xml("FileChooser", extensions=extensions, file_description=description)
-    return _vector("String", prop, "", xml("FileListDomain", name="files"), hints=[chooser])
 
 
 def _numeric(prop, default, domain="", hints=()):

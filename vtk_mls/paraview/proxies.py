@@ -11,12 +11,13 @@ from vtk_mls.paraview import image_reader, panels
 from vtk_mls.paraview.result_checks import ChecksResults, producers
 
 _MENU = smhint.xml('<ShowInMenu category="MLS Deformation"/>')
-
-_SHOW_MOUSE_HELP = smhint.xml('<ShowProxyDocumentationInPanel type="short_help"/>')
+_SHORT_HELP = smhint.xml('<ShowProxyDocumentationInPanel type="short_help"/>')
 
 
 def _panel(elements):
-    return smproperty.xml("".join(elements))
+    """A decorator that gives a proxy a panel, with its short help, and a place in the menu."""
+    properties = smproperty.xml("".join(elements))
+    return lambda cls: _MENU(_SHORT_HELP(properties(cls)))
 
 
 class _Recovers:
@@ -53,8 +54,6 @@ class _Recovers:
 
 
 @smproxy.filter(name="MLSDeform", label="MLS Deform", support_reload=False)
-@_MENU
-@_SHOW_MOUSE_HELP
 @_panel(panels.DEFORM)
 class MLSDeform(_Recovers, ChecksResults, filters.MLSDeform):
     """`vtk_mls.filters.MLSDeform` as a ParaView filter."""
@@ -69,30 +68,24 @@ class MLSDeform(_Recovers, ChecksResults, filters.MLSDeform):
 
 
 @smproxy.filter(name="MLSDisplacementField", label="MLS Displacement Field", support_reload=False)
-@_MENU
-@_SHOW_MOUSE_HELP
 @_panel(panels.DISPLACEMENT_FIELD)
 class MLSDisplacementField(_Recovers, ChecksResults, filters.MLSDisplacementField):
     """`vtk_mls.filters.MLSDisplacementField` as a ParaView filter."""
 
 
 @smproxy.filter(name="MLSLandmarkReport", label="MLS Landmark Report", support_reload=False)
-@_MENU
-@_SHOW_MOUSE_HELP
 @_panel(panels.LANDMARK_REPORT)
 class MLSLandmarkReport(_Recovers, filters.MLSLandmarkReport):
     """`vtk_mls.filters.MLSLandmarkReport` as a ParaView filter."""
 
 
 @smproxy.source(name="MLSControlPoints", label="MLS Control Points", support_reload=False)
-@_MENU
-@_SHOW_MOUSE_HELP
 @_panel(panels.CONTROL_POINTS)
 class MLSControlPoints(_Recovers, filters.MLSControlPoints):
     """`vtk_mls.filters.MLSControlPoints` as a ParaView source."""
 
 
 @smproxy.source(name="MLSImageReader", label="MLS Image Reader", support_reload=False)
-@_panel(panels.IMAGE_READER)
+@smproperty.xml("".join(panels.IMAGE_READER))
 class MLSImageReader(_Recovers, image_reader.MLSImageReader):
     """`vtk_mls.paraview.image_reader.MLSImageReader` as a ParaView source."""

@@ -79,8 +79,7 @@ class ChecksResults:
             places = grid.points()[arrival.has_material(transform, grid, None)]
         if isinstance(data, vtkImageData) and hasattr(self, "used_backgrounds"):
             name = getattr(data.GetPointData().GetScalars(), "GetName", str)()
-            background = dict(self.used_backgrounds).get(name, self.GetBackground())
-            material = _Material(data, background)
+            material = _Material(data, dict(self.used_backgrounds).get(name, self.GetBackground()))
             share = arrival.lost_share(transform, material.samples(), target)
             if share >= _MIN_SHARE:
                 sentence = "of the material leaves the image; set Output Grid (advanced) to fitted"

@@ -55,8 +55,7 @@ def pending_value(proxy, name, default=None):
 
 def is_pending(prop):
     """Whether a property has an edit that is not applied."""
-    values = [prop.GetElement(i) for i in range(prop.GetNumberOfElements())]
-    return pending_values(prop) != values
+    return pending_values(prop) != [prop.GetElement(i) for i in range(prop.GetNumberOfElements())]
 
 
 def is_remote(proxy):

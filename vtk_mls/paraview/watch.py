@@ -256,5 +256,4 @@ class PanelWidgets:
         source = selected_source(self._manager)
         if source and source.IsA("vtkSMOutputPort"):
             source = source.GetSourceProxy()
-        is_ours = source and source.GetXMLName() in _WITH_HANDLES
-        return source.GetGlobalID() if is_ours else None
+        return source.GetGlobalID() if source and source.GetXMLName() in _WITH_HANDLES else None

@@ -16,7 +16,6 @@ from vtk_mls.queries.vector_fields import covariant
 from vtk_mls.queries.void_cells import over_corners
 from vtk_mls.rendering.rest_surface import RestSurface, determinants, jacobians, state_of
 from vtk_mls.vtk import arrays
-from vtk_mls.vtk.arrays import ImageGeometry
 from vtk_mls.vtk.objects import configured, output_of
 from vtk_mls.vtk.splitting import height_function
 
@@ -132,25 +131,24 @@ class MeshDeformer(Algorithm):
 
     def __init__(self):
         super().__init__()
-        self._deformation, self._is_exact, self._has_distortion = None, True, False
+        self._request = None, True, False  # as of `_polydata`
         self._rest_surface, self._coarse_map = CachedValue(), CachedValue()
         self._output = CachedValue()
 
     def deform(self, deformation, exact, has_distortion=False):
         """Set the Deformation, and update the output; unchanged after an error."""
-        options = exact, has_distortion
+        request = deformation, exact, has_distortion
         has_input = self.GetNumberOfInputConnections(0) > 0
         if has_input:
-            self._polydata(self._update_input(0), deformation, *options)
-        self._deformation, (self._is_exact, self._has_distortion) = deformation, options
+            self._polydata(self._update_input(0), *request)
+        self._request = request
         self.Modified()
         if has_input:  # static mappers do not update it
             self.Update()
 
     def RequestData(self, request, inInfo, outInfo):
         mesh, output = vtkDataSet.GetData(inInfo[0]), vtkPolyData.GetData(outInfo)
-        options = self._is_exact, self._has_distortion
-        output.ShallowCopy(self._polydata(mesh, self._deformation, *options))
+        output.ShallowCopy(self._polydata(mesh, *self._request))
         output.GetFieldData().ShallowCopy(mesh.GetFieldData())
         return 1
 
@@ -206,8 +204,7 @@ class CoarseForward:
         self._last = np.array(self._grid.dimensions) - 1
         self._cell = _cells(self._grid, x)
         self._is_crossed = np.append(_crossed(self._grid, cuts), True)  # the last: outside
-        self._rest = vtkPolyData()
-        self._rest.SetPoints(surface.surface.GetPoints())
+        self._rest = configured(vtkPolyData(), Points=surface.surface.GetPoints())
         self._rest.GetPointData().SetNormals(surface.surface.GetPointData().GetNormals())
 
     def moved(self, deformation, has_distortion=False):
@@ -237,7 +234,7 @@ class CoarseForward:
     def _interpolated(self, displacement):
         """The points and normals, moved by displacements of the nodes (m, 3)."""
         image = vtkImageData()
-        ImageGeometry.of_grid(self._grid).apply_to(image)
+        arrays.ImageGeometry.of_grid(self._grid).apply_to(image)
         image.GetPointData().SetScalars(arrays.from_numpy(displacement, VTK_FLOAT))
         transform = configured(vtkGridTransform(), DisplacementGridData=image)
         return output_of(vtkTransformFilter(), Transform=transform, InputData=self._rest)

@@ -15,7 +15,6 @@ from vtk_mls import Deformation, Grid
 from vtk_mls.rendering import shader, volume_paint
 from vtk_mls.rendering.map_layers import MapBox, layers
 from vtk_mls.rendering.rest_lines import RestLines
-from vtk_mls.rendering.shader import RenderingError
 from vtk_mls.vtk.arrays import ImageGeometry
 
 _ON_CARD = vtkSmartVolumeMapper.DefaultRenderMode, vtkSmartVolumeMapper.GPURenderMode
@@ -96,7 +95,7 @@ class DeformedVolume:
             If the volume cannot be drawn deformed.
         """
         if self.failure is not None:
-            raise RenderingError(self.failure)
+            raise shader.RenderingError(self.failure)
         _check_is_free(self._volume, self)
         self._check_is_alone()
         _check_mode(self._mapper)
@@ -343,7 +342,7 @@ def _check_support(volume, window):
     if not isinstance(mapper, vtkGPUVolumeRayCastMapper):
         mapper = vtkGPUVolumeRayCastMapper()
     if not mapper.IsRenderSupported(window, volume.GetProperty()):
-        raise RenderingError(
+        raise shader.RenderingError(
             "`volume` must be drawn on the graphics card, which VTK cannot do in this window; "
             "draw the resampled volume instead"
         )

@@ -222,8 +222,7 @@ class MapBox:
         length = (self.high - self.low) * np.abs(self.values.spacing)
         dimensions = np.maximum(np.rint(count * length / length.max()), 2).astype(int)
         spacing = self.values.spacing * (self.high - self.low) / (dimensions - 1)
-        origin = self.values.at(self.low[None])[0]
-        return Grid(dimensions, origin, spacing, self.values.direction)
+        return Grid(dimensions, self.values.at(self.low[None])[0], spacing, self.values.direction)
 
     def image_geometry(self):
         """The geometry of an image with the same points that fills the box."""

@@ -10,8 +10,7 @@ class Projection:
 
     def __init__(self, renderer):
         camera, aspect = renderer.GetActiveCamera(), renderer.GetTiledAspectRatio()
-        matrix = camera.GetCompositeProjectionTransformMatrix(aspect, -1, 1)
-        self._matrix = matrix_of(matrix)
+        self._matrix = matrix_of(camera.GetCompositeProjectionTransformMatrix(aspect, -1, 1))
         self._inverse = np.linalg.inv(self._matrix)
         self._size = np.array(renderer.GetSize(), float)
         self._origin = np.array(renderer.GetOrigin(), float)

@@ -57,8 +57,7 @@ class RestLines:
         usable = np.asarray(has_material).reshape(shape[::-1])
         segments = []
         for other in across:
-            values = np.arange(self.counts[other] + 1)
-            ends = _level_segments(coordinates[..., other], values)
+            ends = _level_segments(coordinates[..., other], np.arange(self.counts[other] + 1))
             low = np.floor(ends).astype(int)
             high = np.minimum(low + 1, np.array(shape) - 1)
             inside = np.ones(len(ends), bool)
@@ -84,8 +83,7 @@ def _level_segments(values, levels):
     if output.GetNumberOfLines() == 0:
         return np.zeros((0, 2, 2))
     points = arrays.to_numpy(output.GetPoints().GetData())[:, :2].astype(float)
-    ids = arrays.to_numpy(output.GetLines().GetConnectivityArray())
-    ends = points[ids.reshape(-1, 2)]
+    ends = points[arrays.to_numpy(output.GetLines().GetConnectivityArray()).reshape(-1, 2)]
     return ends[np.isfinite(ends).all(axis=(1, 2))]
 
 

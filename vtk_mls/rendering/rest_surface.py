@@ -10,7 +10,7 @@ from vtk_mls.base.progress import SILENT
 from vtk_mls.filters import derived_arrays, warping
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.cells import convert_integer_points, is_empty, set_positions, without_empty
-from vtk_mls.vtk.objects import output_of
+from vtk_mls.vtk.objects import configured, output_of, shallow_copy
 from vtk_mls.vtk.splitting import split
 
 REST_POSITION, DETERMINANT = "RestPosition", "JacobianDeterminant"  # names of arrays
@@ -55,7 +55,7 @@ class RestSurface:
 
         With `has_distortion` it has the point arrays of `add_distortion`.
         """
-        output, material = self._copy(), self.material(deformation)
+        output, material = shallow_copy(self.surface), self.material(deformation)
         field = deformation.forward_field(material)
         positions = self.positions + field.displacement
         set_positions(output, positions, self.surface.GetPoints().GetDataType())
@@ -85,18 +85,12 @@ class RestSurface:
 
         Cell normals are removed: mappers compute them.
         """
-        output = self._copy()
-        output.SetPoints(points)
+        output = configured(shallow_copy(self.surface), Points=points)
         if normals is not None:
             output.GetPointData().SetNormals(normals)
         if output.GetCellData().GetNormals() is not None:
             for data in (output.GetPointData(), output.GetCellData()):
                 data.SetActiveAttribute(-1, vtkDataSetAttributes.NORMALS)
-        return output
-
-    def _copy(self):
-        output = vtkPolyData()
-        output.ShallowCopy(self.surface)
         return output
 
 
@@ -125,8 +119,7 @@ def state_of(cuts):
 
 def _extract_surface(mesh, surface):
     """Set `surface` to the surface of a dataset, as mappers extract it; its point ids (n,)."""
-    copy = mesh.NewInstance()
-    copy.ShallowCopy(without_empty(mesh))
+    copy = shallow_copy(without_empty(mesh))
     arrays.add(copy.GetPointData(), _POINT, np.arange(mesh.GetNumberOfPoints()))
     surface.ShallowCopy(output_of(vtkDataSetSurfaceFilter(), InputData=copy))
     rows = surface.GetPointData().GetArray(_POINT)

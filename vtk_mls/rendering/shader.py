@@ -138,8 +138,7 @@ def remove(shader):
     for tag in _REPLACEMENTS:
         shader.ClearFragmentShaderReplacement(tag, True)
     uniforms = shader.GetFragmentCustomUniforms()
-    names = [uniforms.GetNthUniformName(i) for i in range(uniforms.GetNumberOfUniforms())]
-    for name in names:
+    for name in [uniforms.GetNthUniformName(i) for i in range(uniforms.GetNumberOfUniforms())]:
         if name.startswith(_PREFIX):
             uniforms.RemoveUniform(name)
 

@@ -16,7 +16,6 @@ from vtk_mls.filters.control_point_source import lattice
 from vtk_mls.rendering import deformed_volume, transfer_functions
 from vtk_mls.rendering.projection import Projection
 from vtk_mls.vtk import arrays
-from vtk_mls.vtk.arrays import ImageGeometry
 from vtk_mls.vtk.objects import configured, output_of
 from vtk_mls.vtk.transforms import matrix_of
 
@@ -185,7 +184,7 @@ def opaque_at(volume, start, end):
     array, is_cell_data = deformed_volume.scalars_of(mapper, image)
     if array is None:
         return None
-    grid = ImageGeometry.of_image(image).grid
+    grid = arrays.ImageGeometry.of_image(image).grid
     grid = grid.cells if is_cell_data else grid
     values = arrays.to_numpy(array).reshape(*grid.shape, -1)[..., -1]  # that give the opacity
     to_data = np.linalg.inv(matrix_of(volume.GetMatrix()))

@@ -135,8 +135,7 @@ def shades(values, limits):
 
 def value_range(values):
     """The lowest and the highest of values (...), without a few outliers."""
-    samples = _finite(values.ravel())
-    low, high = np.quantile(samples, (0.001, 0.999))
+    low, high = np.quantile(_finite(values.ravel()), (0.001, 0.999))
     return (low, high) if low < high else (low - 1, high)
 
 

@@ -108,18 +108,15 @@ def values_of(box, nodes, lines, has_colors):
     values, points = box.values, np.array(box.image.grid.dimensions, float)
     margin = 0 if box.is_cell_data else 1 / points
     axes = values.direction * np.sign(values.spacing)
-    result = {
+    step, origin = (1.0, np.zeros(3)) if lines is None else (lines.step, lines.origin)
+    matrix = values.index_to_world * values.dimensions / step
+    return {
         "mls_node": (1 - margin) / (np.array(nodes.dimensions) - 1),
         "mls_node_size": np.abs(nodes.spacing),
         **{f"mls_axis_{name}": axis for name, axis in zip("xyz", axes.T)},
         "mls_paints_volume": float(has_colors),
-        "mls_line_width": 0.0,
-        "mls_line_step": 1.0,
+        "mls_line_width": 0.0 if lines is None else _LINE_WIDTH * step,
+        "mls_line_step": step,
+        **{f"mls_line_{name}": row for name, row in zip("xyz", matrix)},
+        "mls_line_bias": (values.at([[-0.5] * 3])[0] - origin) / step,
     }
-    step, origin = (1.0, np.zeros(3)) if lines is None else (lines.step, lines.origin)
-    matrix = values.index_to_world * values.dimensions / step
-    result.update({f"mls_line_{name}": row for name, row in zip("xyz", matrix)})
-    result["mls_line_bias"] = (values.at([[-0.5] * 3])[0] - origin) / step
-    if lines is not None:
-        result.update(mls_line_width=_LINE_WIDTH * step, mls_line_step=step)
-    return result

@@ -20,6 +20,7 @@ from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
 
 from vtk_mls.base.errors import InputError
 from vtk_mls.base.grid import Grid
+from vtk_mls.vtk.objects import configured, shallow_copy
 
 GHOSTS = vtkDataSetAttributes.GhostArrayName()
 _EMPTY = (0, -1, 0, -1, 0, -1)
@@ -189,9 +190,7 @@ def add(attributes, name, values):
 
 def add_texts(attributes, name, texts):
     """Add an array of texts, (n,) str."""
-    array = vtkStringArray()
-    array.SetName(name)
-    array.SetNumberOfValues(len(texts))
+    array = configured(vtkStringArray(), Name=name, NumberOfValues=len(texts))
     for i, text in enumerate(texts):
         array.SetValue(i, text)
     attributes.AddArray(array)
@@ -210,8 +209,7 @@ def texts(attributes, name):
 def replace(attributes, name, values):
     """Replace the values of an array of point or cell data; active attributes stay active."""
     old = attributes.GetArray(name)
-    array = from_numpy(values, old.GetDataType())
-    array.SetName(name)
+    array = configured(from_numpy(values, old.GetDataType()), Name=name)
     array.CopyComponentNames(old)
     attributes.AddArray(array)  # in place of the old one, with its role
 
@@ -221,9 +219,7 @@ def name_normals(dataset):
     for attributes in (dataset.GetPointData(), dataset.GetCellData()):
         normals = attributes.GetNormals()
         if normals is not None and not normals.GetName():
-            named = normals.NewInstance()
-            named.ShallowCopy(normals)
-            name = "Normals"
+            named, name = shallow_copy(normals), "Normals"
             while attributes.HasArray(name):
                 name += "_"
             named.SetName(name)
@@ -394,8 +390,7 @@ _ID = _dtype(vtkIdTypeArray())
 
 def _pick_tuples(array, index):
     """The tuples `index` of a vtkAbstractArray; none where negative."""
-    result = array.NewInstance()
-    result.SetNumberOfComponents(array.GetNumberOfComponents())
+    result = configured(array.NewInstance(), NumberOfComponents=array.GetNumberOfComponents())
     result.SetNumberOfTuples(len(index))
     for row in np.flatnonzero(index >= 0).tolist():
         result.SetTuple(row, int(index[row]), array)

@@ -88,9 +88,7 @@ def triangle_polydata(points, triangles):
 
 def triangulated(polydata):
     """The triangles of the polygons and strips of a vtkPolyData, as vtkPolyData."""
-    bare = vtkPolyData()
-    bare.SetPoints(polydata.GetPoints())
-    bare.SetPolys(polydata.GetPolys())
+    bare = configured(vtkPolyData(), Points=polydata.GetPoints(), Polys=polydata.GetPolys())
     bare.SetStrips(polydata.GetStrips())
     return output_of(vtkTriangleFilter(), InputData=without_empty(bare))
 
@@ -143,8 +141,7 @@ def without_empty(mesh):
     empty = is_empty(mesh)
     if not empty.any():
         return mesh
-    filled = mesh.NewInstance()
-    filled.SetPoints(mesh.GetPoints())
+    filled = configured(mesh.NewInstance(), Points=mesh.GetPoints())
     filled.GetPointData().ShallowCopy(mesh.GetPointData())
     filled.GetFieldData().ShallowCopy(mesh.GetFieldData())
     rows = np.flatnonzero(~empty)
@@ -195,8 +192,7 @@ def make_boxes_free(grid):
         first = offsets[boxes][:, None]
         connectivity[first + np.arange(len(order))] = connectivity[first + order]
         types[boxes] = free
-    rows = np.arange(len(types))
-    _set_cells(grid, types, cell_array(connectivity, offsets), _faces(grid, rows))
+    _set_cells(grid, types, cell_array(connectivity, offsets), _faces(grid, np.arange(len(types))))
 
 
 def _types(mesh):
@@ -226,8 +222,7 @@ def _faces(grid, rows):
     if faces is None or locations is None:
         return None
     if not isinstance(locations, vtkCellArray):
-        found = np.append(arrays.to_numpy(locations), -1)[rows]
-        return arrays.ids(found), faces
+        return arrays.ids(np.append(arrays.to_numpy(locations), -1)[rows]), faces
     if faces.GetNumberOfCells() == 0:
         return None
     connectivity, offsets = connectivity_of(locations)

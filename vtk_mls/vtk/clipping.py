@@ -153,8 +153,7 @@ def _divide_flat(grid):
         for four in TETRAHEDRA[cell_type]:
             tetrahedra.append(connectivity[offsets[cells][:, None] + four])
             rows.append(cells)
-    flat = vtkUnstructuredGrid()
-    flat.SetPoints(grid.GetPoints())
+    flat = configured(vtkUnstructuredGrid(), Points=grid.GetPoints())
     flat.GetPointData().ShallowCopy(grid.GetPointData())
     _set_tetrahedra(flat, np.concatenate(tetrahedra))
     arrays.set_rows(flat.GetCellData(), grid.GetCellData(), np.concatenate(rows))

@@ -75,8 +75,7 @@ def as_polydata(point_set):
     """A vtkPointSet as vtkPolyData with its cells as handles; polydata as it is."""
     if isinstance(point_set, vtkPolyData):
         return point_set
-    polydata = vtkPolyData()
-    polydata.SetPoints(point_set.GetPoints())
+    polydata = configured(vtkPolyData(), Points=point_set.GetPoints())
     polydata.GetPointData().ShallowCopy(point_set.GetPointData())
     polydata.GetFieldData().ShallowCopy(point_set.GetFieldData())
     set_cells(polydata, cells_of(point_set))
@@ -112,8 +111,7 @@ def cells_of(point_set):
 
 def set_cells(polydata, cells):
     """Give a vtkPolyData the vertices, lines and triangles of `HandleCells`."""
-    rows = np.arange(len(cells.vertices) + 1)
-    polydata.SetVerts(cell_array(cells.vertices, rows))
+    polydata.SetVerts(cell_array(cells.vertices, np.arange(len(cells.vertices) + 1)))
     if cells.lines:
         offsets = np.cumsum([0, *map(len, cells.lines)])
         polydata.SetLines(cell_array(np.concatenate(cells.lines), offsets))
@@ -133,8 +131,7 @@ def _surface(point_set):
 def _used_points(point_set):
     """Rows of the points of all cells."""
     if isinstance(point_set, vtkPolyData):
-        parts = [connectivity_of(cells)[0] for _, cells in polydata_cells(point_set)]
-        return np.concatenate(parts)
+        return np.concatenate([connectivity_of(cells)[0] for _, cells in polydata_cells(point_set)])
     if isinstance(point_set, vtkUnstructuredGrid):
         return connectivity_of(point_set.GetCells())[0]
     return np.arange(point_set.GetNumberOfPoints())  # of a structured grid

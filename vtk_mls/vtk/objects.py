@@ -1,4 +1,4 @@
-"""Settings of VTK and ITK objects, and the output of an algorithm, in one expression."""
+"""Settings and copies of VTK and ITK objects, and the output of an algorithm."""
 
 
 def configured(thing, **values):
@@ -12,3 +12,10 @@ def output_of(algorithm, **values):
     """The output of an algorithm that is `configured` and updated."""
     configured(algorithm, **values).Update()
     return algorithm.GetOutput()
+
+
+def shallow_copy(thing):
+    """A copy of a VTK object that shares its arrays, of the same class."""
+    copy = thing.NewInstance()
+    copy.ShallowCopy(thing)
+    return copy

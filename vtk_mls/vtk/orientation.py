@@ -23,6 +23,7 @@ from vtkmodules.vtkCommonDataModel import (
     vtkUnstructuredGrid,
 )
 
+from vtk_mls.queries.void_cells import over_corners
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.cells import BOXES, FACES, connectivity_of, polydata_cells
 
@@ -222,8 +223,7 @@ def _rounding(before, after, eps):
     """Rounding error of each of the points (3, n), stored with the precision `eps`: (n,)."""
     finite = np.isfinite(before).all(axis=0)
     middle = np.median(before[:, finite], axis=1) if finite.any() else np.zeros(3)
-    distance = np.zeros(len(finite))
-    largest = np.zeros(len(finite))
+    distance, largest = np.zeros((2, len(finite)))
     for x in (*zip(before, middle), *zip(after, middle)):
         np.maximum(distance, np.abs(x[0] - x[1]), out=distance)
         np.maximum(largest, np.abs(x[0]), out=largest)
@@ -264,12 +264,8 @@ def _has_blank_points(mesh):
     flags = arrays.to_numpy(mesh.GetPointData().GetArray(arrays.GHOSTS))
     hidden = (flags & vtkDataSetAttributes.HIDDENPOINT) != 0
     extent = mesh.GetExtent()
-    hidden = hidden.reshape((np.subtract(extent[1::2], extent[::2]) + 1)[::-1])
-    for axis in range(3):
-        count = hidden.shape[axis]
-        if count > 1:
-            hidden = hidden.take(range(count - 1), axis) | hidden.take(range(1, count), axis)
-    return hidden.ravel()
+    shape = (np.subtract(extent[1::2], extent[::2]) + 1)[::-1]
+    return over_corners(np.logical_or, hidden.reshape(shape)).ravel()
 
 
 def _groups(mesh):

@@ -11,7 +11,6 @@ from vtk_mls.base.grid import Grid
 from vtk_mls.base.linear_algebra import unit
 from vtk_mls.model.handles.shapes import Solid
 from vtk_mls.vtk import arrays
-from vtk_mls.vtk.arrays import ImageGeometry
 from vtk_mls.vtk.cells import connectivity_of, positions_of
 from vtk_mls.vtk.objects import configured, output_of
 
@@ -61,7 +60,7 @@ def _of_image(distances):
     """The contour of a DistanceImage at 0."""
     grid, image = distances.grid, vtkImageData()
     # in indices, and taken to the world afterwards, which also keeps the frame
-    ImageGeometry.of_grid(Grid(grid.dimensions)).apply_to(image)
+    arrays.ImageGeometry.of_grid(Grid(grid.dimensions)).apply_to(image)
     arrays.add(image.GetPointData(), "distance", distances.values.ravel())
     image.GetPointData().SetActiveScalars("distance")
     contour = configured(vtkFlyingEdges3D(), ComputeNormals=False, ComputeGradients=False)

@@ -22,7 +22,6 @@ from vtkmodules.vtkCommonDataModel import (
     VTK_TRIANGLE,
     VTK_TRIANGLE_STRIP,
     VTK_VERTEX,
-    vtkCellData,
     vtkDataSetAttributes,
     vtkImplicitFunction,
     vtkPointSet,
@@ -51,7 +50,7 @@ from vtk_mls.vtk.cells import (
     without_empty,
 )
 from vtk_mls.vtk.clipping import HEIGHT, clip_cells
-from vtk_mls.vtk.objects import configured, output_of
+from vtk_mls.vtk.objects import configured, output_of, shallow_copy
 
 _MAX_PAIRWISE_POINTS = 27  # lines, strips, polygons and curved cells of high order have more
 _ON_CUT = 1e-6  # distance from a cut of points on it, as a share of the mesh's extent
@@ -69,10 +68,9 @@ def split(mesh, cuts, progress=SILENT):
     Also returns the vectors (n, 3) from each point on a cut to the exact cut, world units, and the
     normals (n, 3) of the cut towards the cells of the point; 0 for points on no cut.
     """
-    named, cell_data = mesh.NewInstance(), vtkCellData()
-    named.ShallowCopy(mesh)
+    named = shallow_copy(mesh)
     arrays.name_normals(named)
-    cell_data.ShallowCopy(named.GetCellData())
+    cell_data = shallow_copy(named.GetCellData())
     named.GetCellData().Initialize()  # cells have only their rows until the end
     arrays.add(named.GetPointData(), _SOURCE, np.arange(float(named.GetNumberOfPoints())))
     arrays.add(named.GetCellData(), _SOURCE, np.arange(named.GetNumberOfCells()))
@@ -98,8 +96,7 @@ def split(mesh, cuts, progress=SILENT):
     arrays.set_rows(grid.GetCellData(), cell_data, rows)
     grid.GetPointData().RemoveArray(_SOURCE)
     arrays.set_roles(grid.GetPointData(), mesh.GetPointData())
-    has_points = isinstance(mesh, vtkPointSet)
-    point_type = mesh.GetPoints().GetDataType() if has_points else VTK_DOUBLE
+    point_type = mesh.GetPoints().GetDataType() if isinstance(mesh, vtkPointSet) else VTK_DOUBLE
     set_positions(grid, positions_of(grid), point_type)
     return (_polydata(grid) if isinstance(mesh, vtkPolyData) else grid), to_cut, side
 
@@ -346,8 +343,7 @@ def _set_array(grid, name, values):
 
 def _polydata(grid):
     """A grid of vertices, lines, polygons and strips as vtkPolyData."""
-    polydata = vtkPolyData()
-    polydata.SetPoints(grid.GetPoints())
+    polydata = configured(vtkPolyData(), Points=grid.GetPoints())
     polydata.GetPointData().ShallowCopy(grid.GetPointData())
     types, (connectivity, offsets) = arrays.cell_types(grid), connectivity_of(grid.GetCells())
     sizes, order = np.diff(offsets), []

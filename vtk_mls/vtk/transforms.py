@@ -82,11 +82,9 @@ def _sampled(members, grid):
 
 def _before(grid, affine):
     """A grid in the space before an Affine."""
-    inverse = np.linalg.inv(affine.matrix)
-    steps = inverse[:3, :3] @ grid.index_to_world
+    steps = np.linalg.inv(affine.matrix)[:3, :3] @ grid.index_to_world
     spacing = np.linalg.norm(steps, axis=0)
-    origin = affine.backward(grid.origin[None])[0]
-    return Grid(grid.dimensions, origin, spacing, steps / spacing)
+    return Grid(grid.dimensions, affine.backward(grid.origin[None])[0], spacing, steps / spacing)
 
 
 def _warp(field):
