@@ -15,13 +15,11 @@ from vtk_mls.landmarks.text import aligned, heading, page, pair_rows, setting_ro
 _MAX_ROWS = 20  # in the terminal, beside outliers
 
 
-def add(commands, text=None):
-    check = commands.add_parser(
-        "check",
-        help=text,
-        description="Predict each pair of landmarks from all others, by maps of several kinds. "
+def add(check):
+    check.description = (
+        "Predict each pair of landmarks from all others, by maps of several kinds. "
         "Shows the error of each pair, outliers, pairs whose labels look swapped, and the settings "
-        "for `vtk-mls deform` that predict best.",
+        "for `vtk-mls deform` that predict best."
     )
     add = check.add_argument
     add("handles", metavar="pairs", help=map_options.HANDLES)
@@ -30,7 +28,6 @@ def add(commands, text=None):
     add("--html", metavar="FILE", help="write the report as a page")
     property_options.add(check, "Device")
     add("--progress", action="store_true", help="show a progress bar even without a terminal")
-    check.set_defaults(run=run)
 
 
 def run(options):

@@ -18,14 +18,12 @@ from vtk_mls.vtk.objects import configured
 _MULTI_ARRAY_FORMATS = (".vti", ".vtk", ".pvd")
 
 
-def add(commands, text=None):
-    deform = commands.add_parser(
-        "deform",
-        help=text,
-        description="Deform an image or a mesh file, data of several blocks, or a time series. "
+def add(deform):
+    deform.description = (
+        "Deform an image or a mesh file, data of several blocks, or a time series. "
         "World coordinates are LPS (x to the left, y to the back of a patient), whatever the frame "
         "of the file; the output has the frame of the input. Formats with one array (MetaImage, "
-        "NIfTI, NRRD) get the active scalars.",
+        "NIfTI, NRRD) get the active scalars."
     )
     deform.add_argument(
         "input",
@@ -80,7 +78,6 @@ def add(commands, text=None):
     add("GenerateCellQuality", flag="--cell-quality")
     map_options.add(deform)
     ome_zarr.add(deform)
-    deform.set_defaults(run=run, parser=deform)
 
 
 def run(options):

@@ -18,15 +18,13 @@ from vtk_mls.vtk.arrays import ImageGeometry
 from vtk_mls.vtk.objects import output_of
 
 
-def add(commands, text=None):
-    field = commands.add_parser(
-        "field",
-        help=text,
-        description="Write the displacement field of a deformation on the grid of an image, as "
+def add(field):
+    field.description = (
+        "Write the displacement field of a deformation on the grid of an image, as "
         "SimpleITK, ANTs (antsApplyTransforms -t) and 3D Slicer read a transform: resampling an "
         "image with it deforms the image as `vtk-mls deform` does. To move points, which needs the "
         "other direction of the map, add --inverse. ITK's own files (.h5 .hdf5 .tfm .txt) get the "
-        "best affine transform and the rest of the field, a composite.",
+        "best affine transform and the rest of the field, a composite."
     )
     field.add_argument(
         "input",
@@ -68,7 +66,6 @@ def add(commands, text=None):
     )
     map_options.add(field)
     ome_zarr.add(field)
-    field.set_defaults(run=run, parser=field)
 
 
 def run(options):

@@ -20,12 +20,8 @@ from vtk_mls.paraview import installation
 _FIRST_VERSION = 5, 13  # of ParaView that has `--venv`
 
 
-def add(commands, text=None):
-    paraview = commands.add_parser(
-        "paraview",
-        help=text,
-        description="Start ParaView with the plugin loaded, and with a volume to deform.",
-    )
+def add(paraview):
+    paraview.description = "Start ParaView with the plugin loaded, and with a volume to deform."
     paraview.add_argument("file", nargs="?", help="file to open instead of a sample")
     add = paraview.add_argument
     add(
@@ -41,7 +37,6 @@ def add(commands, text=None):
         "ParaView: in DIR of --venv, or where it is found from then on",
     )
     add("--option", metavar="TEXT", action="append", default=[], help="option passed to ParaView")
-    paraview.set_defaults(run=run)
 
 
 def run(options):
