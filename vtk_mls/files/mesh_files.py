@@ -194,7 +194,11 @@ def _mirrored(mesh, space):
     if (signs == 1).all():
         return mirrored
     if mesh.GetPoints() is not None:
-        points = _times(mesh.GetPoints().GetData(), signs)
+        points = mesh.GetPoints().GetData()
+        values, kind = arrays.to_numpy(points), points.GetDataType()
+        if values.dtype.kind == "u":
+            values, kind = values.astype(np.float64), VTK_DOUBLE
+        points = arrays.from_numpy((values * signs).astype(values.dtype), kind)
         mirrored.SetPoints(configured(vtkPoints(), Data=points))
     for attributes in (mirrored.GetPointData(), mirrored.GetCellData()):
         roles = [attributes.GetVectors(), attributes.GetNormals()]
@@ -206,11 +210,3 @@ def _mirrored(mesh, space):
                 factors = np.tile(signs, components // 3)
                 arrays.replace(attributes, name, (values * factors).astype(values.dtype))
     return mirrored
-
-
-def _times(array, signs):
-    """Points (n, 3) times signs; unsigned integers become float64."""
-    values = arrays.to_numpy(array)
-    if values.dtype.kind == "u":
-        return arrays.from_numpy(values * signs.astype(np.float64), VTK_DOUBLE)
-    return arrays.from_numpy((values * signs).astype(values.dtype), array.GetDataType())
