@@ -12,7 +12,6 @@ from vtk_mls.files.block_files import blocks
 from vtk_mls.files.paths import check_apart, check_replaceable
 from vtk_mls.filters import MLSDeform
 from vtk_mls.filters.image_resampling import backgrounds_of
-from vtk_mls.vtk import arrays
 from vtk_mls.vtk.objects import configured
 
 _MULTI_ARRAY_FORMATS = (".vti", ".vtk", ".pvd")
@@ -183,14 +182,8 @@ def _size(output):
 
 def _opened(image):
     """Counts of void points, and of overlapping points if the filter counted them."""
-    counts = {}
-    void = image.GetPointData().GetArray("Void")
-    if void is not None:
-        counts["void"] = int(arrays.to_numpy(void).astype(bool).sum())
-    overlap = image.GetFieldData().GetArray("OverlappingPoints")
-    if overlap is not None:
-        counts["overlap"] = int(overlap.GetValue(0))
-    return "".join(f"; {word}: {count}" for word, count in counts.items())
+    void, overlap = remarks.void(image), image.GetFieldData().GetArray("OverlappingPoints")
+    return void if overlap is None else f"{void}; overlap: {int(overlap.GetValue(0))}"
 
 
 def _failures(output):
