@@ -164,7 +164,6 @@ def _deform(steps, handle_times, is_series, deform, options):
 
 
 def _check_gradient(options):
-    """Raise if the output has no place for the array of `--gradient`."""
     if options.gradient_array and not options.output.lower().endswith(_MULTI_ARRAY_FORMATS):
         raise ValueError(
             "`--gradient` adds an array, and only .vti, .vtk and .pvd hold more than one, "

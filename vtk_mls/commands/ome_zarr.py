@@ -118,7 +118,6 @@ def _run(options, algorithm, run):
 
 
 def _methods(options, image):
-    """The interpolation of each channel."""
     labels, names = options.label_arrays or (), image.channel_names
     if not {*labels} <= {*names}:
         raise ValueError(

@@ -84,9 +84,6 @@ def _start(paraview, options):
     return subprocess.run(command, env=variables, check=False).returncode
 
 
-# The virtual environment
-
-
 def _usual_folder(python):
     """The default folder for a version of Python; None without a cache folder."""
     cache = caches.folder()
@@ -167,7 +164,6 @@ def _make_empty(folder, minor):
 
 
 def _install(packages, folder):
-    """Install packages into an environment by its own pip."""
     names = dict.fromkeys(package.partition(";")[0].strip() for package in packages)
     print(f"installing {', '.join(names)} ...")
     python = folder / ("Scripts/python.exe" if sys.platform == "win32" else "bin/python")

@@ -248,7 +248,6 @@ def read_ome_zarr(path, max_points=math.inf):
 
 
 def _single_array(image):
-    """The active scalars, or the only point array."""
     data = image.GetPointData()
     array = data.GetScalars() or (data.GetArray(0) if data.GetNumberOfArrays() == 1 else None)
     if array is None:

@@ -196,7 +196,6 @@ def _common_order(rest, deformed):
 
 
 def _unpairable(rest, deformed):
-    """The error of points that cannot be paired by labels."""
     points = deformed if _are_unique(rest.labels) else rest
     label, count = Counter(points.labels).most_common(1)[0]
     if all(points.labels):

@@ -107,9 +107,6 @@ def _position(number, cells, more, line):
     return finite(f"line {number}", position)
 
 
-# Tag points of MINC
-
-
 def read_tags(path):
     """The points of a file, in RAS; with partners if it has two volumes."""
     count, rows = _parsed(path)
