@@ -75,10 +75,9 @@ def add(view):
 
 
 def run(options):
-    if options.output is not None and session_files.is_session(options.output):
-        check_replaceable(options.output)
-    elif options.output is not None:
-        check_folder(options.output)
+    if options.output is not None:
+        check = check_replaceable if session_files.is_session(options.output) else check_folder
+        check(options.output)
     if options.handles is None and options.deformed:
         raise ValueError("`--deformed` has the new positions of handles: name their file, too")
     folder_session = Path(options.input) / session_files.NAME
