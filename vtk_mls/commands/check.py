@@ -40,10 +40,11 @@ def run(options):
         settings = {"weights": pairs.weights, "device": options.device or None, "progress": bar}
         result = report(pairs.rest, pairs.deformed, names, **settings)
     print("\n".join(_lines(result)))
-    for path, text in ((options.json, _json), (options.html, page)):
+    content = json.dumps(result.as_dict(), indent=1, ensure_ascii=False) + "\n"
+    for path, text in ((options.json, content), (options.html, page(result))):
         if path is not None:
             with step("write", path), replacing(path) as new:
-                new.write_text(text(result), encoding="utf-8")
+                new.write_text(text, encoding="utf-8")
     return 0
 
 
@@ -57,10 +58,6 @@ def _files_named(options):
     except InputError as error:
         names = {"rest": f"p of `{rest}`", "deformed": f"q of `{deformed}`"}
         raise error.renamed({**names, ("rest", "deformed"): both}) from error
-
-
-def _json(report):
-    return json.dumps(report.as_dict(), indent=1, ensure_ascii=False) + "\n"
 
 
 def _lines(report):

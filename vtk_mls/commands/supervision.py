@@ -191,7 +191,6 @@ def _remove_unfinished(process, steps):
 
 
 def _failure(steps, ending):
-    """A sentence about a child that crashed."""
     action, path = [step for step in [("", ""), *steps] if step[0] != "timeout"][-1]
     if ending == "SIGKILL":
         reason = "the system killed the process, as a rule because memory ran out (SIGKILL)"

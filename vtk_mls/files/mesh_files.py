@@ -106,17 +106,13 @@ def _colors(attributes):
 
     The active array comes first, then the names that VTK's PLY reader uses, then the first array.
     """
-    found = arrays.all_arrays(attributes)
-    named = [array for name in ("RGBA", "RGB") for array in found if array.GetName() == name]
-    return next(filter(_is_color, [attributes.GetScalars(), *named, *found]), None)
-
-
-def _is_color(array):
-    return (
-        array is not None
-        and array.GetDataType() == VTK_UNSIGNED_CHAR
-        and array.GetNumberOfComponents() in (3, 4)
-    )
+    colors = [
+        array
+        for array in arrays.all_arrays(attributes)
+        if array.GetDataType() == VTK_UNSIGNED_CHAR and array.GetNumberOfComponents() in (3, 4)
+    ]
+    active, rank = attributes.GetScalars(), {"RGBA": 1, "RGB": 2}
+    return min(colors, key=lambda a: 0 if a is active else rank.get(a.GetName(), 3), default=None)
 
 
 def _write(writer, dataset, path):
