@@ -179,15 +179,13 @@ def _requirements():
         lines = importlib.metadata.requires("vtk-mls") or ()
     except importlib.metadata.PackageNotFoundError:
         raise ValueError("vtk_mls is importable, but not installed: pip install it first") from None
-    parts = [line.partition(";") for line in lines]
-    extras = re.compile(r"extra == .(cpu|medical).")
-    return [_without_extra(name, marker) for name, _, marker in parts if extras.search(marker)]
-
-
-def _without_extra(name, marker):
-    """A requirement whose marker does not name the extra."""
-    marker = re.sub(r"\s*(and)?\s*extra == .\w+.\s*", "", marker).strip()
-    return f"{name.strip()}; {marker}" if marker else name.strip()
+    requirements = []
+    for line in lines:
+        name, _, marker = line.partition(";")
+        if re.search(r"extra == .(cpu|medical).", marker):
+            marker = re.sub(r"\s*(and)?\s*extra == .\w+.\s*", "", marker).strip()
+            requirements.append(f"{name.strip()}; {marker}" if marker else name.strip())
+    return requirements
 
 
 def _minor(version):

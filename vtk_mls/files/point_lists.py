@@ -138,7 +138,6 @@ def _write_tags(file, places, labels):
 
 
 def _quoted(label):
-    """A label between quotation marks, on one line."""
     text = re.sub(r'(["\\])', r"\\\1", " ".join(label.splitlines()))
     return f'"{text}"' if text else ""
 
