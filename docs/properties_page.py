@@ -113,12 +113,12 @@ def _state(value):
 
 def _options():
     """Options of the command by the names of what they set."""
-    commands = ArgumentParser().add_subparsers()
-    deform.add(commands)
-    field.add(commands)
+    parsers = ArgumentParser(), ArgumentParser()
+    for command, parser in zip((deform, field), parsers):
+        command.add(parser)
     return {
         action.dest: action.option_strings[0]
-        for parser in commands.choices.values()
+        for parser in parsers
         for action in parser._actions
         if action.option_strings
     }

@@ -84,18 +84,8 @@ def read_dataset(path: _PathLike) -> vtkDataObject:
 
 
 def open_dataset(path: _PathLike) -> tuple[tuple[float, ...], Callable[[int], vtkDataObject]]:
-    """The time steps of a file for `read_dataset`, and a function that reads one.
-
-    Parameters
-    ----------
-    path : path
-
-    Returns
-    -------
-    times : tuple of float
-        Of time steps, in seconds if the file states a unit; empty if the file has none.
-    read : callable
-        Reads the dataset of a time step by its index (0 if the file has none).
+    """The times of a file for `read_dataset`, in seconds if the file states a unit, () without any,
+    and a function that reads the dataset of one by its index (0 without any).
     """
     path = Path(path) if os.fspath(path) and Path(path).is_dir() else existing_file(path)
     line = formats.choose(path, "read an image or a mesh from", reads=DATASETS)

@@ -393,10 +393,10 @@ def test_saved_handles_are_opened_again(tmp_path):
     state = shapes().changed(weights=np.array([1.0, 2.5]))
     io.write_dataset(handle_polydata(state), tmp_path / "handles.vtp")
     parser = argparse.ArgumentParser()
-    view.add(parser.add_subparsers())
+    view.add(parser)
     mask = "--mask-ball=5,5,5,20,3"
     files = "ball.vtp", str(tmp_path / "handles.vtp")
-    opened = view._state(parser.parse_args(["view", *files, "--handle-shapes", "cells", mask]))
+    opened = view._state(parser.parse_args([*files, "--handle-shapes", "cells", mask]))
     for name in ("rest", "deformed", "weights"):
         np.testing.assert_array_equal(getattr(opened, name), getattr(state, name))
     assert opened.labels == state.labels

@@ -163,7 +163,6 @@ def _described(error):
 
 
 def _rebuilt(record):
-    """The exception of a description."""
     message, own = record["message"], record["classes"][0][1]
     made = RuntimeError(f"{own}: {message}")
     for module, name in record["classes"]:

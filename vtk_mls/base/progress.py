@@ -30,12 +30,7 @@ class Progress:
         self._report, self._begin, self._end = report, begin, end
 
     def report(self, fraction: float) -> None:
-        """Report that a `fraction` of this part is done, below 1.
-
-        Raises
-        ------
-        Aborted
-        """
+        """Report that a `fraction` of this part is done, below 1; Aborted if it is to stop."""
         if self._report is not None:
             self._report(self._at(fraction))
 

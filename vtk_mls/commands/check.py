@@ -15,13 +15,11 @@ from vtk_mls.landmarks.text import aligned, heading, page, pair_rows, setting_ro
 _MAX_ROWS = 20  # in the terminal, beside outliers
 
 
-def add(commands, text=None):
-    check = commands.add_parser(
-        "check",
-        help=text,
-        description="Predict each pair of landmarks from all others, by maps of several kinds. "
+def add(check):
+    check.description = (
+        "Predict each pair of landmarks from all others, by maps of several kinds. "
         "Shows the error of each pair, outliers, pairs whose labels look swapped, and the settings "
-        "for `vtk-mls deform` that predict best.",
+        "for `vtk-mls deform` that predict best."
     )
     add = check.add_argument
     add("handles", metavar="pairs", help=map_options.HANDLES)
@@ -30,7 +28,6 @@ def add(commands, text=None):
     add("--html", metavar="FILE", help="write the report as a page")
     property_options.add(check, "Device")
     add("--progress", action="store_true", help="show a progress bar even without a terminal")
-    check.set_defaults(run=run)
 
 
 def run(options):
@@ -43,10 +40,11 @@ def run(options):
         settings = {"weights": pairs.weights, "device": options.device or None, "progress": bar}
         result = report(pairs.rest, pairs.deformed, names, **settings)
     print("\n".join(_lines(result)))
-    for path, text in ((options.json, _json), (options.html, page)):
+    content = json.dumps(result.as_dict(), indent=1, ensure_ascii=False) + "\n"
+    for path, text in ((options.json, content), (options.html, page(result))):
         if path is not None:
             with step("write", path), replacing(path) as new:
-                new.write_text(text(result), encoding="utf-8")
+                new.write_text(text, encoding="utf-8")
     return 0
 
 
@@ -60,10 +58,6 @@ def _files_named(options):
     except InputError as error:
         names = {"rest": f"p of `{rest}`", "deformed": f"q of `{deformed}`"}
         raise error.renamed({**names, ("rest", "deformed"): both}) from error
-
-
-def _json(report):
-    return json.dumps(report.as_dict(), indent=1, ensure_ascii=False) + "\n"
 
 
 def _lines(report):

@@ -93,10 +93,11 @@ def _parser(words=None):
     parser.add_argument("--version", action="version", version=f"vtk-mls {__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     for name, text in _COMMANDS.items():
+        command = commands.add_parser(name, help=text)
         if words is None or name in words[:1]:
-            import_module(f"vtk_mls.commands.{name}").add(commands, text)
-        else:
-            commands.add_parser(name, help=text)
+            module = import_module(f"vtk_mls.commands.{name}")
+            module.add(command)
+            command.set_defaults(run=module.run, parser=command)
     info = commands.add_parser(
         "doctor",
         aliases=["info"],

@@ -12,20 +12,17 @@ from vtk_mls.files.block_files import blocks
 from vtk_mls.files.paths import check_apart, check_replaceable
 from vtk_mls.filters import MLSDeform
 from vtk_mls.filters.image_resampling import backgrounds_of
-from vtk_mls.vtk import arrays
 from vtk_mls.vtk.objects import configured
 
 _MULTI_ARRAY_FORMATS = (".vti", ".vtk", ".pvd")
 
 
-def add(commands, text=None):
-    deform = commands.add_parser(
-        "deform",
-        help=text,
-        description="Deform an image or a mesh file, data of several blocks, or a time series. "
+def add(deform):
+    deform.description = (
+        "Deform an image or a mesh file, data of several blocks, or a time series. "
         "World coordinates are LPS (x to the left, y to the back of a patient), whatever the frame "
         "of the file; the output has the frame of the input. Formats with one array (MetaImage, "
-        "NIfTI, NRRD) get the active scalars.",
+        "NIfTI, NRRD) get the active scalars."
     )
     deform.add_argument(
         "input",
@@ -80,7 +77,6 @@ def add(commands, text=None):
     add("GenerateCellQuality", flag="--cell-quality")
     map_options.add(deform)
     ome_zarr.add(deform)
-    deform.set_defaults(run=run, parser=deform)
 
 
 def run(options):
@@ -168,7 +164,6 @@ def _deform(steps, handle_times, is_series, deform, options):
 
 
 def _check_gradient(options):
-    """Raise if the output has no place for the array of `--gradient`."""
     if options.gradient_array and not options.output.lower().endswith(_MULTI_ARRAY_FORMATS):
         raise ValueError(
             "`--gradient` adds an array, and only .vti, .vtk and .pvd hold more than one, "
@@ -186,14 +181,8 @@ def _size(output):
 
 def _opened(image):
     """Counts of void points, and of overlapping points if the filter counted them."""
-    counts = {}
-    void = image.GetPointData().GetArray("Void")
-    if void is not None:
-        counts["void"] = int(arrays.to_numpy(void).astype(bool).sum())
-    overlap = image.GetFieldData().GetArray("OverlappingPoints")
-    if overlap is not None:
-        counts["overlap"] = int(overlap.GetValue(0))
-    return "".join(f"; {word}: {count}" for word, count in counts.items())
+    void, overlap = remarks.void(image), image.GetFieldData().GetArray("OverlappingPoints")
+    return void if overlap is None else f"{void}; overlap: {int(overlap.GetValue(0))}"
 
 
 def _failures(output):

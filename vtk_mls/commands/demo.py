@@ -23,15 +23,12 @@ BELOW = ((157, 142, 53), (163, 86, 51), (113, 114, 36), (135, 52, 25), (127, 171
 DEGREES = 35  # by which each half is rotated about the edge
 
 
-def add(commands, text=None):
-    parser = commands.add_parser(
-        "demo",
-        help=text,
-        description="Cut a real brain open; leave the image, its handles, the deformed image and a "
-        "picture of both. `make demo` in a checkout draws more.",
+def add(parser):
+    parser.description = (
+        "Cut a real brain open; leave the image, its handles, the deformed image and a "
+        "picture of both. `make demo` in a checkout draws more."
     )
     parser.add_argument("directory", nargs="?", default="vtk-mls-demo", help="default: %(default)s")
-    parser.set_defaults(run=run)
 
 
 def run(options):

@@ -13,20 +13,17 @@ from vtk_mls.commands.running import kind_used, read, set_up, update
 from vtk_mls.commands.supervision import step
 from vtk_mls.files.paths import check_apart
 from vtk_mls.filters import MLSDisplacementField
-from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
 from vtk_mls.vtk.objects import output_of
 
 
-def add(commands, text=None):
-    field = commands.add_parser(
-        "field",
-        help=text,
-        description="Write the displacement field of a deformation on the grid of an image, as "
+def add(field):
+    field.description = (
+        "Write the displacement field of a deformation on the grid of an image, as "
         "SimpleITK, ANTs (antsApplyTransforms -t) and 3D Slicer read a transform: resampling an "
         "image with it deforms the image as `vtk-mls deform` does. To move points, which needs the "
         "other direction of the map, add --inverse. ITK's own files (.h5 .hdf5 .tfm .txt) get the "
-        "best affine transform and the rest of the field, a composite.",
+        "best affine transform and the rest of the field, a composite."
     )
     field.add_argument(
         "input",
@@ -68,7 +65,6 @@ def add(commands, text=None):
     )
     map_options.add(field)
     ome_zarr.add(field)
-    field.set_defaults(run=run, parser=field)
 
 
 def run(options):
@@ -159,8 +155,7 @@ def _outline(blocks):
 def _summary(output, options, field):
     size = " x ".join(str(n) for n in output.GetDimensions())
     direction = "forward" if options.inverse else "backward"
-    void = f"; void: {_number_of(output, 'Void')}" if output.GetPointData().HasArray("Void") else ""
-    kind = kind_used(field)
+    kind, void = kind_used(field), remarks.void(output)
     if not options.jacobian:
         return f"{size} {direction} displacements, {kind}{void}"
     folded = output.GetFieldData().GetArray("FoldedVoxels").GetValue(0)
@@ -170,22 +165,16 @@ def _summary(output, options, field):
 def _remarks(output, options):
     """Warnings about points whose state the file cannot hold."""
     count, is_whole = output.GetNumberOfPoints(), options.output.lower().endswith((".vti", ".vtk"))
-    failures = _number_of(output, "NoInverse")
+    failures = remarks.number_of(output, "NoInverse")
     if failures:
         value = "is 0" if options.jacobian else "leads to the nearest place that was found"
         yield (
             f"{failures} of {count} points have no forward image, for the map folds or a cut was "
             f"pushed over them; the value there {value}"
         )
-    void = _number_of(output, "Void")
+    void = remarks.number_of(output, "Void")
     if void and not is_whole:
         yield (
             f"{void} of {count} points are void, which this format cannot mark: the displacement "
             "there is that of the material behind the cut; .vti has the array Void"
         )
-
-
-def _number_of(output, name):
-    """The number of points of an image where a mask array is set."""
-    mask = output.GetPointData().GetArray(name)
-    return 0 if mask is None else int(arrays.to_numpy(mask).astype(bool).sum())

@@ -48,8 +48,7 @@ def is_for(options):
 
 def deform(options, algorithm):
     """Deform an OME-Zarr as a filter says."""
-    image = open_image(options.input)
-    _apply(options, algorithm, image)
+    image = _apply(options, algorithm)
     settings = {
         "interpolation": _methods(options, image),
         "background": _backgrounds(options, algorithm, image),
@@ -75,8 +74,7 @@ def deform(options, algorithm):
 
 def field(options, algorithm):
     """Write the displacement field of a filter on the grid of an OME-Zarr."""
-    image = open_image(options.input)
-    _apply(options, algorithm, image)
+    image = _apply(options, algorithm)
     notes = remarks.field_notes(algorithm, is_whole=False)
     note = _run(options, algorithm, job.write_field)
     size = " x ".join(str(n) for n in image.finest.grid.dimensions)
@@ -84,12 +82,14 @@ def field(options, algorithm):
     return 0
 
 
-def _apply(options, algorithm, image):
-    """Set a filter up, and run it on a cell of the image's grid, without values, as of other files.
+def _apply(options, algorithm):
+    """The Image of the input; a filter is set up and run on a cell of its grid, without values.
 
-    So options have the same errors and warnings. The output has the whole grid, for remarks, and
-    automatic steps are those that it needs; a large grid has fewer points there.
+    So options have the errors and warnings that they have with other files. The output has the
+    whole grid, for remarks, and automatic steps are those that it needs; a large grid has fewer
+    points there.
     """
+    image = open_image(options.input)
     geometry = ImageGeometry.of_grid(coarse(image.finest.grid, _MAX_SAMPLES))
     data = vtkImageData()
     geometry.apply_to(data)
@@ -104,6 +104,7 @@ def _apply(options, algorithm, image):
         algorithm.updated_deformation()._prepare(geometry.grid, SILENT)
     algorithm.GetOutput().Initialize()
     geometry.apply_to(algorithm.GetOutput())
+    return image
 
 
 def _run(options, algorithm, run):
@@ -117,7 +118,6 @@ def _run(options, algorithm, run):
 
 
 def _methods(options, image):
-    """The interpolation of each channel."""
     labels, names = options.label_arrays or (), image.channel_names
     if not {*labels} <= {*names}:
         raise ValueError(

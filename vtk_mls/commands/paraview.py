@@ -20,12 +20,8 @@ from vtk_mls.paraview import installation
 _FIRST_VERSION = 5, 13  # of ParaView that has `--venv`
 
 
-def add(commands, text=None):
-    paraview = commands.add_parser(
-        "paraview",
-        help=text,
-        description="Start ParaView with the plugin loaded, and with a volume to deform.",
-    )
+def add(paraview):
+    paraview.description = "Start ParaView with the plugin loaded, and with a volume to deform."
     paraview.add_argument("file", nargs="?", help="file to open instead of a sample")
     add = paraview.add_argument
     add(
@@ -41,7 +37,6 @@ def add(commands, text=None):
         "ParaView: in DIR of --venv, or where it is found from then on",
     )
     add("--option", metavar="TEXT", action="append", default=[], help="option passed to ParaView")
-    paraview.set_defaults(run=run)
 
 
 def run(options):
@@ -87,9 +82,6 @@ def _start(paraview, options):
         variables["VTK_MLS_OPEN"] = os.path.abspath(options.file)
     print(f"{paraview}, {contents.get('device', 'no OpenCL device')}", flush=True)
     return subprocess.run(command, env=variables, check=False).returncode
-
-
-# The virtual environment
 
 
 def _usual_folder(python):
@@ -172,7 +164,6 @@ def _make_empty(folder, minor):
 
 
 def _install(packages, folder):
-    """Install packages into an environment by its own pip."""
     names = dict.fromkeys(package.partition(";")[0].strip() for package in packages)
     print(f"installing {', '.join(names)} ...")
     python = folder / ("Scripts/python.exe" if sys.platform == "win32" else "bin/python")
@@ -188,15 +179,13 @@ def _requirements():
         lines = importlib.metadata.requires("vtk-mls") or ()
     except importlib.metadata.PackageNotFoundError:
         raise ValueError("vtk_mls is importable, but not installed: pip install it first") from None
-    parts = [line.partition(";") for line in lines]
-    extras = re.compile(r"extra == .(cpu|medical).")
-    return [_without_extra(name, marker) for name, _, marker in parts if extras.search(marker)]
-
-
-def _without_extra(name, marker):
-    """A requirement whose marker does not name the extra."""
-    marker = re.sub(r"\s*(and)?\s*extra == .\w+.\s*", "", marker).strip()
-    return f"{name.strip()}; {marker}" if marker else name.strip()
+    requirements = []
+    for line in lines:
+        name, _, marker = line.partition(";")
+        if re.search(r"extra == .(cpu|medical).", marker):
+            marker = re.sub(r"\s*(and)?\s*extra == .\w+.\s*", "", marker).strip()
+            requirements.append(f"{name.strip()}; {marker}" if marker else name.strip())
+    return requirements
 
 
 def _minor(version):

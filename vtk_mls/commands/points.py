@@ -17,14 +17,12 @@ from vtk_mls.filters.initial_transforms import split_chain
 from vtk_mls.queries.handle_warnings import handle_warnings
 
 
-def add(commands, text=None):
-    points = commands.add_parser(
-        "points",
-        help=text,
-        description="Move landmarks to where the material at them goes, as `vtk-mls deform` moves "
+def add(points):
+    points.description = (
+        "Move landmarks to where the material at them goes, as `vtk-mls deform` moves "
         "a mesh. The output keeps labels, descriptions and order; from .mrk.json to .mrk.json it "
         "keeps everything else, too. Points without a place in the output are undefined in "
-        ".mrk.json, and left out of other files. Of pairs the first positions move.",
+        ".mrk.json, and left out of other files. Of pairs the first positions move."
     )
     points.add_argument(
         "input",
@@ -40,7 +38,6 @@ def add(commands, text=None):
     text = "move points from the deformed space back to where their material came from"
     property_options.add(points, "Inverse", text=text)
     map_options.add(points)
-    points.set_defaults(run=run)
 
 
 def run(options):

@@ -28,7 +28,8 @@ def add(parser, item, *, flag="", choices=(), text="", more="", default=None):
     `flag`, `choices`, `text` (the help) and `default` are those of the command; by default they are
     those of the property. `more` is added to the help.
     """
-    prop = _properties()[item] if isinstance(item, str) else item
+    tables = (*property_tables.DEFORM, *property_tables.DISPLACEMENT_FIELD)
+    prop = {prop.name: prop for prop in tables}[item] if isinstance(item, str) else item
     default = prop.default if default is None else default
     settings = {"dest": prop.option, "default": default, **_settings(prop)}
     if choices:
@@ -69,11 +70,6 @@ def check_kinds(options, *kinds):
 def kinds_of(dataset):
     """The kinds of a vtkDataObject and its blocks."""
     return [IMAGES if block.IsA("vtkImageData") else MESHES for block in blocks(dataset)]
-
-
-def _properties():
-    tables = (*property_tables.DEFORM, *property_tables.DISPLACEMENT_FIELD)
-    return {prop.name: prop for prop in tables}
 
 
 def _is_text(prop):

@@ -108,6 +108,17 @@ def background(used):
     return f"; background {' and '.join(parts)}, the median of the corners" if names else ""
 
 
+def void(image):
+    """The number of void points of an image with the array Void, for the end of a sentence."""
+    return f"; void: {number_of(image, 'Void')}" if image.GetPointData().HasArray("Void") else ""
+
+
+def number_of(image, name):
+    """The number of points of an image where a mask array is set."""
+    mask = image.GetPointData().GetArray(name)
+    return 0 if mask is None else int(arrays.to_numpy(mask).astype(bool).sum())
+
+
 class InvertedCells:
     """Counts cells that an MLSDeform inverts in one or more runs; outputs show no trace."""
 

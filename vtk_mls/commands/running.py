@@ -113,9 +113,6 @@ def progress_bar(options, is_last=True):
             print(file=sys.stderr)
 
 
-# The map of the options
-
-
 def set_up(algorithm, options, control_points=None):
     """Set the control points (port 1) and the properties of a filter.
 
@@ -259,7 +256,6 @@ def landmarks(options, time=None):
 
 
 def _cuts(options):
-    """The cuts, first those by numbers, then surfaces."""
     cuts = [
         shape.of_numbers(property_options.numbers(f"--cut-{name}", text, len(shape.labels())))
         for name, shape in BY_NUMBERS.items()

@@ -29,7 +29,7 @@ _VERBS = {
     "show": "shown",
     "check": "checked",
 }
-_DONE = "done"
+_DONE, _STEPS = "done", "steps"
 
 _folder = None  # of this process, if it is a supervised child
 
@@ -117,7 +117,7 @@ def step(action, path):
         yield
         return
     sys.stderr.flush()
-    with open(os.devnull, "w") as null, open(_steps_file(_folder), "a") as steps:
+    with open(os.devnull, "w") as null, open(os.path.join(_folder, _STEPS), "a") as steps:
         stderr = os.dup(2)
         os.dup2(null.fileno(), 2)
         faulthandler.dump_traceback_later(_reading_time(path), exit=True, file=steps)
@@ -161,20 +161,16 @@ def _mask(signals, is_blocked):
         signal.pthread_sigmask(signal.SIG_BLOCK if is_blocked else signal.SIG_UNBLOCK, signals)
 
 
-def _steps_file(folder):
-    return os.path.join(folder, "steps")
-
-
 def _note(action, detail):
     if _folder is not None:
-        with suppress(OSError), open(_steps_file(_folder), "a") as file:
+        with suppress(OSError), open(os.path.join(_folder, _STEPS), "a") as file:
             file.write(f"{json.dumps([action, detail])}\n")
 
 
 def _steps(folder):
     """What the child noted: a list of (doing, path or status); ("timeout", "") for its watchdog."""
     steps = []
-    with suppress(OSError), open(_steps_file(folder), errors="replace") as file:
+    with suppress(OSError), open(os.path.join(folder, _STEPS), errors="replace") as file:
         for line in file:
             if line.startswith("["):
                 steps.append(tuple(json.loads(line)))
@@ -191,7 +187,6 @@ def _remove_unfinished(process, steps):
 
 
 def _failure(steps, ending):
-    """A sentence about a child that crashed."""
     action, path = [step for step in [("", ""), *steps] if step[0] != "timeout"][-1]
     if ending == "SIGKILL":
         reason = "the system killed the process, as a rule because memory ran out (SIGKILL)"

@@ -19,12 +19,10 @@ MAX_POINTS = 1 << 24  # of a level of an OME-Zarr; the finest level is saved
 _WEB_PACKAGES = "aiohttp", "trame", "trame_client", "trame_vuetify"  # of the extra `web`
 
 
-def add(commands, text=None):
-    view = commands.add_parser(
-        "view",
-        help=text,
-        description="Deform an image or a mesh by the mouse, on a page that opens in a browser: "
-        "drag handles, see the result at once, undo, save.",
+def add(view):
+    view.description = (
+        "Deform an image or a mesh by the mouse, on a page that opens in a browser: "
+        "drag handles, see the result at once, undo, save."
     )
     view.add_argument(
         "input",
@@ -74,14 +72,12 @@ def add(commands, text=None):
     )
     view.add_argument("--port", type=int, help="port of the page; by default 8080, or a free one")
     map_options.add(view, is_interactive=True)
-    view.set_defaults(run=run)
 
 
 def run(options):
-    if options.output is not None and session_files.is_session(options.output):
-        check_replaceable(options.output)
-    elif options.output is not None:
-        check_folder(options.output)
+    if options.output is not None:
+        check = check_replaceable if session_files.is_session(options.output) else check_folder
+        check(options.output)
     if options.handles is None and options.deformed:
         raise ValueError("`--deformed` has the new positions of handles: name their file, too")
     folder_session = Path(options.input) / session_files.NAME

@@ -106,7 +106,6 @@ def _storage_class(content):
 
 
 def _listed(series):
-    """Description, number of slices and first file of series, for a sentence."""
     parts = []
     for names in list(series.values())[:_MAX_LISTED]:
         description = _information(names[0]).get(_DESCRIPTION, "").strip() or "no description"

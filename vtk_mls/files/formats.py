@@ -34,7 +34,7 @@ AXES = "`orientation` of its axes, else used as it is"
 SPACE = "`SPACE=` of 3D Slicer, else used as it is"
 CALLER = "`--handles-space`, unless its columns state it"
 
-
+_Texts = tuple[str, ...]
 _DICOM = ".dcm"  # files of DICOM often have no ending
 
 
@@ -52,9 +52,9 @@ class Format:
     name: str  # in the documentation
     endings: str  # of file names, in lower case, separated by blanks
     frame: str
-    reads: tuple[str, ...] = ()  # contents to read it as
+    reads: _Texts = ()  # contents to read it as
     reader: str = ""
-    writes: tuple[str, ...] = ()  # contents to write to it
+    writes: _Texts = ()  # contents to write to it
     writer: str = ""
     has_times: bool = False  # whether the reader returns times, as `block_files.open_file`
     needs: str = ""  # a package that must be installed
@@ -97,18 +97,13 @@ def _field(name: str, endings: str, frame: str, array: str) -> Format:
     return Format(name, endings, frame, (FIELD,), reader, (FIELD,), writer)
 
 
-def _itk(name: str, endings: str, writes: tuple[str, ...]) -> Format:
+def _itk(name: str, endings: str, writes: _Texts) -> Format:
     reader, writer = "itk_transforms.read", "itk_transforms.write_field"
     return Format(name, endings, LPS, (FIELD, AFFINE), reader, writes, writer, needs="SimpleITK")
 
 
 def _mesh(
-    name: str,
-    ending: str,
-    reads: tuple[str, ...],
-    kind: str,
-    writes: tuple[str, ...] = (),
-    writer: str = "",
+    name: str, ending: str, reads: _Texts, kind: str, writes: _Texts = (), writer: str = ""
 ) -> Format:
     """A format of meshes, which VTK's `kind`Reader reads; by default `kind`Writer writes it."""
     if writes and not writer:
@@ -116,9 +111,7 @@ def _mesh(
     return Format(name, ending, SPACE, reads, f"mesh_files.read {kind}Reader", writes, writer)
 
 
-def _blocks(
-    name: str, endings: str, reader: str, writes: tuple[str, ...] = (), writer: str = ""
-) -> Format:
+def _blocks(name: str, endings: str, reader: str, writes: _Texts = (), writer: str = "") -> Format:
     reader = f"block_files.open_file {reader}"
     writer = writer and f"block_files.{writer}"
     return Format(name, endings, AS_IS, (BLOCKS,), reader, writes, writer, has_times=True)
@@ -203,7 +196,7 @@ TABLE = (
 )
 
 
-def endings(*, reads: tuple[str, ...] = (), writes: tuple[str, ...] = ()) -> tuple[str, ...]:
+def endings(*, reads: _Texts = (), writes: _Texts = ()) -> _Texts:
     """Endings of files that can be read as, or be written from, one of these contents."""
     lines = _lines(reads, writes)
     return tuple(dict.fromkeys(ending for line in lines for ending in line.endings.split()))
@@ -214,12 +207,12 @@ def extensions(reads: str) -> str:
     return " ".join(ending[1:] for ending in endings(reads=(reads,)))
 
 
-def find(path: Path, **contents: tuple[str, ...]) -> Format | None:
+def find(path: Path, **contents: _Texts) -> Format | None:
     """The line for a file name and contents as of `endings`; None without."""
     return next((line for line in _lines(**contents) if line.ending(path)), None)
 
 
-def choose(path: Path, purpose: str, **contents: tuple[str, ...]) -> Format:
+def choose(path: Path, purpose: str, **contents: _Texts) -> Format:
     """The line for a file name and contents as of `endings`.
 
     Errors (OSError, ValueError) have the purpose, such as "read a surface from", and the endings
@@ -255,7 +248,7 @@ def is_dicom_file(path: Path) -> bool:
         return file.read(132)[128:] == b"DICM"
 
 
-def _lines(reads: tuple[str, ...] = (), writes: tuple[str, ...] = ()) -> list[Format]:
+def _lines(reads: _Texts = (), writes: _Texts = ()) -> list[Format]:
     return [line for line in TABLE if {*line.reads} & {*reads} or {*line.writes} & {*writes}]
 
 

@@ -200,7 +200,6 @@ def _is_alike(volume, other):
 
 
 def _summary(volume):
-    """Size, origin and type of values, for a sentence."""
     size = " x ".join(str(n) for n in volume.values.shape[2::-1])
     origin = ", ".join(f"{x:g}" for x in volume.origin)
     return f"{size} of {volume.values.dtype} at {origin}"
@@ -208,8 +207,14 @@ def _summary(volume):
 
 def _volume_of(image, header):
     """The `Volume` of the active scalars of an image, or of its only array."""
-    grid = ImageGeometry.of_image(image).grid
-    array = _single_array(image)
+    grid, data = ImageGeometry.of_image(image).grid, image.GetPointData()
+    array = data.GetScalars() or (data.GetArray(0) if data.GetNumberOfArrays() == 1 else None)
+    if array is None:
+        names = ", ".join(f"`{data.GetArrayName(i)}`" for i in range(data.GetNumberOfArrays()))
+        raise InputError(
+            f"can hold one array, and none of {names or 'no arrays'} is the image's active "
+            "scalars; write .vti instead"
+        )
     values = arrays.to_numpy(array)
     is_label = array.GetName() in metadata.load(image, metadata.LABEL_ARRAYS)
     return Volume(
@@ -217,7 +222,7 @@ def _volume_of(image, header):
         grid.origin,
         grid.index_to_world,
         is_label=is_label and values.dtype.kind in "iu",
-        is_vector=image.GetPointData().GetVectors() is array and values.dtype.kind == "f",
+        is_vector=data.GetVectors() is array and values.dtype.kind == "f",
         space="".join(metadata.load(image, metadata.FILE_SPACE)[:1]),
         header=_true_lines(metadata.load(image, header), image, grid),
         unit="".join(metadata.load(image, metadata.LENGTH_UNIT)),
@@ -245,16 +250,3 @@ def read_ome_zarr(path, max_points=math.inf):
     unit = symbol(source.space[-1].get("unit") or "")
     metadata.store(image, metadata.LENGTH_UNIT, [unit] * (unit in NANOMETERS))
     return image
-
-
-def _single_array(image):
-    """The active scalars, or the only point array."""
-    data = image.GetPointData()
-    array = data.GetScalars() or (data.GetArray(0) if data.GetNumberOfArrays() == 1 else None)
-    if array is None:
-        names = ", ".join(f"`{data.GetArrayName(i)}`" for i in range(data.GetNumberOfArrays()))
-        raise InputError(
-            f"can hold one array, and none of {names or 'no arrays'} is the image's active "
-            "scalars; write .vti instead"
-        )
-    return array

@@ -83,31 +83,20 @@ PAIR_BY = ("order", "labels", "common")
 
 
 def paired(rest, deformed=None, between=(), pair_by=""):
-    """The control points of one file, of two, or of a series.
+    """The `Pairs` of the `Landmarks` of one file, of two, or of a series.
 
-    Parameters
-    ----------
-    rest : Landmarks
-        Their positions are p, their partners q; without partners q = p. Curves and surfaces are
-        theirs.
-    deformed : Landmarks, optional
-        Their positions are q instead. If the labels are unique in both files, q belongs to p of
-        the same label; if labels are numbers after the name of a list (`rest-1`, `moved-1`, as in
-        3D Slicer), to p of the same number. Otherwise q belongs to p of the same index. `pair_by`
-        says otherwise.
-    between : sequence of Landmarks, optional
-        Their positions are intermediate places, paired in the same way. If the first are p, they do
-        not count.
-    pair_by : str, optional
-        "order": by index, whatever the labels are; "labels": by labels, or by their numbers, which
-        must be equal in both files; "common": by labels, without the points whose label only one
-        file has, which a warning lists.
+    Positions in `rest` are p, their partners q; without partners q = p. Curves and surfaces are
+    theirs. Positions in `deformed` are q instead. If the labels are unique in both files, q belongs
+    to p of the same label; if labels are numbers after the name of a list (`rest-1`, `moved-1`, as
+    in 3D Slicer), to p of the same number. Otherwise q belongs to p of the same index.
 
-    Returns
-    -------
-    Pairs
-        Without pairs that lack a position. ValueError if labels or numbers of points differ, or no
-        pair is left.
+    `pair_by` says otherwise. "order": by index, whatever the labels are; "labels": by labels, or by
+    their numbers, which must be equal in both files; "common": by labels, without the points whose
+    label only one file has, which a warning lists.
+
+    Landmarks `between` are intermediate places, paired in the same way. If the first are p, they do
+    not count. Pairs that lack a position are left out. ValueError if labels or numbers of points
+    differ, or no pair is left.
     """
     p, q, places = rest.positions, rest.partners, rest.places
     is_pair = rest.is_placed if q is None else rest.is_placed & np.isfinite(q).all(axis=1)
@@ -207,7 +196,6 @@ def _common_order(rest, deformed):
 
 
 def _unpairable(rest, deformed):
-    """The error of points that cannot be paired by labels."""
     points = deformed if _are_unique(rest.labels) else rest
     label, count = Counter(points.labels).most_common(1)[0]
     if all(points.labels):

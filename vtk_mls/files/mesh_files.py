@@ -106,17 +106,13 @@ def _colors(attributes):
 
     The active array comes first, then the names that VTK's PLY reader uses, then the first array.
     """
-    found = arrays.all_arrays(attributes)
-    named = [array for name in ("RGBA", "RGB") for array in found if array.GetName() == name]
-    return next(filter(_is_color, [attributes.GetScalars(), *named, *found]), None)
-
-
-def _is_color(array):
-    return (
-        array is not None
-        and array.GetDataType() == VTK_UNSIGNED_CHAR
-        and array.GetNumberOfComponents() in (3, 4)
-    )
+    colors = [
+        array
+        for array in arrays.all_arrays(attributes)
+        if array.GetDataType() == VTK_UNSIGNED_CHAR and array.GetNumberOfComponents() in (3, 4)
+    ]
+    active, rank = attributes.GetScalars(), {"RGBA": 1, "RGB": 2}
+    return min(colors, key=lambda a: 0 if a is active else rank.get(a.GetName(), 3), default=None)
 
 
 def _write(writer, dataset, path):
@@ -194,7 +190,11 @@ def _mirrored(mesh, space):
     if (signs == 1).all():
         return mirrored
     if mesh.GetPoints() is not None:
-        points = _times(mesh.GetPoints().GetData(), signs)
+        points = mesh.GetPoints().GetData()
+        values, kind = arrays.to_numpy(points), points.GetDataType()
+        if values.dtype.kind == "u":
+            values, kind = values.astype(np.float64), VTK_DOUBLE
+        points = arrays.from_numpy((values * signs).astype(values.dtype), kind)
         mirrored.SetPoints(configured(vtkPoints(), Data=points))
     for attributes in (mirrored.GetPointData(), mirrored.GetCellData()):
         roles = [attributes.GetVectors(), attributes.GetNormals()]
@@ -206,11 +206,3 @@ def _mirrored(mesh, space):
                 factors = np.tile(signs, components // 3)
                 arrays.replace(attributes, name, (values * factors).astype(values.dtype))
     return mirrored
-
-
-def _times(array, signs):
-    """Points (n, 3) times signs; unsigned integers become float64."""
-    values = arrays.to_numpy(array)
-    if values.dtype.kind == "u":
-        return arrays.from_numpy(values * signs.astype(np.float64), VTK_DOUBLE)
-    return arrays.from_numpy((values * signs).astype(values.dtype), array.GetDataType())

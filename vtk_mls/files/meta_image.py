@@ -33,10 +33,9 @@ _ORIENTATION = "AnatomicalOrientation"
 _OWN_KEYS = (  # of values and geometry; not copied
     *("ObjectType", "NDims", "BinaryData", "BinaryDataByteOrderMSB", "ElementByteOrderMSB"),
     *("CompressedData", "CompressedDataSize", "CompressionLevel", "HeaderSize"),
-    *("HeaderSizePerSlice", *_DIRECTIONS, "Offset", "Position", "Origin", "CenterOfRotation"),
-    *("ElementSpacing", "ElementSize", "DimSize", "ElementMin", "ElementMax", "intent_code"),
-    *("ElementNumberOfChannels", "ElementType", "ElementDataFile", _ORIENTATION),
-    *("ITK_original_direction", "ITK_original_spacing"),
+    *("HeaderSizePerSlice", "CenterOfRotation", *_DIRECTIONS, *_ORIGINS, *_SPACINGS, _ORIENTATION),
+    *("DimSize", "ElementMin", "ElementMax", "intent_code", "ElementNumberOfChannels"),
+    *("ElementType", "ElementDataFile", "ITK_original_direction", "ITK_original_spacing"),
 )
 _MAX_LINE = 1 << 16  # bytes
 

@@ -321,25 +321,24 @@ def _place(header, source, affine):
         _scale_lengths(header, _unit_length(source) / _unit_length(header))
         return
     code = source["sform_code"] or source["qform_code"] or _SCANNER
-    to_ras = np.vstack([affine, [0, 0, 0, 1]])
-    header.set_sform(_in_unit_of(header, to_ras))
+    header.set_sform(_in_unit_of(header, affine))
     header["sform_code"] = code
     header["pixdim"][1:4] = np.linalg.norm(affine[:, :3], axis=0) / _unit_length(header)
-    qform = to_ras
+    qform, last_row = affine, [0, 0, 0, 1]
     if source["qform_code"] != 0:
         with contextlib.suppress(ValueError):  # a broken qform beside an sform
             source_qform = _qform(source)
             code = source["qform_code"]
-            from_ras = np.linalg.solve(np.vstack([source_affine, [0, 0, 0, 1]]), to_ras)
-            qform = np.vstack([source_qform @ from_ras, [0, 0, 0, 1]])
-    if _has_right_angles(qform[:3], 1e-6):
+            matrices = (np.vstack([matrix, last_row]) for matrix in (source_affine, affine))
+            qform = source_qform @ np.linalg.solve(*matrices)
+    if _has_right_angles(qform, 1e-6):
         header.set_qform(_in_unit_of(header, qform))
         header["qform_code"] = code
 
 
 def _in_unit_of(header, affine):
-    """(4, 4) matrix in the unit of a header, from one in millimeters."""
-    return np.vstack([affine[:3] / _unit_length(header), affine[3]])
+    """(4, 4) matrix in the unit of a header, from (3, 4) in millimeters."""
+    return np.vstack([affine / _unit_length(header), [0, 0, 0, 1]])
 
 
 def _scale_lengths(header, factor):

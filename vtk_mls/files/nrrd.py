@@ -138,6 +138,8 @@ def _volume(path, fields, pairs, axes, values):
     if is_vector:
         values = (values @ (frame * signs)).astype(values.dtype)
         del copied["measurement frame"]
+    units = re.findall(r'"([^"]*)"', copied.get("space units", ""))[:3]
+    unit = symbol(units[0]) if len({*units}) == 1 else ""  # the same along all axes
     return Volume(
         np.ascontiguousarray(values),
         origin * signs,
@@ -146,14 +148,8 @@ def _volume(path, fields, pairs, axes, values):
         is_vector=is_vector,
         space=fields.get("space", ""),
         header=(*(f"{name}: {value}" for name, value in copied.items()), *pairs),
-        unit=_length_unit(copied),
+        unit=unit if unit in NANOMETERS else "",
     )
-
-
-def _length_unit(copied):
-    """The unit of length, if it is the same along all axes."""
-    units = re.findall(r'"([^"]*)"', copied.get("space units", ""))[:3]
-    return symbol(units[0]) if len({*units}) == 1 and symbol(units[0]) in NANOMETERS else ""
 
 
 def write(path, series, times):
@@ -227,9 +223,7 @@ def _text(path, volume, time_axis):
     }
     if path.suffix.lower() == ".nhdr":
         fields["data file"] = f"{path.stem}.raw.gz"
-    pairs = [line for line in volume.header if ":=" in line and not _is_field(line)]
-    pairs = _label_pairs(pairs, values) if volume.is_label else _other_pairs(pairs)
-    lines = [f"{name}: {value}" for name, value in fields.items()] + pairs
+    lines = [f"{name}: {value}" for name, value in fields.items()] + _pairs(volume)
     lines = [line.replace("\n", "\\n").replace("\r", "") for line in lines]
     return "\n".join(["NRRD0005", *lines, "", ""]).encode()
 
@@ -340,18 +334,17 @@ def _state_labels(pairs):
     return any(line == _LABEL_INTENT or re.match(r"Segment\d+_ID:=", line) for line in pairs)
 
 
-def _label_pairs(pairs, values):
-    """Key/value pairs of labels; the extent of each segment becomes that of the volume."""
-    extent = " ".join(f"0 {n - 1}" for n in values.shape[2::-1])
-    lines = [re.sub(r"^(Segment\d+_Extent):=.*", rf"\1:={extent}", line) for line in pairs]
+def _pairs(volume):
+    """Key/value pairs. Those about labels are left out of other volumes; the extent of each segment
+    becomes that of the volume.
+    """
+    lines = [line for line in volume.header if ":=" in line and not _is_field(line)]
+    if not volume.is_label:
+        about_labels = re.compile(r"Segment\w*_\w+:=")
+        return [line for line in lines if line != _LABEL_INTENT and not about_labels.match(line)]
+    extent = " ".join(f"0 {n - 1}" for n in volume.values.shape[2::-1])
+    lines = [re.sub(r"^(Segment\d+_Extent):=.*", rf"\1:={extent}", line) for line in lines]
     return lines if _state_labels(lines) else [*lines, _LABEL_INTENT]
-
-
-def _other_pairs(pairs):
-    """Key/value pairs without those about labels."""
-    return [
-        line for line in pairs if line != _LABEL_INTENT and not re.match(r"Segment\w*_\w+:=", line)
-    ]
 
 
 def _kind(volume, source_kind):

@@ -107,9 +107,6 @@ def _position(number, cells, more, line):
     return finite(f"line {number}", position)
 
 
-# Tag points of MINC
-
-
 def read_tags(path):
     """The points of a file, in RAS; with partners if it has two volumes."""
     count, rows = _parsed(path)
@@ -141,7 +138,6 @@ def _write_tags(file, places, labels):
 
 
 def _quoted(label):
-    """A label between quotation marks, on one line."""
     text = re.sub(r'(["\\])', r"\\\1", " ".join(label.splitlines()))
     return f'"{text}"' if text else ""
 

@@ -137,13 +137,12 @@ def read(path, is_alone=False, time=None):
 
 
 def write_pairs(file, pairs):
-    write_row = _row_writer(file)
     has_labels, has_weights = any(pairs.labels), pairs.weights is not None
     names = ["px", "py", "pz", "qx", "qy", "qz"]
-    write_row(["label"] * has_labels + names + ["weight"] * has_weights)
+    _write_row(file, ["label"] * has_labels + names + ["weight"] * has_weights)
     columns = [pairs.rest, pairs.deformed] + [np.c_[pairs.weights]] * has_weights
     for label, row in zip(pairs.labels, np.hstack(columns).tolist()):
-        write_row([label] * has_labels + row)
+        _write_row(file, [label] * has_labels + row)
 
 
 def has_positions_alone(path):
@@ -154,10 +153,9 @@ def has_positions_alone(path):
 
 def write(file, landmarks, are_alone=False):
     """Write points as antsApplyTransformsToPoints reads them, or their positions alone."""
-    write_row = _row_writer(file)
-    write_row(["x", "y", "z"] + ["t", "label", "comment"] * (not are_alone))
+    _write_row(file, ["x", "y", "z"] + ["t", "label", "comment"] * (not are_alone))
     for _, position, label, description in landmarks.placed_rows:
-        write_row(position + [0, label, description] * (not are_alone))
+        _write_row(file, position + [0, label, description] * (not are_alone))
 
 
 def _open(path):
@@ -338,17 +336,10 @@ def _pair(layout, number, row):
     return p if is_finite else _NOWHERE, q if is_active else _NOWHERE
 
 
-def _row_writer(file):
-    plain, quoting = (
-        csv.writer(file, lineterminator="\n", quoting=quoting)
-        for quoting in (csv.QUOTE_MINIMAL, csv.QUOTE_ALL)
-    )
-
-    def write_row(row):
-        has_comment = any("#" in cell for cell in row if isinstance(cell, str))
-        (quoting if has_comment else plain).writerow(row)
-
-    return write_row
+def _write_row(file, row):
+    has_comment = any("#" in cell for cell in row if isinstance(cell, str))
+    quoting = csv.QUOTE_ALL if has_comment else csv.QUOTE_MINIMAL
+    csv.writer(file, lineterminator="\n", quoting=quoting).writerow(row)
 
 
 def _split(lines, mark):

@@ -119,9 +119,6 @@ def _disk_full():
     return OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
 
-# Checks of datasets
-
-
 def check_dataset(dataset):
     """Raise ValueError if a vtkDataSet is broken."""
     if dataset.IsA("vtkImageData") and dataset.GetNumberOfPoints():
@@ -163,7 +160,6 @@ def _dimensions(grid):
 
 
 def _check_grid(grid):
-    """Check the cells of a vtkUnstructuredGrid and the faces of its polyhedra."""
     if grid.GetNumberOfCells() == 0:
         return
     sizes = _check_connectivity(grid.GetCells(), grid.GetNumberOfPoints())

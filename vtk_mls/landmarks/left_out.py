@@ -129,9 +129,6 @@ def nearest(pairs: PointPairs, rows: NDArray[np.int64], count: int) -> NDArray[n
     return result
 
 
-# Outliers
-
-
 def find_outliers(
     pairs: PointPairs, settings: Settings, suspected: NDArray[np.bool_] | None = None
 ) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:

@@ -12,7 +12,7 @@ from vtk_mls.base import interpolation, validation
 from vtk_mls.base.grid import Grid, checked_grid
 from vtk_mls.base.interpolation import linear_with_slopes
 from vtk_mls.base.progress import ProgressLike, whole
-from vtk_mls.base.validation import freeze, short_repr
+from vtk_mls.base.validation import short_repr
 from vtk_mls.queries.transform import Transform
 
 RADIUS, SEARCH = 8.0, 6.0  # of the window and the search, in spacings of the target
@@ -45,8 +45,8 @@ class Image:
                 f"`values` must be real numbers with the shape of `grid`, {grid.shape}, got "
                 f"{short_repr(array)}"
             )
-        freeze(self, grid=grid)
-        vars(self)["values"] = array  # stays writable: it may be the array of a dataset
+        # not `freeze`: the array stays writable, for it may be that of a dataset
+        vars(self).update(values=array, grid=grid)
 
 
 @dataclass(frozen=True, eq=False)
