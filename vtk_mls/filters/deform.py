@@ -276,7 +276,6 @@ class MLSDeform(ReferenceInput, DeformingFilter):
         if source.is_empty:
             raise ValueError("`Input` is an empty image; it must have at least one point")
         deformation = self._requested_deformation(inInfo)
-        out_info = outInfo.GetInformationObject(0)
         block = self._lattice_block(image) if self.is_among_blocks() else None
         if block is None:
             whole_source = self._whole_input(source, inInfo[0].GetInformationObject(0))
@@ -287,16 +286,15 @@ class MLSDeform(ReferenceInput, DeformingFilter):
             self._check_border(deformation, whole_source.grid, block)
         whole = self.output_geometry(source if block else whole_source, lambda: deformation)
         self._check_arrival(deformation, whole_source, whole)
-        target = self._requested_part(whole, out_info)
+        target = self._requested_part(whole, outInfo.GetInformationObject(0))
         target.apply_to(output)
         if target.is_empty:
             return []
         if block is None:
             grids = source.grid_within(whole_source), target.grid_within(whole)
         else:
-            is_same = target == source
             part = whole_source.part(block.extent).grid_within(whole_source)
-            grids = whole_source.grid, part if is_same else target.grid_within(whole)
+            grids = whole_source.grid, part if target == source else target.grid_within(whole)
             image = block.image
         sampling = self._sampling(*grids)
         options = self._image_options(image, block)

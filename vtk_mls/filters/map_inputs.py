@@ -81,9 +81,8 @@ def own_cuts(name, *values):
     """The cut of `own_values`, as a tuple of none or one."""
     if name not in BY_NUMBERS:
         return ()
-    shape = BY_NUMBERS[name]
     try:
-        return (shape(*values),)
+        return (BY_NUMBERS[name](*values),)
     except InputError as error:
         raise InputError(error.predicate, argument=CUT_FIELDS[error.argument].name) from error
 

@@ -188,9 +188,8 @@ class DeformedVolume:
         window = self._renderer.GetRenderWindow()
         renderers = window.GetRenderers() if window else [self._renderer]
         volumes = (volume for renderer in renderers for volume in renderer.GetVolumes())
-        mapper = self._volume.GetMapper()
         others = [volume for volume in (*volumes, *_drawn) if volume is not self._volume]
-        if any(volume.GetMapper() is mapper for volume in others):
+        if any(volume.GetMapper() is self._volume.GetMapper() for volume in others):
             raise ValueError(
                 "`volume` shares its mapper with another vtkVolume, which would be drawn in a "
                 "wrong place; give each a mapper of its own"

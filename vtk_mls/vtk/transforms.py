@@ -76,8 +76,7 @@ def _sampled(members, grid):
     inner, outer = Chain(members[first:last]), members[last:]
     for affine in reversed(outer):  # the grid, in the space before them
         grid = _before(grid, affine)
-    field = Field(inner.displacement_field(grid).displacement, grid)
-    return [*members[:first], field, *outer]
+    return [*members[:first], Field(inner.displacement_field(grid).displacement, grid), *outer]
 
 
 def _before(grid, affine):
