@@ -1,22 +1,8 @@
 """Points and cells of meshes as numpy arrays, and back; the quality of cells."""
 
 import numpy as np
+from vtkmodules import vtkCommonDataModel as vtk
 from vtkmodules.vtkCommonCore import VTK_DOUBLE, VTK_FLOAT, VTK_UNSIGNED_CHAR, vtkPoints
-from vtkmodules.vtkCommonDataModel import (
-    VTK_EMPTY_CELL,
-    VTK_HEXAHEDRON,
-    VTK_PIXEL,
-    VTK_POLY_LINE,
-    VTK_POLY_VERTEX,
-    VTK_POLYGON,
-    VTK_POLYHEDRON,
-    VTK_QUAD,
-    VTK_TRIANGLE_STRIP,
-    VTK_VOXEL,
-    vtkCellArray,
-    vtkPolyData,
-    vtkUnstructuredGrid,
-)
 from vtkmodules.vtkCommonExecutionModel import vtkAlgorithm
 from vtkmodules.vtkFiltersCore import vtkAppendFilter, vtkPointDataToCellData, vtkTriangleFilter
 from vtkmodules.vtkFiltersVerdict import vtkCellQuality
@@ -30,19 +16,22 @@ except ImportError:  # in the releases of VTK 9.2
     from vtkmodules.vtkFiltersExtraction import vtkExtractCells
 
 FACES = (  # getters for polyhedra; since VTK 9.4 the older ones return copies
-    (vtkUnstructuredGrid.GetPolyhedronFaces, vtkUnstructuredGrid.GetPolyhedronFaceLocations)
-    if hasattr(vtkUnstructuredGrid, "GetPolyhedronFaces")
-    else (vtkUnstructuredGrid.GetFaces, vtkUnstructuredGrid.GetFaceLocations)
+    (vtk.vtkUnstructuredGrid.GetPolyhedronFaces, vtk.vtkUnstructuredGrid.GetPolyhedronFaceLocations)
+    if hasattr(vtk.vtkUnstructuredGrid, "GetPolyhedronFaces")
+    else (vtk.vtkUnstructuredGrid.GetFaces, vtk.vtkUnstructuredGrid.GetFaceLocations)
 )
 # For each type of box along the axes, the type of any box, and the order of its points.
-BOXES = {VTK_PIXEL: (VTK_QUAD, (0, 1, 3, 2)), VTK_VOXEL: (VTK_HEXAHEDRON, (0, 1, 3, 2, 4, 5, 7, 6))}
+BOXES = {
+    vtk.VTK_PIXEL: (vtk.VTK_QUAD, (0, 1, 3, 2)),
+    vtk.VTK_VOXEL: (vtk.VTK_HEXAHEDRON, (0, 1, 3, 2, 4, 5, 7, 6)),
+}
 _MAX_QUALITY = 2  # that of inverted wedges is down to -1.2
 # Cell arrays of vtkPolyData in the order of its cell data, and the cell types of any size.
 _KINDS = {
-    "Verts": VTK_POLY_VERTEX,
-    "Lines": VTK_POLY_LINE,
-    "Polys": VTK_POLYGON,
-    "Strips": VTK_TRIANGLE_STRIP,
+    "Verts": vtk.VTK_POLY_VERTEX,
+    "Lines": vtk.VTK_POLY_LINE,
+    "Polys": vtk.VTK_POLYGON,
+    "Strips": vtk.VTK_TRIANGLE_STRIP,
 }
 
 
@@ -55,7 +44,7 @@ def connectivity_of(cells):
 
 def cell_array(connectivity, offsets):
     """The vtkCellArray of a connectivity (m,) and offsets (n + 1,)."""
-    cells = vtkCellArray()
+    cells = vtk.vtkCellArray()
     cells.SetData(arrays.ids(offsets), arrays.ids(connectivity))
     return cells
 
@@ -80,7 +69,7 @@ def set_positions(mesh, positions, vtk_type):
 
 def triangle_polydata(points, triangles):
     """vtkPolyData of points (n, 3) and triangles (m, 3)."""
-    polydata = vtkPolyData()
+    polydata = vtk.vtkPolyData()
     set_positions(polydata, np.asarray(points), VTK_DOUBLE)
     polydata.SetPolys(cell_array(np.ravel(triangles), 3 * np.arange(len(triangles) + 1)))
     return polydata
@@ -88,7 +77,7 @@ def triangle_polydata(points, triangles):
 
 def triangulated(polydata):
     """The triangles of the polygons and strips of a vtkPolyData, as vtkPolyData."""
-    bare = configured(vtkPolyData(), Points=polydata.GetPoints(), Polys=polydata.GetPolys())
+    bare = configured(vtk.vtkPolyData(), Points=polydata.GetPoints(), Polys=polydata.GetPolys())
     bare.SetStrips(polydata.GetStrips())
     return output_of(vtkTriangleFilter(), InputData=without_empty(bare))
 
@@ -124,9 +113,9 @@ def row_array(grid, name):
 
 def is_empty(mesh):
     """Which cells of a vtkDataSet have no points: (n,) bool."""
-    if isinstance(mesh, vtkPolyData):
+    if isinstance(mesh, vtk.vtkPolyData):
         sizes = [np.diff(connectivity_of(cells)[1]) for _, cells in polydata_cells(mesh)]
-    elif isinstance(mesh, vtkUnstructuredGrid):
+    elif isinstance(mesh, vtk.vtkUnstructuredGrid):
         sizes = [np.diff(connectivity_of(mesh.GetCells())[1])]
     else:
         return np.zeros(mesh.GetNumberOfCells(), bool)
@@ -145,7 +134,7 @@ def without_empty(mesh):
     filled.GetPointData().ShallowCopy(mesh.GetPointData())
     filled.GetFieldData().ShallowCopy(mesh.GetFieldData())
     rows = np.flatnonzero(~empty)
-    if isinstance(mesh, vtkPolyData):
+    if isinstance(mesh, vtk.vtkPolyData):
         for name in _KINDS:
             getattr(filled, f"Set{name}")(_without_empty(getattr(mesh, f"Get{name}")()))
     elif len(rows) > 0:
@@ -197,9 +186,11 @@ def make_boxes_free(grid):
 
 def _types(mesh):
     """Types of cells; for vtkPolyData the types for cells of any size."""
-    if isinstance(mesh, vtkUnstructuredGrid):
+    if isinstance(mesh, vtk.vtkUnstructuredGrid):
         types = arrays.cell_types(mesh)
-        return np.where(types == VTK_POLYHEDRON, VTK_EMPTY_CELL, types)  # polyhedra need faces
+        return np.where(
+            types == vtk.VTK_POLYHEDRON, vtk.VTK_EMPTY_CELL, types
+        )  # polyhedra need faces
     kinds = polydata_cells(mesh)
     return np.repeat([kind for kind, _ in kinds], [cells.GetNumberOfCells() for _, cells in kinds])
 
@@ -221,7 +212,7 @@ def _faces(grid, rows):
     faces, locations = (get(grid) for get in FACES)
     if faces is None or locations is None:
         return None
-    if not isinstance(locations, vtkCellArray):
+    if not isinstance(locations, vtk.vtkCellArray):
         return arrays.ids(np.append(arrays.to_numpy(locations), -1)[rows]), faces
     if faces.GetNumberOfCells() == 0:
         return None

@@ -3,25 +3,7 @@
 import functools
 
 import numpy as np
-from vtkmodules.vtkCommonDataModel import (
-    VTK_HEXAGONAL_PRISM,
-    VTK_HEXAHEDRON,
-    VTK_PENTAGONAL_PRISM,
-    VTK_POLYGON,
-    VTK_POLYHEDRON,
-    VTK_PYRAMID,
-    VTK_QUAD,
-    VTK_TETRA,
-    VTK_TRIANGLE,
-    VTK_TRIANGLE_STRIP,
-    VTK_WEDGE,
-    vtkCellArray,
-    vtkDataSetAttributes,
-    vtkExplicitStructuredGrid,
-    vtkPolyData,
-    vtkStructuredGrid,
-    vtkUnstructuredGrid,
-)
+from vtkmodules import vtkCommonDataModel as vtk
 
 from vtk_mls.queries.void_cells import over_corners
 from vtk_mls.vtk import arrays
@@ -56,12 +38,12 @@ def _prism(sides):
 
 # A corner and the ends of its three edges, whose triple product has the sign of the Jacobian.
 _CORNER_EDGES = {
-    VTK_TETRA: _TETRAHEDRON,
-    VTK_HEXAHEDRON: _prism(4),
-    VTK_WEDGE: _prism(3),
-    VTK_PYRAMID: [(i, (i + 1) % 4, (i - 1) % 4, 4) for i in range(4)],
-    VTK_PENTAGONAL_PRISM: _prism(5),
-    VTK_HEXAGONAL_PRISM: _prism(6),
+    vtk.VTK_TETRA: _TETRAHEDRON,
+    vtk.VTK_HEXAHEDRON: _prism(4),
+    vtk.VTK_WEDGE: _prism(3),
+    vtk.VTK_PYRAMID: [(i, (i + 1) % 4, (i - 1) % 4, 4) for i in range(4)],
+    vtk.VTK_PENTAGONAL_PRISM: _prism(5),
+    vtk.VTK_HEXAGONAL_PRISM: _prism(6),
 }
 # Corners at both ends of the axes of a hexahedron.
 _AXIS_ENDS = (
@@ -69,7 +51,7 @@ _AXIS_ENDS = (
     ([0, 1, 4, 5], [2, 3, 6, 7]),
     ([0, 1, 2, 3], [4, 5, 6, 7]),
 )
-_FLAT_SIZES = {VTK_TRIANGLE: 3, VTK_QUAD: 4}
+_FLAT_SIZES = {vtk.VTK_TRIANGLE: 3, vtk.VTK_QUAD: 4}
 
 
 def inverted(mesh, before, after, jacobian, ghosts=None):
@@ -91,12 +73,12 @@ def inverted(mesh, before, after, jacobian, ghosts=None):
     result = np.full(mesh.GetNumberOfCells(), np.nan)
     for cell_type, rows, points in _groups(mesh):
         result[rows] = margins.of_cells(cell_type, points)
-    if isinstance(mesh, vtkUnstructuredGrid):
+    if isinstance(mesh, vtk.vtkUnstructuredGrid):
         for rows, faces in _polyhedra(mesh):
             result[rows] = margins.of_polyhedra(faces)
     counts = ~_has_blank_points(mesh)
     if ghosts is not None:
-        flags = vtkDataSetAttributes.DUPLICATECELL | vtkDataSetAttributes.HIDDENCELL
+        flags = vtk.vtkDataSetAttributes.DUPLICATECELL | vtk.vtkDataSetAttributes.HIDDENCELL
         counts &= (ghosts & flags) == 0
     return counts & (result <= 0), np.count_nonzero(np.isnan(result[counts]))
 
@@ -117,19 +99,19 @@ class _Margins:
         """Margins of cells of one type with the points (n, k)."""
         if cell_type in _CORNER_EDGES:
             measures, positions = self._volumes(points, _CORNER_EDGES[cell_type])
-            if cell_type == VTK_HEXAHEDRON:
+            if cell_type == vtk.VTK_HEXAHEDRON:
                 measures.append(self._axes_volume(points, positions))
             return _least(measures)
         if cell_type in TETRAHEDRA:  # curved: only a negative total volume is certain
             measures, _ = self._volumes(points, TETRAHEDRA[cell_type])
             margin = _least([tuple(np.sum(column, axis=0) for column in zip(*measures))])
             return np.where(margin <= 0, margin, np.nan)
-        if cell_type == VTK_TRIANGLE_STRIP:
+        if cell_type == vtk.VTK_TRIANGLE_STRIP:
             triangles = points[:, np.arange(points.shape[1] - 2)[:, None] + np.arange(3)]
             margins, finite = _margins(*self._areas(triangles.reshape(-1, 3)))
             shape = triangles.shape[:2]
             return _least_of(margins.reshape(shape).T, finite.reshape(shape).T)
-        return _least(self._areas(points, at_corners=cell_type == VTK_QUAD))
+        return _least(self._areas(points, at_corners=cell_type == vtk.VTK_QUAD))
 
     def of_polyhedra(self, faces):
         """Margins of the polyhedra of a `_Faces`."""
@@ -259,10 +241,10 @@ def _corner_normals(x):
 
 def _has_blank_points(mesh):
     """Which cells of a vtkStructuredGrid have a point that is hidden: (n,) bool."""
-    if not (isinstance(mesh, vtkStructuredGrid) and mesh.HasAnyBlankPoints()):
+    if not (isinstance(mesh, vtk.vtkStructuredGrid) and mesh.HasAnyBlankPoints()):
         return np.zeros(mesh.GetNumberOfCells(), bool)
     flags = arrays.to_numpy(mesh.GetPointData().GetArray(arrays.GHOSTS))
-    hidden = (flags & vtkDataSetAttributes.HIDDENPOINT) != 0
+    hidden = (flags & vtk.vtkDataSetAttributes.HIDDENPOINT) != 0
     extent = mesh.GetExtent()
     shape = (np.subtract(extent[1::2], extent[::2]) + 1)[::-1]
     return over_corners(np.logical_or, hidden.reshape(shape)).ravel()
@@ -273,22 +255,22 @@ def _groups(mesh):
 
     Voxels and pixels are hexahedra and quads.
     """
-    if isinstance(mesh, vtkUnstructuredGrid):
+    if isinstance(mesh, vtk.vtkUnstructuredGrid):
         if mesh.GetNumberOfCells():
             yield from _by_size(arrays.cell_types(mesh), *connectivity_of(mesh.GetCells()))
-    elif isinstance(mesh, vtkPolyData):
+    elif isinstance(mesh, vtk.vtkPolyData):
         first = 0
         for cell_type, cells in polydata_cells(mesh):
             connectivity, offsets = connectivity_of(cells)
-            is_quad = (cell_type == VTK_POLYGON) & (np.diff(offsets) == 4)  # as VTK says
-            types = np.where(is_quad, VTK_QUAD, cell_type)
+            is_quad = (cell_type == vtk.VTK_POLYGON) & (np.diff(offsets) == 4)  # as VTK says
+            types = np.where(is_quad, vtk.VTK_QUAD, cell_type)
             yield from _by_size(types, connectivity, offsets, first)
             first += len(types)
-    elif isinstance(mesh, vtkExplicitStructuredGrid):
+    elif isinstance(mesh, vtk.vtkExplicitStructuredGrid):
         connectivity, offsets = connectivity_of(mesh.GetCells())
-        types = np.full(len(offsets) - 1, VTK_HEXAHEDRON)
+        types = np.full(len(offsets) - 1, vtk.VTK_HEXAHEDRON)
         yield from _by_size(types, connectivity, offsets)
-    elif isinstance(mesh, vtkStructuredGrid):
+    elif isinstance(mesh, vtk.vtkStructuredGrid):
         yield from _structured(mesh.GetExtent(), np.arange(mesh.GetNumberOfCells()))
 
 
@@ -308,7 +290,7 @@ def _structured(extent, cells):
     """`_groups` of the quads or hexahedra of a vtkStructuredGrid."""
     dimensions = np.subtract(extent[1::2], extent[::2]) + 1
     axes = np.flatnonzero(dimensions > 1)
-    cell_type = {2: VTK_QUAD, 3: VTK_HEXAHEDRON}.get(len(axes))
+    cell_type = {2: vtk.VTK_QUAD, 3: vtk.VTK_HEXAHEDRON}.get(len(axes))
     if cell_type is None:
         return
     steps = np.cumprod([1, *dimensions[:2]])[axes]
@@ -328,7 +310,7 @@ def _chunks(rows, size):
 
 def _is_complete(cell_type, size):
     """Whether a cell with `size` points has all points that its type needs."""
-    if cell_type in (VTK_POLYGON, VTK_TRIANGLE_STRIP):
+    if cell_type in (vtk.VTK_POLYGON, vtk.VTK_TRIANGLE_STRIP):
         return size > 2
     if cell_type in _FLAT_SIZES:
         return size == _FLAT_SIZES[cell_type]
@@ -393,8 +375,8 @@ def _polyhedra(grid):
     faces, locations = (get(grid) for get in FACES)
     if grid.GetNumberOfCells() == 0 or faces is None or locations is None:
         return
-    polyhedra = np.flatnonzero(arrays.cell_types(grid) == VTK_POLYHEDRON)
-    find = _find_faces if isinstance(locations, vtkCellArray) else _find_faces_in_stream
+    polyhedra = np.flatnonzero(arrays.cell_types(grid) == vtk.VTK_POLYHEDRON)
+    find = _find_faces if isinstance(locations, vtk.vtkCellArray) else _find_faces_in_stream
     for start in range(0, len(polyhedra), _CHUNK):
         rows = polyhedra[start : start + _CHUNK]
         yield rows, _Faces(len(rows), *find(faces, locations, rows))

@@ -12,22 +12,8 @@ Points without cells, poly-vertices, and flat cells that clipping cannot divide 
 """
 
 import numpy as np
+from vtkmodules import vtkCommonDataModel as vtk
 from vtkmodules.vtkCommonCore import VTK_BIT, VTK_DOUBLE, VTK_ID_TYPE
-from vtkmodules.vtkCommonDataModel import (
-    VTK_LINE,
-    VTK_POLY_LINE,
-    VTK_POLY_VERTEX,
-    VTK_POLYGON,
-    VTK_QUAD,
-    VTK_TRIANGLE,
-    VTK_TRIANGLE_STRIP,
-    VTK_VERTEX,
-    vtkDataSetAttributes,
-    vtkImplicitFunction,
-    vtkPointSet,
-    vtkPolyData,
-    vtkUnstructuredGrid,
-)
 from vtkmodules.vtkFiltersCore import (
     vtkImplicitPolyDataDistance,
     vtkPolyDataNormals,
@@ -96,9 +82,9 @@ def split(mesh, cuts, progress=SILENT):
     arrays.set_rows(grid.GetCellData(), cell_data, rows)
     grid.GetPointData().RemoveArray(_SOURCE)
     arrays.set_roles(grid.GetPointData(), mesh.GetPointData())
-    point_type = mesh.GetPoints().GetDataType() if isinstance(mesh, vtkPointSet) else VTK_DOUBLE
+    point_type = mesh.GetPoints().GetDataType() if isinstance(mesh, vtk.vtkPointSet) else VTK_DOUBLE
     set_positions(grid, positions_of(grid), point_type)
-    return (_polydata(grid) if isinstance(mesh, vtkPolyData) else grid), to_cut, side
+    return (_polydata(grid) if isinstance(mesh, vtk.vtkPolyData) else grid), to_cut, side
 
 
 def crossed(mesh, cuts):
@@ -117,7 +103,7 @@ def crossed(mesh, cuts):
     is_small = sizes <= _MAX_PAIRWISE_POINTS
     for cut in cuts:
         _, low, high = _heights(grid, cut, 0)
-        candidates = (low < 0) & (high >= 0) & (types != VTK_POLY_VERTEX)
+        candidates = (low < 0) & (high >= 0) & (types != vtk.VTK_POLY_VERTEX)
         for size in np.unique(sizes[candidates & is_small]):
             rows = np.flatnonzero(candidates & (sizes == size))
             x = positions[connectivity[offsets[rows][:, None] + np.arange(size)]]
@@ -154,7 +140,7 @@ def _nearest(grid, whole):
 
 def _add_lost_arrays(attributes, source, make_rows):
     """Add the arrays of `source` that VTK's filters have left out, such as ids, by rows in it."""
-    lost, names = vtkDataSetAttributes(), [a.GetName() for a in arrays.all_arrays(attributes)]
+    lost, names = vtk.vtkDataSetAttributes(), [a.GetName() for a in arrays.all_arrays(attributes)]
     for array in arrays.all_arrays(source):
         if array.GetName() not in names:
             lost.AddArray(array)
@@ -169,7 +155,9 @@ def _unstructured(mesh):
     for row, array in reversed([*enumerate(arrays.all_arrays(grid.GetPointData()))]):
         if not arrays.is_numeric(array) or array.GetDataType() in (VTK_BIT, VTK_ID_TYPE):
             grid.GetPointData().RemoveArray(row)  # VTK would join texts, and drop ids
-    grid.GetPointData().SetActiveAttribute(-1, vtkDataSetAttributes.SCALARS)  # clipping drops them
+    grid.GetPointData().SetActiveAttribute(
+        -1, vtk.vtkDataSetAttributes.SCALARS
+    )  # clipping drops them
     return grid
 
 
@@ -189,7 +177,7 @@ def _divide(grid, cut, extent, progress):
     touched = (low <= 0) & (high >= 0)
     if not touched.any():
         return grid
-    is_cloud = arrays.cell_types(grid) == VTK_POLY_VERTEX  # cannot be divided
+    is_cloud = arrays.cell_types(grid) == vtk.VTK_POLY_VERTEX  # cannot be divided
     positions = positions_of(grid)
     _set_array(grid, _POINT, np.arange(len(positions), dtype=np.float64))
     _set_array(grid, HEIGHT, np.where(np.isfinite(height), height, extent))
@@ -293,7 +281,7 @@ def height_function(cut):
 
     def height(positions):
         result = arrays.from_numpy(np.empty(len(positions)), VTK_DOUBLE)
-        vtkImplicitFunction.EvaluateFunction(
+        vtk.vtkImplicitFunction.EvaluateFunction(
             distance, arrays.from_numpy(positions, VTK_DOUBLE), result
         )
         return arrays.to_numpy(result).copy()
@@ -314,7 +302,7 @@ def _without_cells(grid):
     is_used = np.zeros(grid.GetNumberOfPoints(), bool)
     is_used[connectivity_of(grid.GetCells())[0]] = True
     rows = np.flatnonzero(~is_used)
-    loose = vtkUnstructuredGrid()
+    loose = vtk.vtkUnstructuredGrid()
     set_positions(loose, positions_of(grid)[rows], VTK_DOUBLE)
     arrays.set_rows(loose.GetPointData(), grid.GetPointData(), rows)
     # vtkAppendFilter keeps the arrays that all have
@@ -343,15 +331,15 @@ def _set_array(grid, name, values):
 
 def _polydata(grid):
     """A grid of vertices, lines, polygons and strips as vtkPolyData."""
-    polydata = configured(vtkPolyData(), Points=grid.GetPoints())
+    polydata = configured(vtk.vtkPolyData(), Points=grid.GetPoints())
     polydata.GetPointData().ShallowCopy(grid.GetPointData())
     types, (connectivity, offsets) = arrays.cell_types(grid), connectivity_of(grid.GetCells())
     sizes, order = np.diff(offsets), []
     for set_cells, cell_types in (
-        (polydata.SetVerts, (VTK_VERTEX, VTK_POLY_VERTEX)),
-        (polydata.SetLines, (VTK_LINE, VTK_POLY_LINE)),
-        (polydata.SetPolys, (VTK_TRIANGLE, VTK_QUAD, VTK_POLYGON)),
-        (polydata.SetStrips, (VTK_TRIANGLE_STRIP,)),
+        (polydata.SetVerts, (vtk.VTK_VERTEX, vtk.VTK_POLY_VERTEX)),
+        (polydata.SetLines, (vtk.VTK_LINE, vtk.VTK_POLY_LINE)),
+        (polydata.SetPolys, (vtk.VTK_TRIANGLE, vtk.VTK_QUAD, vtk.VTK_POLYGON)),
+        (polydata.SetStrips, (vtk.VTK_TRIANGLE_STRIP,)),
     ):
         mask = np.isin(types, cell_types)
         offsets = np.concatenate([[0], np.cumsum(sizes[mask])])
