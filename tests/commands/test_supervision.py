@@ -158,5 +158,6 @@ def test_a_small_file_that_names_large_ones_has_time_for_them(tmp_path):
     (tmp_path / "other.vtu").write_bytes(bytes(2_000_000))
     seconds = supervision._reading_time(tmp_path / "x.vtm")
     assert 130 <= seconds < 131
-    for name in ("none/none.vtm", ".", "..", "/", ""):
+    for name in ("none/none.vtm", ".", "/", ""):
         assert supervision._reading_time(name) == 120
+    assert supervision._reading_time("..") >= 120

@@ -21,10 +21,10 @@ def uploads(device_memory, monkeypatch):
     sizes = []
 
     def noted(method):
-        def note(array):
+        def note(array, *options):
             if array.ndim >= 3:
                 sizes.append(array.nbytes)
-            return method(array)
+            return method(array, *options)
 
         return note
 

@@ -27,9 +27,6 @@ _FOUND = 1e-5  # largest residual of an inverse, in local units
 _MAX_VALUES = 1 << 21  # in a temporary array
 _POINTS_OF_SEGMENT = 80  # of the quadrature
 
-gradient = vector_fields.gradient
-
-
 def backward(deformation, points, progress=SILENT):
     return points + _evaluate(deformation, points, progress)[0]
 
@@ -252,6 +249,10 @@ def resample(deformation, arrays, sampling, progress=SILENT, void_distance=None,
     parts = _sources(deformation, sampling, progress, with_jacobian=bool(covariant))
     versions = [None] * len(arrays)
     return sampled_parts(arrays, versions, sampling, parts, sample, void_distance, covariant)
+
+
+def gradient(array, grid, progress=SILENT):
+    return vector_fields.gradient(array, grid, progress)
 
 
 def sample(array, index, method, background, source, version=None):

@@ -162,7 +162,7 @@ class Memory:
     @contextmanager
     def _buffer(self, array, access, copy_in, copy_out):
         argument = self.argument(array, access, copy_in)
-        is_buffer = isinstance(argument, cl.Buffer)
+        is_buffer = not isinstance(argument, cl.SVM)
         try:
             yield argument
         finally:

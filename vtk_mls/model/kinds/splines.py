@@ -303,8 +303,9 @@ def best_choice(q, u, weights, orders=ORDERS, smoothing=None, softening=None) ->
     return min(found, key=attrgetter("score"))
 
 
-def chosen_from(count, most=_MAX_CHOSEN_FROM):
+def chosen_from(count, most=None):
     """Rows (m,) of the control points from which settings are chosen, at most 1,500."""
+    most = most or _MAX_CHOSEN_FROM
     if count <= most:
         return np.arange(count)
     return np.sort(np.random.default_rng(0).permutation(count)[:most])
