@@ -13,7 +13,7 @@ from vtk_mls.rendering.surfaces import STEP
 from vtk_mls.vtk.objects import configured
 
 _COARSE_STEP = 1.2  # between samples along a ray, in voxels
-_COARSE_PIXELS = 4  # between rays, from which on steps are longer still
+_COARSE_PIXELS = 2  # between rays, from which on steps are longer still
 _MAX_STEP_FACTOR = 3  # of longer steps instead of fewer rays
 
 

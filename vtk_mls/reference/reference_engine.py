@@ -27,6 +27,7 @@ _FOUND = 1e-5  # largest residual of an inverse, in local units
 _MAX_VALUES = 1 << 21  # in a temporary array
 _POINTS_OF_SEGMENT = 80  # of the quadrature
 
+
 def backward(deformation, points, progress=SILENT):
     return points + _evaluate(deformation, points, progress)[0]
 
