@@ -81,7 +81,7 @@ CHANGES = {
 
 
 def apart(name):
-    """Three quarters of an image, or both halves, one of which is changed."""
+    """Three of the four parts of an image; or its halves, one of them after the change `name`."""
     if name not in CHANGES:
         return boxes(make_image((21, 8, 7)), [(0, 10), (10, 20)], [(0, 4), (4, 7)])[:3]
     parts = halves()
@@ -257,7 +257,7 @@ def test_blocks_that_are_no_datasets_pass(make, kind, make_filter, messages):
     options = {"kind": make_filter, "cut": HalfPlane((4, 4, 3), (1, 0.2, 0), (0, 0, 1))}
     if make_filter is MLSDisplacementField:
         options["SampleDimensions"] = 4, 4, 4
-    filter_, alone = (deforming(each, **options) for each in (data, mesh))
+    filter_, alone = deforming(data, **options), deforming(mesh, **options)
     for alpha in (1.0, 1.5):
         filter_.SetAlpha(alpha)
         alone.SetAlpha(alpha)

@@ -447,8 +447,8 @@ def test_pieces_keep_ids_bits_and_texts(name, cut):
     for data, numbers in (("Point", rows), ("Cell", of_cells.astype(int))):
         attributes = getattr(output, f"Get{data}Data")()
         assert attributes.GetGlobalIds() is None
-        for each in ("global", "pedigree"):
-            np.testing.assert_array_equal(array_of(output, each, data), numbers)
+        for name in ("global", "pedigree"):
+            np.testing.assert_array_equal(array_of(output, name, data), numbers)
         np.testing.assert_array_equal(array_of(output, "odd", data), numbers % 2)
         assert texts(attributes, "variants") == [str(number) for number in numbers]
 

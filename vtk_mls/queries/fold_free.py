@@ -31,7 +31,7 @@ _DIRECTIONS = _DIRECTIONS / np.linalg.norm(_DIRECTIONS, axis=1, keepdims=True)
 # The search around the smallest determinants: points, samples around each, rounds at half the
 # distance.
 _BEST, _TRIALS, _ROUNDS = 64, 24, 4
-_SAFE = 0.6  # samples with a larger determinant do not fold in more steps on the same path
+_SAFE = 0.6  # samples with a larger determinant are not looked at again in more steps
 _MAX_CHECKED = 1 << 12  # centers of voxels that fold, to choose the number of steps
 
 
@@ -41,16 +41,16 @@ def in_enough_steps(engine, deformation, where=None, progress=SILENT):
     In `MAX_STEPS` the smallest determinant may be below. `where` is a Grid or points (m, 3) of the
     deformed space, by default a box around the handles.
     """
-    samples, rest = _samples(deformation, where), {}
+    samples, remaining = _samples(deformation, where), {}  # by the length of the path
     for candidate in _in_more_steps(deformation):
         part, progress = progress.divided(1, 2)
-        points, radius = rest.get(len(candidate.path), samples)
+        points, radius = remaining.get(len(candidate.path), samples)
         values = engine.least_determinant(candidate, points, part)
         smallest = _smallest_around(engine, candidate, points, radius, values, MIN_DETERMINANT)
         if smallest > MIN_DETERMINANT:
             return candidate
-        is_near = values < max(_SAFE, *np.sort(values)[:_BEST])
-        rest[len(candidate.path)] = points[is_near], radius[is_near]
+        is_near = ~(values > max(_SAFE, np.sort(values)[:_BEST][-1]))  # also NaN
+        remaining[len(candidate.path)] = points[is_near], radius[is_near]
     warn(
         f"The deformation may fold in {candidate.steps_used} steps: a determinant is "
         f"{smallest:.3g}; handles should not go through the same place at the same time"

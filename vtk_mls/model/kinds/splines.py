@@ -304,7 +304,7 @@ def best_choice(q, u, weights, orders=ORDERS, smoothing=None, softening=None) ->
 
 
 def chosen_from(count, most=None):
-    """Rows (m,) of the control points from which settings are chosen, at most 1,500."""
+    """Rows (m,) of the control points to choose settings from, at most `most` or 1,500."""
     most = most or _MAX_CHOSEN_FROM
     if count <= most:
         return np.arange(count)
