@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from mesh_fixtures import mixed, rectilinear, structured
 from pipelines import ball, connect, control_points, update
-from vtk_fixtures import add_array, make_image
+from vtk_fixtures import FAST, add_array, make_image
 
 from vtk_mls import Plane
 from vtk_mls.filters import MLSControlPoints, MLSDeform, MLSDisplacementField
@@ -64,7 +64,7 @@ def written(algorithm, dataset, cut, **properties):
     connect(algorithm, dataset, control_points())
     if cut:
         algorithm.AddCut(CUT)
-    configured(algorithm, Device="reference", **properties)
+    configured(algorithm, Device=FAST, **properties)
     return names(update(algorithm)) - names(dataset)
 
 

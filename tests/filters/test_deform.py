@@ -15,7 +15,7 @@ from vtk_mls.vtk.objects import configured
 
 OPTIONS = [
     {"kind": "affine"},
-    {"kind": "rigid", "alpha": 1.5},
+    {"kind": "rigid", "alpha": 1.0},
     {"kind": "affine", "smoothing": 1.5},
     {"kind": "similarity"},
     {"kind": "polynomial", "degree": 1},

@@ -40,7 +40,7 @@ def test_nothing_is_done_twice(deform):
 
     assert counts() == counts() == [1, 1, 1]
     for _ in range(2):
-        deform.SetAlpha(1.5)
+        deform.SetAlpha(1)
         assert counts() == [1, 1, 2]
     handles.SetRestPoint(0, 1.0, 1.0, 1.5)
     assert counts() == counts() == [1, 2, 3]

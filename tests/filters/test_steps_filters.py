@@ -71,11 +71,11 @@ def _squeezed():
 def test_folds_that_samples_miss_are_found_at_the_voxels(algorithm, monkeypatch):
     monkeypatch.setattr(fold_free, "in_enough_steps", lambda _, d, *more: d.in_steps(1))
     image = make_image((30,) * 3, origin=(-15, -15, -15), spacing=(1, 1, 1))
-    output = _deformed(image, _squeezed(), 0, algorithm, Alpha=3.0)
+    output = _deformed(image, _squeezed(), 0, algorithm)
     assert count(output, "StepsUsed") > 1
     assert count(output, "SmallestDeterminant") > 0
     assert not array_of(output, "Folded").any()
-    once = _deformed(image, _squeezed(), 1, algorithm, Alpha=3.0)
+    once = _deformed(image, _squeezed(), 1, algorithm)
     assert not once.GetPointData().HasArray("Folded")
 
 

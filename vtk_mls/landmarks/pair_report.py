@@ -176,9 +176,7 @@ def report(
     pairs, labels = _checked(rest, deformed, names, weights)
     with whole(progress) as part:
         choosing, finding, folding = part.divided(6, 3, 1)
-        rows = np.arange(len(pairs))
-        if len(pairs) > MAX_SAMPLE:
-            rows = np.sort(np.random.default_rng(0).choice(len(pairs), MAX_SAMPLE, replace=False))
+        rows = chosen_from(len(pairs), MAX_SAMPLE)
         shape = Shape.of(pairs)
         found, is_outlier, predicted = _agreed(pairs, shape, choosing)
         smoothing = _EXACTLY_WHOLE * shape.extents[0]

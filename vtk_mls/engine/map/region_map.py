@@ -15,6 +15,11 @@ _STEP_FILES = "one_step.cl", "steps.cl"
 _FLOAT_SHARE = 1 / 8  # of the tolerance, that errors of sums in float may have
 # Structs of kernels that do not use them.
 _NO_CUTS, _NO_NODES, _NO_CELLS = map(filled, ("cut_params_t", "nodes_t", "coarse_t"))
+# Kernels that do not fit are built once for all kinds, alphas, shapes of handles and steps.
+_WITHOUT_FIT = "coarse_", "nearest_sample", "node_cell"  # beginnings of names
+_ANY_FIT = {"TWICE_ALPHA": 4, "FIT": "fit_rotation.cl", "SIMILARITY": 0, "FUNCTIONS": 0, "ORDER": 0}
+_ANY_FIT |= {"REGIONS": 0, "REGION_FILE": "no_regions.cl", "STEPS": 0, "STEP_FILE": "one_step.cl"}
+_ANY_FIT |= {"SEGMENTS": 0, "SEGMENT_FILE": "no_segments.cl"}
 
 
 class RegionMap:
@@ -158,7 +163,11 @@ class RegionMap:
         whole, _ = grid_and_pass
         if spacing is None and whole is not None:
             spacing = whole.spacing
-        constants = (*map_constants, *self._digits(spacing), *constants)
+        if name.startswith(_WITHOUT_FIT):
+            map_constants = {**_ANY_FIT, **dict(map_constants), **_ANY_FIT}.items()
+        else:
+            map_constants += self._digits(spacing)
+        constants = (*map_constants, *constants)
         self.launcher.launch(name, constants, count, *shared, *arguments)
 
     def _digits(self, spacing):
@@ -193,6 +202,7 @@ class RegionMap:
             **starts,
             **kind.params(steps[0]),
         )
+        alpha = alpha if kind.is_local else 2  # a spline has none
         constants = [
             ("TWICE_ALPHA", int(2 * alpha) if 2 * alpha in (1, 2, 3, 4, 6) else 0),
             ("FIT", kind.kernel),
