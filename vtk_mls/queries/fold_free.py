@@ -176,9 +176,7 @@ def _samples(deformation, where):
         step = (1 + 2 * _MARGIN) * size / (_LATTICE - 1)
         lattice = _lattice(low - margin, high + margin, np.full(3, step))
     groups = [(lattice, np.full(len(lattice), step))]
-    groups += [
-        _around_handles(region.control_points.handles, size) for region in deformation.regions
-    ]
+    groups += [_around_handles(r.control_points.handles, size) for r in deformation.regions]
     return tuple(np.concatenate(parts) for parts in zip(*groups))
 
 
@@ -205,11 +203,8 @@ def _around_handles(handles, size):
     displacement = rest - deformed
     strain = np.linalg.norm(displacement[rows, None] - displacement, axis=2) / distance
     first = np.argsort(-strain.max(axis=1))[:_MAX_CENTERS]
-    radii = (
-        nearest[first]
-        / 4
-        * 2.0 ** np.arange(1 + np.ceil(np.log2(4 * size / nearest[first].min())))[:, None]
-    )
+    doublings = np.arange(1 + np.ceil(np.log2(4 * size / nearest[first].min())))
+    radii = nearest[first] / 4 * 2.0 ** doublings[:, None]
     radii = np.where(radii <= size, radii, 0)
     shells = deformed[rows[first]][:, None] + radii[..., None, None] * _DIRECTIONS
     keep = np.repeat(radii[..., None] > 0, len(_DIRECTIONS), axis=-1)

@@ -167,8 +167,7 @@ class RegionMap:
             map_constants = {**_ANY_FIT, **dict(map_constants), **_ANY_FIT}.items()
         else:
             map_constants += self._digits(spacing)
-        constants = (*map_constants, *constants)
-        self.launcher.launch(name, constants, count, *shared, *arguments)
+        self.launcher.launch(name, (*map_constants, *constants), count, *shared, *arguments)
 
     def _digits(self, spacing):
         """The build constant with which kernels sum in double, if they must."""
