@@ -172,7 +172,7 @@ def make_boxes_free(grid):
     if grid.GetNumberOfCells() == 0:
         return
     types = arrays.cell_types(grid).copy()
-    if not np.isin(types, list(BOXES)).any():
+    if not any((types == kind).any() for kind in BOXES):  # np.isin takes 40 times as long
         return
     connectivity, offsets = connectivity_of(grid.GetCells())
     connectivity = connectivity.copy()
