@@ -37,15 +37,12 @@ class Editor(ShapeEdits, PairEdits, Saving):
     paths : list of path, optional
         Files of the datasets, which name the saved files.
     autosave : Autosave, optional
-        Keeps unsaved edits.
     target : Target or vtkDataSet, optional
         What the data are to match. Landmarks are placed in pairs then, without a lattice.
 
     Attributes
     ----------
-    document : Document
-        The state with its history and selection.
-    view, scene, slices, saver : MatchingView, Scene, Slices, Saver
+    document, view, scene, slices, saver : Document, MatchingView, Scene, Slices, Saver
     is_narrow : bool
         Whether the window has no room for several slices.
 

@@ -61,10 +61,8 @@ class Saver:
         Whether to copy the files of the datasets, for files that are temporary.
     times : tuple of float
         Time steps of the first dataset, or (). The one at index `step` is saved.
-    files : list of Path
-        Files of the last save.
-    warnings : list of str
-        Sentences about the last save.
+    files, warnings : lists of Path and of str
+        Of the last save.
     progress : callable or None
         Called with the saved fraction; a true return value stops with `Aborted`.
     """

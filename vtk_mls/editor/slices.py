@@ -20,8 +20,7 @@ class Slices:
 
     Attributes
     ----------
-    pane : str
-        One of `PANES`.
+    pane : str, one of `PANES`
     zoom, center : float, and (3,) float64, world coordinates
         Magnification, and the middle of all slices.
     point : (3,) float64, world coordinates

@@ -53,7 +53,6 @@ class State(_State):
         p and q of the point handles; n may be 0.
     weights : (n,) float64 or None
     labels : tuple of n str
-        Names.
     anchored : (n,) bool
         Whether the mouse cannot move a handle.
     enabled : (n,) bool

@@ -27,12 +27,8 @@ class View:
 
     Attributes
     ----------
-    scene : Scene
-    slices : Slices
-    overlay : Overlay
-    distortion : Distortion
-    cut_widget : CutWidget
-    motion_widget : MotionWidget
+    scene, slices, overlay, distortion, cut_widget, motion_widget
+        Objects of the classes with these names.
     has_timer : bool
         Whether a timer runs, so that fine pictures replace coarse ones.
     hides_handles : bool

@@ -6,13 +6,7 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from vtkmodules.vtkCommonCore import (
-    VTK_DOUBLE,
-    vtkIdList,
-    vtkObject,
-    vtkPoints,
-    vtkWeakReference,
-)
+from vtkmodules.vtkCommonCore import VTK_DOUBLE, vtkIdList, vtkObject, vtkPoints, vtkWeakReference
 from vtkmodules.vtkCommonDataModel import (
     vtkCellArray,
     vtkDataSetAttributes,

@@ -6,7 +6,7 @@ outliers; some look as if their labels are swapped.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -15,13 +15,14 @@ from numpy.typing import NDArray
 from vtk_mls.base.linear_algebra import distances
 from vtk_mls.base.progress import SILENT, Progress
 from vtk_mls.deformation import Deformation
+from vtk_mls.model.kinds.polynomials import RANK_TOLERANCE
 from vtk_mls.model.kinds.splines import precision, without_lone
+from vtk_mls.reference.weights import WeightedPoints
 
 _MAX_TEMPORARY = 1 << 19  # distances at a time
 _NEIGHBORS = 12  # their errors define the usual error at a place
-# Limit of the error of a good pair, in usual errors. Normal noise of each coordinate exceeds 2.7
-# medians once in 2,000 times. Errors of exact pairs spread more.
-# At the rim of the pairs, where predictions extrapolate, the limit is up to 1.4 times as large.
+# Limit of the error of a good pair, in usual errors; up to 1.4 times as large at the rim, where
+# predictions extrapolate. Normal noise of each coordinate exceeds 2.7 medians once in 2,000 times.
 _LIMIT, _EXACT_LIMIT, _RIM = 3.0, 5.0, 0.4
 _SPREAD_QUANTILES = 0.2, 0.8  # of errors; their ratio is the spread, which few outliers change
 # The largest spread of n errors by noise is _NOISE_SPREAD + _NOISE_SPREAD_OF_FEW / sqrt(n). Many
@@ -91,6 +92,10 @@ class PointPairs:
         lengths = settings.smoothing, settings.softening
         return precision(self.deformed, self.weights, settings.order, *lengths)
 
+    def deformation(self, settings: Settings, device: str | None = "reference") -> Deformation:
+        options = {"weights": self.weights, "device": device, **settings.options}
+        return Deformation(self.rest, self.deformed, **options)
+
     def of_rows(self, rows: NDArray[np.int64]) -> PointPairs:
         return PointPairs(self.rest[rows], self.deformed[rows], self.weights[rows])
 
@@ -108,12 +113,32 @@ def predictions(
         diagonal = without_lone(matrix.diagonal())
         is_alone = np.isnan(diagonal)
         result -= matrix @ (pairs.rest - pairs.deformed) / diagonal[:, None]
-    options = {**settings.options, "device": "reference"}
+    elif settings.kind != "polynomial":
+        is_alone = _are_alone(pairs.deformed)
+        _predict_locally(pairs, rows[~is_alone[rows]], settings, result)
     for i in progress.over(rows[is_alone[rows]].tolist()):
         others = pairs.of_rows(np.delete(np.arange(len(pairs)), i))
-        value = Deformation(others.rest, others.deformed, weights=others.weights, **options)
-        result[i] = value.backward(pairs.deformed[i, None])[0]
+        result[i] = others.deformation(settings).backward(pairs.deformed[i, None])[0]
     return result[rows]
+
+
+def _are_alone(points):
+    """Whether each of `points` (n, 3) alone determines an affine function: (n,) bool."""
+    functions = np.column_stack([np.ones(len(points)), points - points.mean(axis=0)])
+    basis, size, _ = np.linalg.svd(functions, full_matrices=False)
+    return np.sum(basis[:, size > RANK_TOLERANCE * size[0]] ** 2, axis=1) > 1 - RANK_TOLERANCE
+
+
+def _predict_locally(pairs, rows, settings, result):
+    """`predictions` by fits around each point, in which the weight of its pair is 0."""
+    deformation, q = pairs.deformation(settings), pairs.deformed
+    points = deformation.regions[0].control_points
+    for part, _ in SILENT.chunks(len(rows), max(1, _MAX_TEMPORARY // len(pairs))):
+        out = rows[part]
+        is_other = (out[:, None] != np.arange(len(points))) | (len(points) == 1)
+        handles = replace(points.handles, weights=is_other * points.handles.weights)
+        weighted = WeightedPoints(deformation, replace(points, handles=handles), q[out])
+        result[out] = q[out] + points.kind.fit(weighted).displacement
 
 
 def nearest(pairs: PointPairs, rows: NDArray[np.int64], count: int) -> NDArray[np.int64]:

@@ -74,9 +74,8 @@ def excess(pairs: PointPairs, settings: Settings, device: str | None) -> tuple[f
     It is sampled in a cube around q as large as their largest extent, which holds the volume beside
     a line or a plane of pairs.
     """
-    p, q = pairs.rest, pairs.deformed
-    deformation = Deformation(p, q, weights=pairs.weights, device=device, **settings.options)
-    low, high = q.min(axis=0), q.max(axis=0)
+    deformation = pairs.deformation(settings, device)
+    low, high = pairs.deformed.min(axis=0), pairs.deformed.max(axis=0)
     center, side = (low + high) / 2, (high - low).max()
     v = cubic_grid(np.stack([center - side / 2, center + side / 2]), _SAMPLES).points()
     before, after = map(np.linalg.norm, _centered(pairs))
@@ -87,8 +86,9 @@ def excess(pairs: PointPairs, settings: Settings, device: str | None) -> tuple[f
     result = _quantile(np.abs(np.log(factor))) / math.log(_MAX_FACTOR)
     if not Shape.of(pairs).is_thin:
         return result, deformation
-    mean = (p - q).mean(axis=0)
-    moved = np.linalg.norm(p - q - mean, axis=1).max()
+    displacement = pairs.rest - pairs.deformed
+    mean = displacement.mean(axis=0)
+    moved = np.linalg.norm(displacement - mean, axis=1).max()
     reach = _quantile(np.linalg.norm(deformation.backward(v) - v - mean, axis=1))
     return max(result, reach / float(_MAX_REACH * max(moved, _MIN_MOVED * side))), deformation
 

@@ -21,8 +21,7 @@ _MARGIN = 0.5  # around the handles, as a fraction of their box
 _MAX_POINTS = 1 << 18
 _MAX_HANDLES = 1 << 12
 # Around handles, the first to fold, at a quarter of the distance to the nearest other and at its
-# doubles: this finds folds around clusters, which are larger or smaller than the lattice. Between
-# handles: on the way.
+# doubles, which finds folds around clusters of any size; and on the way between handles.
 _MAX_CENTERS = 128
 _MAX_PAIRS = 1024
 _WAY = 0.1, 0.25, 0.5, 0.75, 0.9
@@ -121,8 +120,7 @@ def unfolded(engine, deformation, points):
 
 def smallest_determinant(engine, deformation):
     """The smallest determinant of the Jacobian of the whole map at sampled points."""
-    points, _ = _samples(deformation, None)
-    return float(_determinants(engine, deformation, points).min())
+    return float(_determinants(engine, deformation, _samples(deformation, None)[0]).min())
 
 
 def smallest_step_determinant(engine, deformation):

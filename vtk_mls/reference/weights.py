@@ -46,8 +46,7 @@ class WeightedPoints:
 
     Attributes
     ----------
-    control_points : ControlPoints
-    v : (m, 3) float64, world coordinates
+    control_points, v : ControlPoints, and (m, 3) float64, world coordinates
     w : (m, n) float64
         Weights, relative to that of the nearest.
     dw : (m, n, 3) float64

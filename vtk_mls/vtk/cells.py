@@ -188,9 +188,8 @@ def _types(mesh):
     """Types of cells; for vtkPolyData the types for cells of any size."""
     if isinstance(mesh, vtk.vtkUnstructuredGrid):
         types = arrays.cell_types(mesh)
-        return np.where(
-            types == vtk.VTK_POLYHEDRON, vtk.VTK_EMPTY_CELL, types
-        )  # polyhedra need faces
+        # polyhedra need faces
+        return np.where(types == vtk.VTK_POLYHEDRON, vtk.VTK_EMPTY_CELL, types)
     kinds = polydata_cells(mesh)
     return np.repeat([kind for kind, _ in kinds], [cells.GetNumberOfCells() for _, cells in kinds])
 

@@ -17,10 +17,7 @@ _SAFETY = 8
 MAX_NODE_FRACTION = 0.25  # nodes and cell centers per point of the grid
 MAX_NEAR_FRACTION = 0.5  # of the cells, with control points in or beside them
 # The kernel that interpolates the outputs of another one.
-_COARSE = {
-    "grid_displacement": "coarse_displacement",
-    "grid_source_index": "coarse_source_index",
-}
+_COARSE = {"grid_displacement": "coarse_displacement", "grid_source_index": "coarse_source_index"}
 
 
 class CoarseMap:

@@ -25,9 +25,8 @@ class InverseSearch:
     Broyden's method starts from first guesses interpolated on a lattice. Where it does not
     converge, and beyond the lattice, Newton's method with backtracking starts from the map with p
     and q swapped. Where that fails, it restarts with cuts in the rest frame from other `motions`,
-    then from the samples of the map with the images nearest to x.
-
-    Several steps are inverted one after the other by Newton's method.
+    then from the samples of the map with the images nearest to x. Several steps are inverted one
+    after the other by Newton's method.
 
     The result for a point does not depend on the other points: points with equal coordinates get
     the same v to the bit, in every call.
