@@ -235,7 +235,8 @@ def _agreed(pairs, shape, progress):
     if shape.is_drag:
         return _choices(pairs, second), np.zeros(len(pairs), bool), pairs.rest
     is_outlier, predicted = left_out.find_outliers(pairs, next(iter(found)))
-    found = _choices(pairs.of_rows(np.flatnonzero(~is_outlier)), second)
+    near = next(s.softening for s in found if s.order == 1)
+    found = _choices(pairs.of_rows(np.flatnonzero(~is_outlier)), second, near=near)
     if is_outlier.any():
         is_outlier, predicted = left_out.find_outliers(pairs, next(iter(found)), is_outlier)
     return found, is_outlier, predicted
@@ -245,8 +246,8 @@ def _spread(choice):
     return np.quantile(choice.sizes, (0.5, 0.9)).sum() if len(choice.sizes) else 0.0
 
 
-def _choices(pairs, progress, score=attrgetter("score")):
-    """Of each order the best exact spline and the best of all, the best first.
+def _choices(pairs, progress, key=attrgetter("score"), near=None):
+    """Of each order the best exact spline and the best of all, the best first; see `choices`.
 
     By settings: the distances (m,) of pairs left out.
     """
@@ -254,11 +255,11 @@ def _choices(pairs, progress, score=attrgetter("score")):
     q, u, weights = pairs.deformed[rows], (pairs.rest - pairs.deformed)[rows], pairs.weights[rows]
     kept: list[Choice] = []
     for order in progress.over(ORDERS):
-        tried = choices(q, u, weights, (order,), score=score)
+        tried = choices(q, u, weights, (order,), key=key, near=near)
         exact = (choice for choice in tried if choice.smoothing == 0)
-        kept += min(exact, key=score), min(tried, key=score)
+        kept += min(exact, key=key), min(tried, key=key)
     found = {}
-    for choice in sorted(kept, key=score):
+    for choice in sorted(kept, key=key):
         lengths = {"smoothing": choice.smoothing, "softening": choice.softening}
         settings = Settings("spline", None, 0.0, order=choice.order, **lengths)
         size = np.linalg.norm(choice.left_out, axis=1)

@@ -24,18 +24,15 @@ from vtk_mls.model.kinds.polynomials import RANK_TOLERANCE
 AUTOMATIC = 0
 MIN_LANDMARKS = 5  # from which the errors of landmarks left out tell something
 MAX_POINTS = 5000
-# Above this number of control points, order and smoothing are chosen from so many of them.
-_MAX_CHOSEN_FROM = 1500
+_MAX_CHOSEN_FROM = 1500  # control points, from which order and smoothing are chosen
 # Smoothings that are tried, as additions to the diagonal in local units.
 _TRIED = np.append(0, 10.0 ** np.arange(-9, 1.1, 0.25))
 # Softenings of order 1 that are tried, local units. The search begins at the third.
 _SOFTENINGS = (0.0, 0.125, 0.25, 0.5, 1.0, 2.0, 4.0)
 # Addition to the diagonal, relative to the bound of eigenvalues, so that it is never singular.
 _FLOOR = 1e-15
-# Weights count as at least this share of the largest where settings are chosen.
-_MIN_WEIGHT = 1e-6
-# Size below which the diagonal of the solved equations counts as 0.
-_LONE = 1e-8
+_MIN_WEIGHT = 1e-6  # of the largest, where settings are chosen
+_LONE = 1e-8  # below it, the diagonal of the solved equations counts as 0
 # Expected error of float sums, local units, above which kernels sum in double.
 _MAX_FLOAT_ERROR = 3e-6
 # The same, above which a device without double does not compute the map.
@@ -244,7 +241,7 @@ class Choice:
 
 
 def choices(
-    q, u, weights, orders=ORDERS, smoothing=None, softening=None, score=attrgetter("score")
+    q, u, weights, orders=ORDERS, smoothing=None, softening=None, key=attrgetter("score"), near=None
 ) -> list[Choice]:
     """All settings to choose from.
 
@@ -256,8 +253,10 @@ def choices(
         The orders to choose from.
     smoothing, softening : float, optional
         World units; None to choose them. Only order 1 is softened then.
-    score : callable
+    key : callable
         Of a Choice; the smallest is the best.
+    near : float, optional
+        World units; the softening at which the search for the best begins.
     """
     local, scale = _local(q)
 
@@ -272,22 +271,22 @@ def choices(
     found = []
     for order in orders:
         if softening is None and order == 1:
-            found += _softened(partial(tried, order), score)
+            found += _softened(partial(tried, order), key, near and near / scale)
         else:
             found += tried(order, (softening or 0) / scale)
     return found
 
 
-def _softened(tried, score):
-    """The choices `tried` until both neighbors of the best softening are worse."""
+def _softened(tried, key, near):
+    """The choices `tried` from `near` on until both neighbors of the best softening are worse."""
     found = {}
 
     def best(i):
         if i not in found:
             found[i] = tried(_SOFTENINGS[i])
-        return min(map(score, found[i]))
+        return min(map(key, found[i]))
 
-    i = 2
+    i = 2 if near is None else int(np.abs(np.subtract(_SOFTENINGS, near)).argmin())
     while True:
         neighbors = [j for j in (i - 1, i + 1) if j in range(len(_SOFTENINGS))]
         better = min(neighbors, key=best)
