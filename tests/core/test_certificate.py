@@ -231,7 +231,7 @@ def test_random_scenes_do_not_fold(kind, move):
     """tests/fuzz/folds.py examines more."""
     rng = np.random.default_rng([folds.KINDS.index(kind), folds.MOVES.index(move)])
     scene = folds.scene(rng, kind, move)
-    scene.options["alpha"] = 2.0  # of which kernels are built for other tests
+    scene.options["alpha"] = 2.0  # other tests build its kernels, too
     result = folds.examine(scene, n=24)
     assert result["map folds"] == result["not found by the check"] == 0
     assert result["differences"] > 0

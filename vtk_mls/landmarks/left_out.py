@@ -16,7 +16,7 @@ from vtk_mls.base.linear_algebra import distances
 from vtk_mls.base.progress import SILENT, Progress
 from vtk_mls.deformation import Deformation
 from vtk_mls.model.kinds.polynomials import RANK_TOLERANCE
-from vtk_mls.model.kinds.splines import precision, without_lone
+from vtk_mls.model.kinds.splines import affine_basis, precision, without_lone
 from vtk_mls.reference.weights import WeightedPoints
 
 _MAX_TEMPORARY = 1 << 19  # distances at a time
@@ -114,19 +114,13 @@ def predictions(
         is_alone = np.isnan(diagonal)
         result -= matrix @ (pairs.rest - pairs.deformed) / diagonal[:, None]
     elif settings.kind != "polynomial":
-        is_alone = _are_alone(pairs.deformed)
+        # those that alone determine an affine function
+        is_alone = np.sum(affine_basis(pairs.deformed)[0] ** 2, axis=1) > 1 - RANK_TOLERANCE
         _predict_locally(pairs, rows[~is_alone[rows]], settings, result)
     for i in progress.over(rows[is_alone[rows]].tolist()):
         others = pairs.of_rows(np.delete(np.arange(len(pairs)), i))
         result[i] = others.deformation(settings).backward(pairs.deformed[i, None])[0]
     return result[rows]
-
-
-def _are_alone(points):
-    """Whether each of `points` (n, 3) alone determines an affine function: (n,) bool."""
-    functions = np.column_stack([np.ones(len(points)), points - points.mean(axis=0)])
-    basis, size, _ = np.linalg.svd(functions, full_matrices=False)
-    return np.sum(basis[:, size > RANK_TOLERANCE * size[0]] ** 2, axis=1) > 1 - RANK_TOLERANCE
 
 
 def _predict_locally(pairs, rows, settings, result):

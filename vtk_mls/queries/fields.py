@@ -146,7 +146,7 @@ def _to_behind(cuts, x, limit):
 def rounding_sizes(deformation, points):
     """Length that rounding errors at `points` (m, 3) are relative to: (m,), world units."""
     regions = [region.control_points for region in deformation.regions]
-    # numpy's maximum along short rows takes ten times as long
+    # numpy's maximum along short rows takes six times as long
     distance = reduce(np.maximum, np.abs(points - regions[0].center).T)
     return np.maximum(max(control_points.scale for control_points in regions), distance)
 

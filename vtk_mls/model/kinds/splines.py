@@ -163,14 +163,7 @@ class _System:
         self.matrix = _RADIAL[order](_softened_distances(q, q, softening))
         self.bound = np.abs(self.matrix).sum(axis=1).max() or 1.0  # of its eigenvalues
         self._middle = q.mean(axis=0)  # functions across a plane of points are 0 on it then
-        self.affine, self._to_affine = self._determined(np.ones((len(q), 1)))
-
-    def _determined(self, factors):
-        """An orthonormal basis (n, k) of affine functions times `factors`, and what makes it."""
-        functions = np.column_stack([np.ones(len(self.q)), self.q - self._middle])
-        u, singular, v = np.linalg.svd(factors * functions, full_matrices=False)
-        rank = int((singular > RANK_TOLERANCE * singular[0]).sum())
-        return u[:, :rank], v[:rank].T / singular[:rank]
+        self.affine, self._to_affine = affine_basis(q)
 
     def bordered(self, addition):
         """The equations with side conditions."""
@@ -197,7 +190,7 @@ class _System:
         """
         least = _MIN_WEIGHT * self.weights.max()
         root = np.sqrt(np.maximum(self.weights, least))[:, None]
-        affine, _ = self._determined(root)
+        affine, _ = affine_basis(self.q, root)
 
         def projected(values):
             return values - affine @ (affine.T @ values)
@@ -323,6 +316,17 @@ def precision(q, weights, order, smoothing, softening) -> np.ndarray:
     addition = (smoothing / scale) ** order
     inverse = np.linalg.inv(system.bordered(addition))
     return inverse[: len(q), : len(q)] * (system.bound + addition)
+
+
+def affine_basis(points, factors=1.0) -> tuple[np.ndarray, np.ndarray]:
+    """Of affine functions on `points` (n, 3), an orthonormal basis (n, k), and what makes it.
+
+    The functions are 1 and the coordinates from the middle, times `factors` (n, 1).
+    """
+    functions = np.column_stack([np.ones(len(points)), points - points.mean(axis=0)])
+    u, singular, v = np.linalg.svd(factors * functions, full_matrices=False)
+    rank = int((singular > RANK_TOLERANCE * singular[0]).sum())
+    return u[:, :rank], v[:rank].T / singular[:rank]
 
 
 def in_words(order, smoothing, softening) -> str:
