@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -17,6 +18,7 @@ from vtk_mls.commands.cli import main
 from vtk_mls.vtk.arrays import ImageGeometry
 
 PROJECT = Path(__file__).resolve().parents[1]
+signal.signal(signal.SIGINT, signal.default_int_handler)  # else ignored by a job in the background
 WITHOUT = """
 import sys
 for name in {names}:

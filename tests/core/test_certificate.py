@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pairwise import paired, rare
 
 from vtk_mls import Affine, BallMask, Chain, Deformation, DisplacementField, Grid, HalfPlane, Plane
 from vtk_mls.queries import certificate, fold_free
@@ -225,8 +226,7 @@ def test_flat_grids_are_checked_at_all_points():
     assert 0 < (determinants <= 0).sum() <= folded.sum() < flat.size
 
 
-@pytest.mark.parametrize("kind", folds.KINDS)
-@pytest.mark.parametrize("move", folds.MOVES)
+@paired(kind=["rigid", "affine", "spline", *rare("similarity")], move=folds.MOVES)
 def test_random_scenes_do_not_fold(kind, move):
     """tests/fuzz/folds.py examines more."""
     rng = np.random.default_rng([folds.KINDS.index(kind), folds.MOVES.index(move)])

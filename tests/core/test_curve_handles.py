@@ -5,13 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from control_point_sets import deformation, on_both, slopes
+from pairwise import paired, rare
 
 from vtk_mls import CurveHandle, Deformation, Grid, HalfPlane, Plane
 
-ALPHAS = [2, 1, 3]
-KINDS = [("rigid", 2), ("affine", 2), ("similarity", 2), ("polynomial", 2), ("polynomial", 3)]
-EVERY_KIND = pytest.mark.parametrize(("kind", "degree"), KINDS)
-EVERY_ALPHA = pytest.mark.parametrize("alpha", ALPHAS)
+ALPHAS = [2, *rare(1, 3)]
+KINDS = [
+    *(("rigid", 2), ("affine", 2), ("polynomial", 2)),
+    *rare(("similarity", 2), ("polynomial", 3)),
+]
+EVERY_KIND_AND_ALPHA = paired(kind_and_degree=KINDS, alpha=ALPHAS)
 EXTENT = 2.0
 
 
@@ -33,18 +36,18 @@ def _along(nodes, t):
     return (nodes[:-1, None] + t[:, None] * np.diff(nodes, axis=0)[:, None]).reshape(-1, 3)
 
 
-def _deformation(rng, kind, degree, device, **options):
+def _deformation(rng, kind_and_degree, device, **options):
     curve = CurveHandle(*_curve())
-    return deformation(*_points(rng), (kind, degree), device, handles=curve, **options)
+    return deformation(*_points(rng), kind_and_degree, device, handles=curve, **options)
 
 
-@EVERY_KIND
-@EVERY_ALPHA
-def test_the_specification_is_the_map_of_many_points(kind, degree, alpha, rng):
+@EVERY_KIND_AND_ALPHA
+def test_the_specification_is_the_map_of_many_points(kind_and_degree, alpha, rng):
     (p, q), (rest, deformed) = _points(rng), _curve()
     t, w = np.polynomial.legendre.leggauss(300)
     t, w = (1 + t) / 2, w / 2
-    options = {"kind": kind, "degree": degree, "alpha": alpha, "device": "reference"}
+    options = {"alpha": alpha, "device": "reference"}
+    options |= zip(("kind", "degree"), kind_and_degree)
     many = Deformation(
         np.concatenate([p, _along(rest, t)]),
         np.concatenate([q, _along(deformed, t)]),
@@ -56,54 +59,51 @@ def test_the_specification_is_the_map_of_many_points(kind, degree, alpha, rng):
     np.testing.assert_allclose(value.backward(v), many.backward(v), atol=1e-8)
 
 
-@EVERY_KIND
-@EVERY_ALPHA
-def test_every_point_of_the_curve_is_carried(kind, degree, alpha, device, rng):
-    value = _deformation(rng, kind, degree, device, alpha=alpha)
+@EVERY_KIND_AND_ALPHA
+def test_every_point_of_the_curve_is_carried(kind_and_degree, alpha, device, rng):
+    value = _deformation(rng, kind_and_degree, device, alpha=alpha)
     t = np.concatenate([[0, 1, 1e-4], rng.random(60)])
     rest, deformed = (_along(nodes, t) for nodes in _curve())
     np.testing.assert_allclose(value.backward(deformed), rest, atol=1e-5 * EXTENT)
 
 
-@EVERY_KIND
-@EVERY_ALPHA
-def test_kernels_agree_with_the_specification(kind, degree, alpha, key, rng):
+@EVERY_KIND_AND_ALPHA
+def test_kernels_agree_with_the_specification(kind_and_degree, alpha, key, rng):
     v = rng.uniform(-1, 1, (2000, 3))
-    numpy = _deformation(rng, kind, degree, "reference", alpha=alpha)
+    numpy = _deformation(rng, kind_and_degree, "reference", alpha=alpha)
     kernels = replace(numpy, device=key)
     # a few handles hardly determine cubic terms
-    close = (1e-3 if degree == 3 else 1e-4) * EXTENT
+    close = (1e-3 if kind_and_degree[1] == 3 else 1e-4) * EXTENT
     np.testing.assert_allclose(kernels.backward(v), numpy.backward(v), atol=close)
     jacobians = [value.jacobian(v[:300]) for value in (kernels, numpy)]
     np.testing.assert_allclose(*jacobians, atol=1e-3 * max(1, np.abs(jacobians[1]).max()))
 
 
-@EVERY_KIND
-@EVERY_ALPHA
-def test_the_jacobian_is_that_of_the_map(kind, degree, alpha, rng):
-    value = _deformation(rng, kind, degree, "reference", alpha=alpha)
+@EVERY_KIND_AND_ALPHA
+def test_the_jacobian_is_that_of_the_map(kind_and_degree, alpha, rng):
+    value = _deformation(rng, kind_and_degree, "reference", alpha=alpha)
     v = rng.uniform(-1, 1, (30, 3))
     jacobian = value.jacobian(v)
     error = np.abs(jacobian - slopes(value, v, 1e-5)).max(axis=(1, 2))
     assert (error < 1e-6 * np.abs(jacobian).max(axis=(1, 2))).all()
 
 
-@EVERY_KIND
-def test_segments_of_any_length_agree_with_the_specification(kind, degree, key, rng):
+@paired(kind_and_degree=KINDS)
+def test_segments_of_any_length_agree_with_the_specification(kind_and_degree, key, rng):
     """From less than float32 resolves to half the extent: seen from any number of lengths."""
     p, q = _points(rng, 30)
     steps = np.array([1e-9, 1e-7, 1e-5, 1e-3, 0.02, 0.1, 0.3])[:, None] * EXTENT
     nodes = np.concatenate([np.zeros((1, 3)), np.cumsum(steps * [0.6, 0, 0.8], axis=0)]) - 0.3
     v = rng.uniform(-1, 1, (1000, 3))
     curve = CurveHandle(nodes + [0, 0.1, 0], nodes)
-    numpy, kernels = on_both(key, p, q, (kind, degree), handles=curve)
-    close = (1e-4 if degree == 3 else 1e-5) * EXTENT
+    numpy, kernels = on_both(key, p, q, kind_and_degree, handles=curve)
+    close = (1e-4 if kind_and_degree[1] == 3 else 1e-5) * EXTENT
     np.testing.assert_allclose(kernels.backward(v), numpy.backward(v), atol=close)
 
 
 @pytest.mark.parametrize("kind", ["rigid", "affine"])
 def test_the_inverse_takes_points_back(kind, device, rng):
-    value = _deformation(rng, kind, 2, device)
+    value = _deformation(rng, (kind, 2), device)
     v = np.concatenate([rng.uniform(-1, 1, (200, 3)), _along(_curve()[1], rng.random(10))])
     np.testing.assert_allclose(value.forward(value.backward(v)), v, atol=1e-4)
 
@@ -114,7 +114,7 @@ def test_cuts_and_curves_together(key, frame, cut, rng):
     axes = [(1, 0, 0.2)] if cut is Plane else [(1, 0, 0.2), (0, 1, 0.3)]
     cuts = cut((0.1, 0, 0), *axes)
     v = rng.uniform(-1, 1, (1000, 3))
-    numpy = _deformation(rng, "rigid", 2, "reference", cuts=cuts, cut_frame=frame)
+    numpy = _deformation(rng, ("rigid", 2), "reference", cuts=cuts, cut_frame=frame)
     kernels = replace(numpy, device=key)
     errors = np.abs(kernels.backward(v) - numpy.backward(v)).max(axis=1)
     assert np.quantile(errors, 0.99) < 1e-5
@@ -136,7 +136,7 @@ def test_segments_end_at_cuts_with_an_edge(frame):
 
 
 def test_other_alphas_carry_the_curve_nearly(device, rng):
-    value = _deformation(rng, "rigid", 2, device, alpha=1.5)
+    value = _deformation(rng, ("rigid", 2), device, alpha=1.5)
     t = rng.random(50)
     rest, deformed = (_along(nodes, t) for nodes in _curve())
     assert len(value.regions[0].control_points.handles.segments) == 0
@@ -146,7 +146,7 @@ def test_other_alphas_carry_the_curve_nearly(device, rng):
 
 def test_smooth_curves(key, rng):
     v = rng.uniform(-1, 1, (500, 3))
-    numpy = _deformation(rng, "affine", 2, "reference", smoothing=0.1)
+    numpy = _deformation(rng, ("affine", 2), "reference", smoothing=0.1)
     kernels = replace(numpy, device=key)
     np.testing.assert_allclose(kernels.backward(v), numpy.backward(v), atol=1e-5)
 
@@ -154,7 +154,7 @@ def test_smooth_curves(key, rng):
 @pytest.mark.matrix
 def test_a_tolerance_holds_near_curves(key, rng):
     grid = Grid((48, 48, 48), (-1, -1, -1), (2 / 47,) * 3)
-    exact = _deformation(rng, "rigid", 2, key)
+    exact = _deformation(rng, ("rigid", 2), key)
     coarse = replace(exact, map_tolerance=0.02)
     fields = [value.displacement_field(grid).displacement for value in (exact, coarse)]
     difference = np.subtract(*fields)
@@ -173,7 +173,7 @@ def _bent(nodes):
     return nodes + 0.1 * np.c_[np.sin(2 * nodes[:, 0]), np.cos(nodes[:, 0]), nodes[:, 1]]
 
 
-@pytest.mark.parametrize("alpha", [*ALPHAS, 1.5])
+@paired(alpha=[*ALPHAS, *rare(1.5)])
 def test_a_trunk_that_lines_share_counts_once(device, alpha, rng):
     trunk, branches = _tree()
     whole = [np.concatenate([trunk, branch]) for branch in branches]

@@ -183,8 +183,8 @@ def test_a_cut_far_outside_changes_nothing(kind_and_degree, device, rng):
 
 @paired(
     shape=SHAPES,
-    kind_and_degree=KINDS_AND_DEGREES,
-    options=[(2, 1.5, 0), (1, 2, 0), (1.6, 2, 0), (1, 3, 30), *rare((2, 2, 1), (1.3, 2, 1000))],
+    kind_and_degree=[*KINDS_AND_DEGREES[:2], *rare(*KINDS_AND_DEGREES[2:])],
+    options=[(2, 1.5, 0), (2, 2, 1), *rare((1, 2, 0), (1.6, 2, 0), (1, 3, 30), (1.3, 2, 1000))],
     cut_frame=CUT_FRAMES,
 )
 def test_devices_agree_with_the_specification(key, shape, kind_and_degree, options, cut_frame, rng):

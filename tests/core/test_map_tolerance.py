@@ -78,7 +78,7 @@ def test_it_keeps_to_the_tolerance_on_hard_sets(key, name, kind_and_degree, rng)
 
 
 @paired(
-    alpha=[2, 0.5, *rare(0.75, 1, 3)],
+    alpha=[2, *rare(0.5, 0.75, 1, 3)],
     handles=["half a voxel apart", "uneven"],
     kind_and_degree=KINDS_AND_DEGREES,
     device=DEVICES,
