@@ -102,7 +102,7 @@ def test_voxels_across_a_cut_are_left_out(cut, frame, apart, rng):
 
 def test_tetrahedra(device, rng):
     points = grid(4).points()
-    cells = np.array([(0, 1, 4, 20), (21, 22, 26, 41), (40, 41, 45, 20)])
+    cells = np.array([(0, 1, 4, 20), (21, 22, 26, 41), (40, 41, 45, 20)], np.uint8)
     for amount, count in ((0.0, 0), (1.0, 3)):
         p = rng.random((15, 3))
         q = p * [1, 1, 1 - 1.5 * amount]  # a mirror
@@ -110,8 +110,9 @@ def test_tetrahedra(device, rng):
         proof = d.certificate((points, cells))
         assert (proof.folded, proof.checked) == (count, 3)
         assert "3 tetrahedra" in str(proof)
-    with pytest.raises(ValueError, match=r"`where` must be points and \(m, 4\) rows of points"):
-        d.certificate((points, cells[:, :3]))
+    for wrong in (cells[:, :3], cells + 19, cells - np.array(1), cells / 1):
+        with pytest.raises(ValueError, match=r"must be points and \(m, 4\) .* from 0 to 59, got"):
+            d.certificate((points, wrong))
     with pytest.raises(TypeError, match="`where` must be a Grid"):
         d.certificate(points)
 
@@ -226,7 +227,7 @@ def test_flat_grids_are_checked_at_all_points():
     assert 0 < (determinants <= 0).sum() <= folded.sum() < flat.size
 
 
-@paired(kind=["rigid", "affine", "spline", *rare("similarity")], move=folds.MOVES)
+@paired(kind=["rigid", "spline", *rare("affine", "similarity")], move=folds.MOVES)
 def test_random_scenes_do_not_fold(kind, move):
     """tests/fuzz/folds.py examines more."""
     rng = np.random.default_rng([folds.KINDS.index(kind), folds.MOVES.index(move)])

@@ -43,8 +43,8 @@ REST = np.array([(0.0, 0, 0), (4, 0, 0), (0, 4, 0), (0, 0, 4), (4, 4, 4)])
 DEFORMED = REST + [(0, 0, 0), (0, 1, 0), (0, 0, 0), (1, 0, 0), (0, 0, 0.5)]
 POINTS, CORNERS = REST, [(0, 1, 2, 3), (1, 2, 3, 4)]
 VALUES = np.arange(1.0, 6)
-BY_MESHIO = [".msh", ".inp", ".bdf", ".mesh", ".vol", ".su2", ".avs"]
-WITH_VALUES = {".msh", ".avs", ".cgns", ".xdmf", ".pvtu", ".vtkhdf"}
+BY_MESHIO = [".msh", ".inp", ".bdf", ".med", ".mesh", ".vol", ".su2", ".avs"]
+WITH_VALUES = {".med", ".msh", ".avs", ".cgns", ".xdmf", ".pvtu", ".vtkhdf"}
 
 XDMF = f"""<?xml version="1.0"?><Xdmf Version="2.0"><Domain><Grid Name="box">
 <Topology TopologyType="Tetrahedron" NumberOfElements="2"><DataItem Dimensions="2 4"

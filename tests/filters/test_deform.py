@@ -91,6 +91,7 @@ def test_labels_ghosts_and_strings_are_not_mixed(reference, where):
     numbers = np.arange(count)
     add_array(data, "labels", 1000 * (numbers % 2), TYPES["int"])
     add_array(data, "plain", 1000 * (numbers % 2), TYPES["int"])
+    data.SetPedigreeIds(add_array(data, "ids", 1000 * (numbers % 2), TYPES["id type"]))
     add_array(data, vtkDataSetAttributes.GhostArrayName(), 32 * (numbers % 2), TYPES["bit"] + 2)
     arrays.add_texts(data, "names", [f"{where} {1000 * (i % 2)}" for i in range(count)])
     reference.AddLabelArray("labels")
@@ -100,6 +101,7 @@ def test_labels_ghosts_and_strings_are_not_mixed(reference, where):
     data = output.GetPointData() if where == "point" else output.GetCellData()
     labels = arrays.to_numpy(data.GetArray("labels"))
     assert {0, 1000} <= set(labels) <= {0, 1000, 7}
+    np.testing.assert_array_equal(arrays.to_numpy(data.GetArray("ids")), labels)
     assert not set(arrays.to_numpy(data.GetArray("plain"))) <= {0, 1000, 7}
     ghosts = arrays.to_numpy(data.GetArray(vtkDataSetAttributes.GhostArrayName()))
     np.testing.assert_array_equal(ghosts, np.where(labels == 1000, 32, 0))

@@ -58,10 +58,11 @@ def test_displacements_are_multiplied_by_an_image(as_input, inside, vtk_type):
 
 
 @pytest.mark.usefixtures("held")
-def test_a_changed_mask_is_used():
+@pytest.mark.parametrize("as_input", [True, False])
+def test_a_changed_mask_is_used(as_input):
     field, _ = scene(MLSDisplacementField)
     image = mask_image(np.ones((9, 9, 9)), VTK_FLOAT)
-    field.SetInputDataObject(3, image)
+    field.SetInputDataObject(3, image) if as_input else field.SetMask(image)
     assert values_of(update(field), "BackwardDisplacement").any()
     image.GetPointData().GetArray("mask").Fill(0)
     image.GetPointData().GetArray("mask").Modified()

@@ -196,7 +196,10 @@ def read_by_meshio(path):
         vtu_path = Path(folder) / "mesh.vtu"
         with contextlib.redirect_stdout(printed):
             try:
-                meshio.read(path).write(vtu_path, compression=None)
+                mesh = meshio.read(path)
+                # lists, such as names in .med, are no arrays that a .vtu can hold
+                mesh.field_data = {k: v for k, v in mesh.field_data.items() if hasattr(v, "dtype")}
+                mesh.write(vtu_path, compression=None)
             # its parsers raise anything on broken files, and even exit
             except (Exception, SystemExit) as error:
                 reason = str(error) if isinstance(error, Exception) else printed.getvalue()

@@ -88,15 +88,16 @@ def paired(rest, deformed=None, between=(), pair_by=""):
     Positions in `rest` are p, their partners q; without partners q = p. Curves and surfaces are
     theirs. Positions in `deformed` are q instead. If the labels are unique in both files, q belongs
     to p of the same label; if labels are numbers after the name of a list (`rest-1`, `moved-1`, as
-    in 3D Slicer), to p of the same number. Otherwise q belongs to p of the same index.
+    in 3D Slicer), to p of the same number. Otherwise q belongs to p of the same index; a warning
+    says so if some labels are equal.
 
     `pair_by` says otherwise. "order": by index, whatever the labels are; "labels": by labels, or by
     their numbers, which must be equal in both files; "common": by labels, without the points whose
     label only one file has, which a warning lists.
 
     Landmarks `between` are intermediate places, paired in the same way. If the first are p, they do
-    not count. Pairs that lack a position are left out. ValueError if labels or numbers of points
-    differ, or no pair is left.
+    not count. Pairs that lack a position are left out; a warning lists those that only one file
+    places. ValueError if labels or numbers of points differ, or no pair is left.
     """
     p, q, places = rest.positions, rest.partners, rest.places
     is_pair = rest.is_placed if q is None else rest.is_placed & np.isfinite(q).all(axis=1)
@@ -151,6 +152,13 @@ def _moved(rest, deformed, pair_by):
             path=deformed.path,
         )
     order = _order(rest, deformed, pair_by)
+    lost = (order >= 0) & (rest.is_placed != deformed.is_placed[order])
+    if lost.any():
+        labels = listed([label for label, is_lost in zip(rest.labels, lost) if is_lost])
+        warn(
+            f"pairs that are placed in only one of `{rest.path}` and `{deformed.path}` are left "
+            f"out: {labels}"
+        )
     return np.where(order[:, None] < 0, np.nan, deformed.positions[order])
 
 
@@ -176,6 +184,8 @@ def _order(rest, deformed, pair_by):
             f"got {len(other)}",
             path=deformed.path,
         )
+    if pair_by != "order" and own != other and set(filter(None, own)).intersection(other):
+        warn(f"points are paired by their order, not by labels, for {_repeated(rest, deformed)}")
     return np.arange(len(own))
 
 
@@ -196,16 +206,19 @@ def _common_order(rest, deformed):
 
 
 def _unpairable(rest, deformed):
+    return ValueError(
+        "points are paired by labels, so each point must have its own label; "
+        f"{_repeated(rest, deformed)}"
+    )
+
+
+def _repeated(rest, deformed):
+    """Why labels make no pairs: a clause."""
     points = deformed if _are_unique(rest.labels) else rest
     label, count = Counter(points.labels).most_common(1)[0]
     if all(points.labels):
-        reason = f"has {shortened(label)} {count} times"
-    else:
-        reason = f"has {sum(not label for label in points.labels)} points without a label"
-    return ValueError(
-        f"points are paired by labels, so each point must have its own label; `{points.path}` "
-        f"{reason}"
-    )
+        return f"`{points.path}` has {shortened(label)} {count} times"
+    return f"`{points.path}` has {sum(not label for label in points.labels)} points without a label"
 
 
 def _are_unique(labels):

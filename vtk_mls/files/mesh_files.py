@@ -2,8 +2,8 @@
 
 3D Slicer states their frame: `SPACE=RAS` or `SPACE=LPS` is in the title of .vtk, the header of
 .stl, a comment of .ply and .obj, and in a field array "SPACE" of VTK's XML files. Such meshes are
-converted to LPS when they are read, with their active vectors, normals, and displacements and paths
-of control points, and back when they are written. Meshes without it are not converted, as in
+converted to LPS when they are read, with their active vectors, normals, displacements and paths,
+and back when they are written. Meshes without it are not converted, as in
 Slicer.
 """
 
@@ -22,6 +22,7 @@ from vtk_mls.vtk.control_point_polydata import DISPLACEMENT, PATH
 from vtk_mls.vtk.objects import configured, output_of
 
 _FIELD = "SPACE"
+_MIRRORED = DISPLACEMENT, PATH, metadata.FORWARD_DISPLACEMENT  # with active vectors and normals
 _COLORS = "_Colors"  # by which a PLY writer finds them
 
 
@@ -198,7 +199,7 @@ def _mirrored(mesh, space):
         mirrored.SetPoints(configured(vtkPoints(), Data=points))
     for attributes in (mirrored.GetPointData(), mirrored.GetCellData()):
         roles = [attributes.GetVectors(), attributes.GetNormals()]
-        roles += [attributes.GetArray(name) for name in (DISPLACEMENT, PATH)]
+        roles += [attributes.GetArray(name) for name in _MIRRORED]
         for name in {array.GetName() for array in roles if array is not None}:
             components = attributes.GetArray(name).GetNumberOfComponents()
             if components == 3 or (name == PATH and components % 3 == 0):

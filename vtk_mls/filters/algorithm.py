@@ -1,5 +1,7 @@
 """Base of the filters: errors, aborts, progress and composite inputs."""
 
+from weakref import ref
+
 import numpy as np
 from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
 from vtkmodules.vtkCommonCore import (
@@ -131,10 +133,12 @@ class Algorithm(VTKPythonAlgorithmBase):
         return inputs, [executive.GetOutputInformation(port) for port in ports]
 
     def _set(self, name, value):
-        """Set an attribute; a change makes the filter run again."""
+        """Set an attribute; a change makes the filter run again, and so does one of its value."""
         if getattr(self, name) != value:
             setattr(self, name, value)
             self.Modified()
+            if isinstance(value, vtkObject):
+                _follow(ref(self), name, value)
 
     def _update_input(self, port, index=0, time=None, request=pipeline.request_all):
         """An input, updated at a time or as it is; `request` requests a part in a vtkInformation.
@@ -257,6 +261,16 @@ class Algorithm(VTKPythonAlgorithmBase):
         if self._silencer is not None:
             self.GetExecutive().RemoveObserver(self._silencer)
             self._silencer = None
+
+
+def _follow(algorithm, name, value):
+    """Modify an algorithm, a weak reference, whenever the value of its attribute is modified."""
+
+    def modified(*_):
+        if algorithm() is not None and getattr(algorithm(), name) is value:
+            algorithm().Modified()
+
+    value.AddObserver("ModifiedEvent", modified)
 
 
 def _finish(algorithm, event):

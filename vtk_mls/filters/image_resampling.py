@@ -91,6 +91,9 @@ class Resampling:
         if sampling.background == AUTOMATIC:
             self._backgrounds = backgrounds_of(image) | self._backgrounds
         self.labels = {*options.label_arrays, *metadata.load(image, metadata.LABEL_ARRAYS)}
+        for data in (image.GetPointData(), image.GetCellData()):
+            ids = data.GetGlobalIds(), data.GetPedigreeIds()
+            self.labels.update(array.GetName() for array in ids if array is not None)
 
     def tasks(self):
         """Functions of a Progress, in their order."""

@@ -239,10 +239,11 @@ class Transform:
             if isinstance(where, tuple):
                 points = validation.points("where", where[0])
                 tetrahedra = np.asarray(where[1])
-                if tetrahedra.ndim != 2 or tetrahedra.shape[1] != 4 or tetrahedra.dtype.kind != "i":
+                are_rows = tetrahedra.shape[1:] == (4,) and tetrahedra.dtype.kind in "iu"
+                if not are_rows or not ((tetrahedra >= 0) & (tetrahedra < len(points))).all():
                     raise ValueError(
-                        "`where` must be points and (m, 4) rows of points, "
-                        f"got {short_repr(where[1])}"
+                        f"`where` must be points and (m, 4) of their rows, from 0 to "
+                        f"{len(points) - 1}, got {short_repr(where[1])}"
                     )
                 return certificates.certificate_of_mesh(self, points, tetrahedra, part)
             computing, certifying = part.divided(1, 1)
