@@ -178,9 +178,8 @@ def write_field(image: vtkImageData, path: _PathLike, convention: str = "itk") -
         write_dataset(image, path)
         return
     array = image.GetPointData().GetScalars()
-    values = arrays.to_numpy(array)
     content = FieldContent(
-        values.reshape(*image.GetDimensions()[::-1], 3),
+        arrays.to_numpy(array).reshape(*image.GetDimensions()[::-1], 3),
         ImageGeometry.of_image(image).grid,
         array.GetName() == metadata.FORWARD_DISPLACEMENT,
         metadata.load(image, metadata.NIFTI_HEADER),

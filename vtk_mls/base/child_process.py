@@ -76,8 +76,7 @@ def run(name, *arguments, timeout):
         except subprocess.TimeoutExpired:
             raise TimeoutError(f"no result after {timeout} s") from None
         if status:
-            crash = ChildProcessError(f"the process crashed ({ending(status)})")
-            raise error(folder) or crash
+            raise error(folder) or ChildProcessError(f"the process crashed ({ending(status)})")
 
 
 def error(folder):

@@ -153,8 +153,7 @@ class Grid:
         They are exact integers if the points of both grids coincide.
         """
         matrix = other.world_to_index @ self.index_to_world
-        offset = other.index_of(self.origin[None])[0]
-        return _snapped(matrix), _snapped(offset)
+        return _snapped(matrix), _snapped(other.index_of(self.origin[None])[0])
 
     @functools.cached_property
     def cells(self) -> Grid:

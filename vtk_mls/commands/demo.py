@@ -13,7 +13,7 @@ from vtk_mls import HalfPlane, io
 from vtk_mls.files.paths import check_folder
 from vtk_mls.files.vtk_io import write_png
 from vtk_mls.filters import MLSDeform
-from vtk_mls.vtk.objects import configured, output_of
+from vtk_mls.vtk.objects import configured, output_of, shallow_copy
 
 # Positions in millimeters: x to the right, y to the front, z up. The edge of the cut runs along x.
 EDGE = (98.0, 118.0, 58.0)
@@ -58,16 +58,16 @@ def brain():
     """T1-weighted image of the MNI152 brain, smoothed a little."""
     reader = configured(vtkNIFTIImageReader(), FileName=str(brain_file()))
     smooth = configured(vtkImageGaussianSmooth(), StandardDeviation=0.8)
-    smooth.SetInputConnection(reader.GetOutputPort())
-    image = vtkImageData()
-    image.ShallowCopy(output_of(smooth))
+    image = shallow_copy(output_of(smooth, InputConnection=reader.GetOutputPort()))
     image.GetPointData().GetScalars().SetName("T1")
     return image
 
 
 def control_points(degrees=DEGREES):
     """Rest and deformed positions (n, 3): both halves rotate outward, the points below stay."""
-    front, back, below = (_both_sides(np.array(points, float)) for points in (FRONT, BACK, BELOW))
+    groups = np.array((FRONT, BACK, BELOW), float)
+    mirrored = groups * (-1, 1, 1) + (2 * EDGE[0], 0, 0)
+    front, back, below = np.concatenate([groups, mirrored], axis=1)  # on both sides
     angle = np.radians(degrees)
     deformed = np.vstack([_rotated(front, -angle), _rotated(back, angle), below])
     return np.vstack([front, back, below]), deformed
@@ -95,10 +95,6 @@ def file_of(package, name, version):
     )
 
 
-def _both_sides(points):
-    return np.vstack([points, points * (-1, 1, 1) + (2 * EDGE[0], 0, 0)])
-
-
 def _rotated(points, angle):
     c, s = np.cos(angle), np.sin(angle)
     return EDGE + (points - EDGE) @ np.array([[1, 0, 0], [0, c, s], [0, -s, c]])
@@ -114,7 +110,6 @@ def _write_slices(images, file):
     height = max(len(rows) for rows in slices)
     padded = [np.pad(rows, ((0, height - len(rows)), (4, 4))) for rows in slices]
     pixels = np.hstack(padded).clip(0, 255).astype(np.uint8)
-    picture = vtkImageData()
-    picture.SetDimensions(*pixels.shape[::-1], 1)
+    picture = configured(vtkImageData(), Dimensions=(*pixels.shape[::-1], 1))
     picture.GetPointData().SetScalars(numpy_to_vtk(pixels.ravel(), deep=True))
     write_png(picture, file)

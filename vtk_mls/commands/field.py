@@ -122,9 +122,7 @@ def _space(field, options):
         return proof
     size = (np.array(grid.dimensions) - 1) / factor
     finer = Grid(np.floor(size + 1e-6) + 1, grid.origin, factor * grid.spacing, grid.direction)
-    image = vtkImageData()
-    ImageGeometry.of_grid(finer).apply_to(image)
-    field.SetInputData(0, image)
+    field.SetInputData(0, ImageGeometry.of_grid(finer).apply_to(vtkImageData()))
     update(field, options)
     return None
 

@@ -91,9 +91,7 @@ def _apply(options, algorithm):
     """
     image = open_image(options.input)
     geometry = ImageGeometry.of_grid(coarse(image.finest.grid, _MAX_SAMPLES))
-    data = vtkImageData()
-    geometry.apply_to(data)
-    algorithm.SetInputData(0, data)
+    algorithm.SetInputData(0, geometry.apply_to(vtkImageData()))
     set_up(algorithm, options)
     if hasattr(algorithm, "ClearLabelArrays"):
         algorithm.ClearLabelArrays()  # they are channels here

@@ -87,8 +87,7 @@ def _settings(prop):
     if isinstance(prop, properties.ArrayName):
         return {"metavar": "NAME"}
     if isinstance(prop, properties.Planes):
-        metavar = ",".join(prop.columns).upper()
-        return {"action": "append", "metavar": metavar, "default": []}
+        return {"action": "append", "metavar": ",".join(prop.columns).upper(), "default": []}
     if isinstance(prop, properties.Vector):
         return {"metavar": ",".join(prop.labels).upper(), "default": None}
     if isinstance(prop, (properties.TransformFile, properties.Value)):

@@ -95,8 +95,7 @@ def _line_of(path):
 
 def suffixes():
     """The endings of files that can hold several time steps."""
-    lines = [line.endings for line in formats.TABLE if line.series_writer]
-    return " ".join([SUFFIX, *lines])
+    return " ".join([SUFFIX, *(line.endings for line in formats.TABLE if line.series_writer)])
 
 
 @contextmanager
@@ -161,8 +160,7 @@ def _is_pattern(path):
 
 def _by_number(name):
     """A key that sorts names as their numbers go: 9 before 10."""
-    parts = re.split(r"(\d+)", name)
-    return [int(part) if part.isdigit() else part for part in parts]
+    return [int(part) if part.isdigit() else part for part in re.split(r"(\d+)", name)]
 
 
 def _of_collection(path):

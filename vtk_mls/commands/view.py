@@ -143,10 +143,9 @@ def _show(options, datasets, state, paths, *more):
             "the page needs trame, which is not installed: pip install trame trame-vuetify; or "
             "`--window` opens a plain window"
         ) from error
-    address = options.host, options.port
     with temporary_folder() as temporary:
-        served = datasets, state, paths, temporary, options.output
-        server.serve(*served, address, not options.no_browser, *more)
+        served = datasets, state, paths, temporary, options.output, (options.host, options.port)
+        server.serve(*served, not options.no_browser, *more)
 
 
 def _state(options):

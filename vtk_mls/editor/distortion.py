@@ -42,8 +42,7 @@ class Distortion:
         if not self.has_colors or self.deformation is None:
             return colors
         origins, has_material = material_at(self.deformation, points)
-        is_inside = self.lines.covers(self.lines.coordinates(origins))
-        rows = np.flatnonzero(has_material & is_inside)
+        rows = np.flatnonzero(has_material & self.lines.covers(self.lines.coordinates(origins)))
         result = colors.copy()
         jacobian = self.deformation.jacobian(points[rows], origins=origins[rows])
         result[rows] = tinted(colors[rows], np.linalg.det(jacobian))

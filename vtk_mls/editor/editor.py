@@ -221,8 +221,7 @@ class Editor(ShapeEdits, PairEdits, Saving):
         self._lattice_number += 1
         count = _LATTICE_COUNTS[self._lattice_number % len(_LATTICE_COUNTS)]
         self.document.clear_selection()
-        points = self._lattice(count, self.state.regions)
-        if self.change(self.state.with_handles_at(points)):
+        if self.change(self.state.with_handles_at(self._lattice(count, self.state.regions))):
             handles = f"{len(self.state)} handles, {count} along each axis"
             self.say(f"{handles}; Z restores the previous handles.")
 

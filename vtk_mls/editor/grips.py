@@ -43,8 +43,7 @@ class Grips:
         for index, handle in enumerate(state.handles):
             parts.append((*handle.grips, index))
         if state.mask is not None:
-            heights = _heights(state.mask)
-            positions = state.mask.center + heights[:, None] * _UP
+            positions = state.mask.center + _heights(state.mask)[:, None] * _UP
             parts.append((positions, positions, MASK))
         counts = [len(rest) for rest, _, _ in parts]
         count = sum(counts[1:])

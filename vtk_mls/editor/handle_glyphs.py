@@ -39,8 +39,7 @@ class HandleGlyphs:
         self._balls, self._lines, self._actors = vtkPolyData(), vtkPolyData(), []
         self._pixels = np.zeros(0)
         for layer, opacity in zip((renderer, overlay), _OPACITIES):
-            line_color = tuple(np.divide(MOVED, 255))
-            line = polydata.unlit_actor(self._lines, line_color, 2, opacity)
+            line = polydata.unlit_actor(self._lines, tuple(np.divide(MOVED, 255)), 2, opacity)
             for actor in (_ball_actor(self._balls, opacity), line):
                 self._actors.append(actor)
                 layer.AddActor(actor)

@@ -27,7 +27,7 @@ class Keyboard(Observer):
 
     def __init__(self, interactor, editor):
         self._editor, self._actions = editor, actions()
-        handlers = {"KeyPressEvent": self._press, "CharEvent": self._ignore}
+        handlers = {"KeyPressEvent": self._press, "CharEvent": lambda _, event: self._abort(event)}
         super().__init__(interactor, handlers)
 
     def _press(self, interactor, event):
@@ -35,6 +35,3 @@ class Keyboard(Observer):
         if action is not None:
             self._abort(event)
             self._editor.do(*action)
-
-    def _ignore(self, interactor, event):
-        self._abort(event)

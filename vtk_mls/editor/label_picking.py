@@ -43,8 +43,7 @@ def label_on_ray(grid, values, deformation, near, far):
     """
     length = np.linalg.norm(far - near) / (_STEP * np.abs(grid.spacing).min())
     fractions = np.linspace(0, 1, int(np.clip(length, 2, _MAX_SAMPLES)))
-    points = near + fractions[:, None] * (far - near)
-    origins, has_material = material_at(deformation, points)
+    origins, has_material = material_at(deformation, near + fractions[:, None] * (far - near))
     index = grid.index_of(origins)
     labels = sample(values, index, "nearest", 0, grid)
     rows = np.flatnonzero(grid.covers(index) & (labels != 0) & has_material)

@@ -87,12 +87,11 @@ class CutTool:
         document.show_deformed()
         if line is None:
             return False
-        projection = self._scene.projection
-        if not line.is_closed and len(line.points) > 2:
-            first = line.points[:1]
-            if projection.nearest(first, pixel, _CLOSING_DISTANCE) is not None:
-                line.close()
-                document.say("The line is closed: P cuts along it, straight into the depth.")
+        nearest = self._scene.projection.nearest
+        can_close = not line.is_closed and len(line.points) > 2
+        if can_close and nearest(line.points[:1], pixel, _CLOSING_DISTANCE) is not None:
+            line.close()
+            document.say("The line is closed: P cuts along it, straight into the depth.")
         with document.reporting_errors():
             point = None if line.is_closed else self._scene.picker().hit(pixel)
             if point is not None:

@@ -12,9 +12,7 @@ from vtk_mls.vtk.objects import configured
 
 def points(positions):
     """vtkPoints of positions (n, 3)."""
-    result = vtkPoints()
-    result.SetData(arrays.from_numpy(np.asarray(positions, float), VTK_DOUBLE))
-    return result
+    return configured(vtkPoints(), Data=arrays.from_numpy(np.asarray(positions, float), VTK_DOUBLE))
 
 
 def cells(connectivity):

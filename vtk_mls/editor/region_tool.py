@@ -35,8 +35,7 @@ class RegionTool:
             # handles inside would hold their positions against its motion
             inside = np.flatnonzero(shape.distance(state.rest)[0] == 0)
             document.clear_selection()
-            region = RegionHandle(shape, np.eye(4))
-            if document.change(state.without(inside).with_shape(region)):
+            if document.change(state.without(inside).with_shape(RegionHandle(shape, np.eye(4)))):
                 removed = f"; removed handles in it: {len(inside)}" if len(inside) else ""
                 self._select(len(state.handles), f"It is rigid now{removed}. {_HINT}")
 

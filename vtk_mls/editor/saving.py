@@ -111,8 +111,7 @@ class Saver:
             with suppress(OSError):  # it is not empty
                 folder.rmdir()
         self.files = sorted(path for path in moved if path.is_file())
-        warnings = dict.fromkeys(self._warnings)
-        self.warnings = [f"{text[0].upper()}{text[1:]}." for text in warnings]
+        self.warnings = [f"{text[0].upper()}{text[1:]}." for text in dict.fromkeys(self._warnings)]
         grid = f" on the grid of {self.grid.name}" if self.grid else ""
         saved = f"deformed data{grid}, displacement field, picture, script, session"
         return " ".join([f"Saved in {folder}: handles, {saved}.", *self.warnings])

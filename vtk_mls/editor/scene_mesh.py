@@ -33,9 +33,8 @@ class SceneMesh:
         colored = [f"by {scalars.GetName()}"] if scalars else []
         self.preset_names = ["plain", *colored, "see-through"]
         self._range = scalars.GetRange() if scalars else (0, 1)
-        self._actor, self._mapper = vtkActor(), _mapper_of(mesh)
-        self.prop = self._actor
-        self._actor.SetMapper(self._mapper)
+        self._mapper = _mapper_of(mesh)
+        self.prop = self._actor = configured(vtkActor(), Mapper=self._mapper)
         self._has_volume_colors, self._lines = False, None
         self.set_preset(0)
         material = configured(self._actor.GetProperty(), Color=_COLOR, PointSize=3)

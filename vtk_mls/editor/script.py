@@ -72,9 +72,8 @@ def script(state, handles, surfaces, files, remarks=()):
     others = [names for names in files if names not in large]
     work = _LOOP.format(files=others) if others else ""
     work += _BLOCKS.format(files=large) if large else ""
-    more = "from vtk_mls.blocks import image_job as job\n" if large else ""
     return _TEXT.format(
-        more=more,
+        more="from vtk_mls.blocks import image_job as job\n" if large else "",
         remarks="".join(f"\n{text[0].upper()}{text[1:]}.\n" for text in dict.fromkeys(remarks)),
         work=work,
         commands="\n".join(f"    {line}" for line in commands(state, handles, surfaces, files)),

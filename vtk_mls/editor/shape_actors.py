@@ -51,8 +51,7 @@ class ShapeActors:
     def show(self, state, selected):
         """Draw the regions, curves and mask of a `State`; `selected` are rows of its grips."""
         curves = [handle for handle in state.handles if isinstance(handle, CurveHandle)]
-        owners = state.grips.owner[selected]
-        chosen = [state.handles[owner] for owner in owners if owner >= 0]
+        chosen = [state.handles[owner] for owner in state.grips.owner[selected] if owner >= 0]
         self._show_regions(state.regions, chosen)
         _set_lines(self._lines[0], [curve.rest for curve in curves])
         _set_lines(self._lines[1], [curve.deformed for curve in curves])

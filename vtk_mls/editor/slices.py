@@ -142,8 +142,7 @@ class Slices:
 
     @property
     def _visible_panes(self):
-        names = zip(self._panes, SLICES)
-        return [pane for pane, name in names if self.pane in (ALL, name)]
+        return [pane for pane, name in zip(self._panes, SLICES) if self.pane in (ALL, name)]
 
 
 def _column(viewport):

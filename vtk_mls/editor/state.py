@@ -211,14 +211,13 @@ class State(_State):
 
     def with_handle(self, rest, deformed):
         """A copy with one more handle, the last."""
-        weights = None if self.weights is None else np.append(self.weights, 1.0)
         straight = rest + self._times * np.subtract(deformed, rest)
         return replace(
             self,
             path=np.concatenate([self.path, straight], axis=1),
             rest=np.vstack([self.rest, rest]),
             deformed=np.vstack([self.deformed, deformed]),
-            weights=weights,
+            weights=None if self.weights is None else np.append(self.weights, 1.0),
             labels=(*self.labels, ""),
             anchored=np.append(self.anchored, False),
             enabled=np.append(self.enabled, True),

@@ -61,8 +61,7 @@ def with_way(state, rows, way):
     The way is a list of positions (m, 3) from rest to the deformed ones, at equal times. Anchored
     handles stay.
     """
-    count = min(len(way) - 1, MAX_STEPS)
-    shares = np.linspace(0, 1, count + 1)[1:]
+    shares = np.linspace(0, 1, min(len(way), MAX_STEPS + 1))[1:]
     free = ~state.anchored[rows]
     places = [along([state.rest, *state.path, state.deformed], share) for share in shares]
     for place, share in zip(places, shares):

@@ -176,8 +176,7 @@ class View:
     def hide_handles(self):
         """Hide or show handles, widgets, hint and status, but not the message."""
         self.hides_handles = not self.hides_handles
-        glyphs = [scene.glyphs for scene in self._scenes]
-        for part in (*glyphs, self._shapes, *self._widgets):
+        for part in (*(scene.glyphs for scene in self._scenes), self._shapes, *self._widgets):
             part.set_visible(not self.hides_handles)
         self.overlay.set_texts_visible(not self.hides_handles)
 

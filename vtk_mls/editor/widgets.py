@@ -17,7 +17,7 @@ from vtk_mls.editor import polydata
 from vtk_mls.model.cuts import Obstacle
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.cells import positions_of
-from vtk_mls.vtk.objects import configured
+from vtk_mls.vtk.objects import configured, output_of
 from vtk_mls.vtk.transforms import matrix_of
 
 _BLUE, _LIGHT_BLUE, _RED = (0.35, 0.75, 1.0), (0.8, 0.93, 1.0), (1.0, 0.45, 0.55)
@@ -187,8 +187,7 @@ class EdgedSheet:
     def show(self, cut):
         """Draw a cut."""
         configured(self._plane, Origin=cut.point, Normal=cut.normal)
-        self._cutter.Update()
-        self._sheet.ShallowCopy(self._cutter.GetOutput())
+        self._sheet.ShallowCopy(output_of(self._cutter))
         depth = cut.depth(positions_of(self._sheet).astype(float))
         arrays.add(self._sheet.GetPointData(), "depth", depth)
         self._sheet.GetPointData().SetActiveScalars("depth")

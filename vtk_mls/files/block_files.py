@@ -26,7 +26,7 @@ from vtkmodules.vtkIOXML import vtkXMLDataObjectWriter, vtkXMLMultiBlockDataWrit
 
 from vtk_mls.base.errors import InputError
 from vtk_mls.files import paths, vtk_io
-from vtk_mls.vtk.objects import configured
+from vtk_mls.vtk.objects import configured, shallow_copy
 
 COMPOSITE = (vtkMultiBlockDataSet, vtkPartitionedDataSet, vtkPartitionedDataSetCollection)
 PIECES = {  # formats with everything, by the class of a dataset
@@ -170,9 +170,7 @@ def open_file(reader, syntax, path):
         data = reader.GetOutputDataObject(0)
         if not success or data is None:
             return None
-        copy = data.NewInstance()  # the reader writes the next step to its own
-        copy.ShallowCopy(data)
-        return copy
+        return shallow_copy(data)  # the reader writes the next step to its own
 
     return times, read
 

@@ -55,8 +55,7 @@ def _series(path):
                 "of the folder"
             )
         return next(iter(series.values()))
-    uid = _information(path).get(_SERIES, "")
-    names = series.get(uid, [])
+    names = series.get(_information(path).get(_SERIES, ""), [])
     if str(path) not in names:
         return [str(path)]
     _check_complete(folder, series)

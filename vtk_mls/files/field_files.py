@@ -245,8 +245,7 @@ def write_transform(
         write_to = partial(itk_transforms.write, members)
     else:
         displacement, grid = _sampled(transform, grid)
-        content = FieldContent(displacement, grid, convention=convention)
-        write_to = partial(line.write, content)
+        write_to = partial(line.write, FieldContent(displacement, grid, convention=convention))
     with replacing(path) as new, failures_named(new):
         write_to(new)
 

@@ -44,9 +44,8 @@ def _set_geometry(image, origin, steps):
     if not (np.isfinite(spacing) & (spacing > 0)).all():
         raise ValueError(f"its steps between voxels must be positive, got {spacing.tolist()}")
     direction = tuple((steps / spacing).ravel().tolist())
-    ImageGeometry(image.GetExtent(), tuple(origin), tuple(spacing.tolist()), direction).apply_to(
-        image
-    )
+    geometry = ImageGeometry(image.GetExtent(), tuple(origin), tuple(spacing.tolist()), direction)
+    geometry.apply_to(image)
 
 
 def read_xml(path):
@@ -193,9 +192,8 @@ def _is_alike(volume, other):
     """Whether two volumes have one type of values, and one grid to a thousandth of a voxel."""
     if volume.values.shape != other.values.shape or volume.values.dtype != other.values.dtype:
         return False
-    shift = np.abs(volume.origin - other.origin)
     last = np.array(volume.values.shape[2::-1])
-    shift = shift + np.abs(volume.steps - other.steps) @ last
+    shift = np.abs(volume.origin - other.origin) + np.abs(volume.steps - other.steps) @ last
     return shift.max() <= _MAX_SHIFT * np.linalg.norm(volume.steps, axis=0).min()
 
 
@@ -240,11 +238,10 @@ def read_ome_zarr(path, max_points=math.inf):
     level = fitting[0] if fitting else source.levels[-1]
     image = configured(vtkImageData(), Dimensions=level.grid.dimensions)
     _set_geometry(image, level.grid.origin.tolist(), level.grid.index_to_world)
-    names = []
+    names = source.channel_names
     for name, values in source.channels(level):
         array = arrays.from_numpy(values.ravel(), get_vtk_array_type(values.dtype))
         image.GetPointData().AddArray(configured(array, Name=name))
-        names.append(name)
     image.GetPointData().SetActiveScalars(names[0])
     metadata.store(image, metadata.LABEL_ARRAYS, names * source.is_label)
     unit = symbol(source.space[-1].get("unit") or "")

@@ -155,8 +155,7 @@ def write_field(content, path):
     """Write a `FieldContent` as an affine transform and the rest of the field."""
     field = Field(content.displacement, content.grid)
     displacement, grid = field.displacement, field.grid
-    matrix = _best_affine(displacement, grid)
-    inverse = _inverse(matrix)
+    inverse = _inverse(_best_affine(displacement, grid))
     rest = np.empty(displacement.shape, np.float32)
     for k, layer in enumerate(displacement):
         v = grid.points(k * layer[..., 0].size, (k + 1) * layer[..., 0].size)
@@ -194,8 +193,7 @@ def _to_itk(transform):
 def _check_complete(path):
     """Raise OSError if the end of a file is missing, which ITK does not notice on a full disk."""
     with path.open("rb") as file:
-        size = file.seek(0, os.SEEK_END)
-        file.seek(max(size - _MAX_LAST_LINE, 0))
+        file.seek(max(file.seek(0, os.SEEK_END) - _MAX_LAST_LINE, 0))
         end = file.read()
     is_text = path.suffix.lower() in _TEXT
     last = end.removesuffix(b"\n").rpartition(b"\n")[2]

@@ -46,11 +46,10 @@ class Landmarks:
     def in_lps(self, space: str) -> Landmarks:
         """These points in LPS; `space` is the frame of a file that does not say its own."""
         factors = signs(self.frame or space)
-        partners = None if self.partners is None else self.partners * factors
         return replace(
             self,
             positions=self.positions * factors,
-            partners=partners,
+            partners=None if self.partners is None else self.partners * factors,
             places=self.places * factors,
             frame="LPS",
         )
@@ -167,7 +166,10 @@ def _order(rest, deformed, pair_by):
     own, other = rest.labels, deformed.labels
     are_unique = _are_unique(own) and _are_unique(other)
     if pair_by in ("labels", "common") and not are_unique:
-        raise _unpairable(rest, deformed)
+        raise ValueError(
+            "points are paired by labels, so each point must have its own label; "
+            f"{_repeated(rest, deformed)}"
+        )
     if pair_by == "common":
         return _common_order(rest, deformed)
     if are_unique and pair_by != "order":
@@ -203,13 +205,6 @@ def _common_order(rest, deformed):
     if parts:
         warn(f"points without a partner are left out: {'; '.join(parts)}")
     return order
-
-
-def _unpairable(rest, deformed):
-    return ValueError(
-        "points are paired by labels, so each point must have its own label; "
-        f"{_repeated(rest, deformed)}"
-    )
 
 
 def _repeated(rest, deformed):

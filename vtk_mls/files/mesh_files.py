@@ -19,7 +19,7 @@ from vtk_mls.base.errors import InputError
 from vtk_mls.files import frames, metadata, vtk_io
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.control_point_polydata import DISPLACEMENT, PATH
-from vtk_mls.vtk.objects import configured, output_of
+from vtk_mls.vtk.objects import configured, output_of, shallow_copy
 
 _FIELD = "SPACE"
 _MIRRORED = DISPLACEMENT, PATH, metadata.FORWARD_DISPLACEMENT  # with active vectors and normals
@@ -82,8 +82,7 @@ def left_out(polydata, path):
 
 def _colored(polydata, writer):
     """The polygons of polydata, with colors in the array of the PLY writer."""
-    data = polydata.GetPointData(), polydata.GetCellData()
-    colors = [_colors(attributes) for attributes in data]
+    colors = [_colors(polydata.GetPointData()), _colors(polydata.GetCellData())]
     counts = [array.GetNumberOfComponents() for array in colors if array is not None]
     if not counts:
         return polydata
@@ -93,8 +92,7 @@ def _colored(polydata, writer):
     colored.GetPointData().ShallowCopy(polydata.GetPointData())
     colored.GetFieldData().ShallowCopy(polydata.GetFieldData())
     rows = slice(None), slice(polydata.GetNumberOfVerts(), None)  # polygons come after vertices
-    targets = colored.GetPointData(), colored.GetCellData()
-    for array, target, part in zip(colors, targets, rows):
+    for array, target, part in zip(colors, (colored.GetPointData(), colored.GetCellData()), rows):
         if array is not None:
             values = arrays.to_numpy(array)[part]
             opaque = np.full((len(values), components - values.shape[1]), 255, np.uint8)
@@ -186,8 +184,7 @@ def _valid_frame(space):
 def _mirrored(mesh, space):
     """A mesh converted between LPS and another frame."""
     signs = frames.signs(space)
-    mirrored = mesh.NewInstance()
-    mirrored.ShallowCopy(mesh)
+    mirrored = shallow_copy(mesh)
     if (signs == 1).all():
         return mirrored
     if mesh.GetPoints() is not None:

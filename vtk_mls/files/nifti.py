@@ -365,8 +365,7 @@ def _to_lines(header):
     """Lines `name: values` of a header."""
     lines = {}
     for name, fields in _LINES.items():
-        numbers = np.ravel([header[field] for field in fields])
-        lines[name] = " ".join(map(str, numbers.tolist()))
+        lines[name] = " ".join(map(str, np.ravel([header[field] for field in fields]).tolist()))
     lines["intent_name"] = header["intent_name"].item().decode("latin-1")
     return tuple(f"{name}: {line}" for name, line in lines.items() if line)
 
@@ -402,6 +401,5 @@ def _intent(volume, components, intent):
     if volume.is_label:
         return intent if intent in _LABELS else _LABELS[0]
     if components > 1:
-        is_displacement = intent == _DISPLACEMENT and components == 3
-        return _DISPLACEMENT if is_displacement else _VECTOR
+        return _DISPLACEMENT if (intent, components) == (_DISPLACEMENT, 3) else _VECTOR
     return 0 if intent in (*_LABELS, _DISPLACEMENT, _VECTOR) else intent

@@ -263,8 +263,7 @@ def _image(path, group):
     names = [str(channel.get("label", "")) for channel in channels]
     is_label = "image-label" in metadata or is_in_labels or dtypes == ["bool"]
     guess = "; ".join(filter(None, (no_unit, no_frame)))
-    labels = _labels(path, group)
-    return Image(path, axes, space, levels, names, labels, is_label, guess)
+    return Image(path, axes, space, levels, names, _labels(path, group), is_label, guess)
 
 
 def _check_content(path, metadata):

@@ -67,8 +67,7 @@ def _read_list(path, has_labels):
         raise InputError("holds indices of voxels; expected positions, after a first line `point`")
     number, count = lines[1] if len(lines) > 1 else (2, "")
     if not re.fullmatch(r"\d{1,18}", count):
-        text = shortened(count)
-        raise InputError(f", line {number}: expected the number of points, got {text}")
+        raise InputError(f", line {number}: expected the number of points, got {shortened(count)}")
     if len(lines) - 2 != int(count):
         raise InputError(f"must hold {int(count)} points, as it says, got {len(lines) - 2}")
     labels, positions = [], []
@@ -102,8 +101,7 @@ def _numbered_lines(path):
 def _position(number, cells, more, line):
     position = numbers(cells)
     if len(position) != 3:
-        text = shortened(line)
-        raise InputError(f", line {number}: expected {more}three numbers, got {text}")
+        raise InputError(f", line {number}: expected {more}three numbers, got {shortened(line)}")
     return finite(f"line {number}", position)
 
 

@@ -203,8 +203,7 @@ def _named(number, header):
     )
     known = {*position, *partner, "t", *(name for choices in _OTHERS.values() for name in choices)}
     unknown = tuple(name for name in names if name and name not in known)
-    has_part = any({*unknown} & {*triple} for triple in _PARTNERS)
-    if not position or has_part:
+    if not position or any({*unknown} & {*triple} for triple in _PARTNERS):
         text = shortened(",".join(header))
         raise InputError(f", line {number}: the columns {text} are not known; {_EXAMPLES}")
     return _Layout(

@@ -326,8 +326,7 @@ class DeformingFilter(Algorithm):
         def make():
             return map_inputs.one_mask(ball, mask, images), (*map_inputs.faces(*planes), *faces)
 
-        key = ball, mask, faces, planes, _stamps([*images, *own])
-        return self._limits_cache.of(key, make)
+        return self._limits_cache.of((ball, mask, faces, planes, _stamps([*images, *own])), make)
 
     def _all_cuts(self, surfaces):
         """The cuts of properties and port 2; the same objects until one of them changes."""

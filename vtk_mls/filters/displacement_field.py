@@ -14,6 +14,7 @@ from vtk_mls.filters.deforming_filter import DeformingFilter, input_dataset
 from vtk_mls.filters.properties import with_properties
 from vtk_mls.vtk import arrays
 from vtk_mls.vtk.arrays import ImageGeometry
+from vtk_mls.vtk.objects import configured
 
 # Number of points whose forward images are searched at once.
 _CHUNK = 1 << 20
@@ -184,8 +185,7 @@ def _box(dataset):
 
 def _add_field(output, name, displacement):
     """Make displacements (n, 3) float32 an image's active scalars and vectors."""
-    array = arrays.from_numpy(displacement, VTK_FLOAT)
-    array.SetName(name)
+    array = configured(arrays.from_numpy(displacement, VTK_FLOAT), Name=name)
     output.GetPointData().SetScalars(array)
     output.GetPointData().SetActiveVectors(name)
 

@@ -332,8 +332,8 @@ def _joined(places):
     if len({extent.tobytes() for extent in extents}) < len(places):
         return None  # several images of the same place
     geometry = ImageGeometry.of_grid(ImageGeometry.of_image(first).grid)
-    image = vtkImageData()
-    geometry.part(np.column_stack([low, high]).ravel().tolist()).apply_to(image)
+    extent = np.column_stack([low, high]).ravel().tolist()
+    image = geometry.part(extent).apply_to(vtkImageData())
     has_cells = any(block.GetCellData().GetNumberOfArrays() for block in blocks)
     is_flat = (extents[:, :, 0] == extents[:, :, 1]) & (low < high)
     if has_cells and is_flat.any():  # cells of a slice are no cells of a volume
@@ -351,8 +351,7 @@ def _joined(places):
 def _values(data, extents, is_cells):
     """The values of each joined array, as `image_values` has them; None if blocks do not fit."""
     starts = extents[:, :, 0]
-    sizes = extents[:, :, 1] - starts + (not is_cells)
-    sizes = np.maximum(sizes, 1)
+    sizes = np.maximum(extents[:, :, 1] - starts + (not is_cells), 1)
     shape = tuple((starts + sizes).max(axis=0)[::-1].tolist())
     if math.prod(shape) > sizes.prod(axis=1).sum():
         return None  # they leave some of the box open

@@ -172,9 +172,7 @@ def image_mask(image, name="`Mask`"):
     Integers are labels: what is not 0 is inside. Other numbers go from 0 to 1.
     """
     data = image.GetPointData()
-    array = data.GetScalars()
-    if array is None and data.GetNumberOfArrays() == 1:
-        array = data.GetArray(0)
+    array = data.GetScalars() or (data.GetArray(0) if data.GetNumberOfArrays() == 1 else None)
     if array is None or array.GetNumberOfComponents() != 1:
         components = "none" if array is None else f"{array.GetNumberOfComponents()} in each point"
         raise ValueError(f"{name} must be an image with one number in each point, got {components}")

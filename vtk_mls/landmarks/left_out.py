@@ -184,8 +184,7 @@ def find_swapped(
     rows = np.flatnonzero(is_outlier)
     if len(rows) < 2:
         return result
-    places = pairs.rest[rows]
-    distance = np.linalg.norm(predicted[rows, None] - places, axis=2)
+    distance = np.linalg.norm(predicted[rows, None] - pairs.rest[rows], axis=2)
     own = distance.diagonal().copy()
     np.fill_diagonal(distance, np.inf)
     other = distance.argmin(axis=1)
@@ -217,8 +216,7 @@ def _left_out(matrix, u, inliers):
 
 def _score(pairs, errors, variance, inliers, neighbors):
     """The error of each prediction (n,), relative to the limit."""
-    size = np.linalg.norm(errors, axis=1)
-    relative = size / np.sqrt(variance)
+    relative = np.linalg.norm(errors, axis=1) / np.sqrt(variance)
     offset = pairs.deformed[neighbors] - pairs.deformed[:, None]
     reach = np.linalg.norm(offset, axis=2).mean(axis=1)
     # 0 amid the neighbors, 1 far from them

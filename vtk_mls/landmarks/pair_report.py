@@ -269,8 +269,7 @@ def _choices(pairs, progress, key=attrgetter("score"), near=None):
 
 def _errors(pairs, rows, tried, progress=SILENT):
     """The error (m,) of each of some pairs when left out."""
-    predicted = predictions(pairs, rows, tried, progress)
-    return np.linalg.norm(predicted - pairs.rest[rows], axis=1)
+    return np.linalg.norm(predictions(pairs, rows, tried, progress) - pairs.rest[rows], axis=1)
 
 
 def _between(pairs, rows):

@@ -111,8 +111,7 @@ class MapParameters:
             )
         names = ("degree", "order", "smoothing", "softening")
         kind = kinds.BY_NAME[self.kind](**{name: getattr(self, name) for name in names})
-        has_shapes = self.cuts or arguments.has_regions(self.handles)
-        if has_shapes and not kind.is_local:
+        if not kind.is_local and (self.cuts or arguments.has_regions(self.handles)):
             what = "cuts" if self.cuts else "rigid regions"
             raise InputError(
                 f"must be one of {', '.join(kinds.KINDS)} with {what}, got {kind.name!r}; control "

@@ -90,8 +90,7 @@ def along_world_axes(image):
     reordered, reorder = arrays.along_world_axes(grid)
     if reordered is grid:
         return image
-    result = vtkImageData()
-    ImageGeometry.of_grid(reordered).apply_to(result)
+    result = ImageGeometry.of_grid(reordered).apply_to(vtkImageData())
     values = [reorder(array) for array in arrays.image_values(image.GetPointData(), grid)]
     arrays.set_values(result.GetPointData(), values, image.GetPointData())
     result.GetFieldData().ShallowCopy(image.GetFieldData())

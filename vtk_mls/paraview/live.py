@@ -139,8 +139,7 @@ class Live:
                 self._props.pop(key).end()
         for key, (display, block) in visible.items():
             if key not in self._props:
-                prop_type = _prop_type(display, block)
-                self._props[key] = prop_type(display, block, renderer, key[-1])
+                self._props[key] = _prop_type(display, block)(display, block, renderer, key[-1])
             self._props[key].update(self._pending, self._is_dragging)
 
 

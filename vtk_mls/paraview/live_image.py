@@ -138,8 +138,7 @@ class LiveVolume(LiveProp):
         if not super().can_draw(display, image) or min(image.GetDimensions()) < 2:
             return False
         is_of_cells, name = color_array(display)
-        attributes = image.GetCellData() if is_of_cells else image.GetPointData()
-        array = attributes.GetArray(name)
+        array = (image.GetCellData() if is_of_cells else image.GetPointData()).GetArray(name)
         return array is not None and array.GetNumberOfComponents() == 1
 
     @staticmethod

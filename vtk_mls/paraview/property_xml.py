@@ -173,8 +173,7 @@ def _(prop: properties.Number):
 
 @element.register
 def _(prop: properties.Slider):
-    kind = _kind(prop.default)
-    limits = xml(f"{kind}RangeDomain", name="range", min=prop.low, max=prop.high)
+    limits = xml(f"{_kind(prop.default)}RangeDomain", name="range", min=prop.low, max=prop.high)
     return _numeric(prop, [prop.default], limits)
 
 

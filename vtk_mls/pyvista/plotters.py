@@ -177,8 +177,7 @@ def _state(control_points, cuts, options):
     polydata = arguments.control_points(*control_points)
     weight = WEIGHT if polydata.GetPointData().HasArray(WEIGHT) else None
     rest, deformed, weights = arrays.control_points(polydata, DISPLACEMENT, weight)
-    path = path_of(polydata)
-    return State(rest, deformed, weights, cuts=shapes, path=path, **options)
+    return State(rest, deformed, weights, cuts=shapes, path=path_of(polydata), **options)
 
 
 pyvista.register_plotter_component("mls")(Editing)

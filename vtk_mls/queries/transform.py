@@ -524,8 +524,7 @@ class Transform:
     def _check_folds(self, grid, progress):
         """The `certificates.FoldCheck` of the field on a grid."""
         computing, checking = progress.divided(3, 1)
-        field = self._field(grid, computing)
-        return certificates.check(self._engine, self, field, checking)
+        return certificates.check(self._engine, self, self._field(grid, computing), checking)
 
     def _folded_points(self, grid, progress, with_field=False):
         """Points of a grid, (nz, ny, nx) bool, at corners of voxels in which the map folds.

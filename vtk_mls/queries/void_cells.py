@@ -85,8 +85,7 @@ def by_corners(void_distance: NDArray[np.float32], min_distance: float) -> NDArr
         far = np.maximum(FAR * largest_of_neighbors(high - low), min_distance)
     is_void, is_full = high < -far, low > far
     flags = np.where(is_void, VOID, np.where(is_full, 0, UNKNOWN)).astype(np.uint8)
-    is_touched = over_corners(np.maximum, void_distance < 0)
-    return flags | TOUCHED * is_touched.astype(np.uint8)
+    return flags | TOUCHED * over_corners(np.maximum, void_distance < 0).astype(np.uint8)
 
 
 def largest_of_neighbors(values):

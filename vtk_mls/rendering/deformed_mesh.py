@@ -233,8 +233,7 @@ class CoarseForward:
 
     def _interpolated(self, displacement):
         """The points and normals, moved by displacements of the nodes (m, 3)."""
-        image = vtkImageData()
-        arrays.ImageGeometry.of_grid(self._grid).apply_to(image)
+        image = arrays.ImageGeometry.of_grid(self._grid).apply_to(vtkImageData())
         image.GetPointData().SetScalars(arrays.from_numpy(displacement, VTK_FLOAT))
         transform = configured(vtkGridTransform(), DisplacementGridData=image)
         return output_of(vtkTransformFilter(), Transform=transform, InputData=self._rest)

@@ -28,11 +28,10 @@ class RestSurface:
         closest = side = np.zeros((0, 3))
         if cuts and mesh.GetNumberOfCells() > 0:
             mesh, closest, side = split(mesh, cuts)
-        self.surface = vtkPolyData()
         if isinstance(mesh, vtkPolyData):
-            self.surface.ShallowCopy(mesh)
+            self.surface = shallow_copy(mesh)
         else:
-            rows = _extract_surface(mesh, self.surface)
+            self.surface, rows = _surface_of(mesh)
             closest, side = (array[rows] if len(array) else array for array in (closest, side))
         arrays.name_normals(self.surface)
         self.positions = np.empty((0, 3))
@@ -117,11 +116,11 @@ def state_of(cuts):
     ]
 
 
-def _extract_surface(mesh, surface):
-    """Set `surface` to the surface of a dataset, as mappers extract it; its point ids (n,)."""
+def _surface_of(mesh):
+    """The surface of a dataset, as mappers extract it, and its point ids (n,)."""
     copy = shallow_copy(without_empty(mesh))
     arrays.add(copy.GetPointData(), _POINT, np.arange(mesh.GetNumberOfPoints()))
-    surface.ShallowCopy(output_of(vtkDataSetSurfaceFilter(), InputData=copy))
+    surface = shallow_copy(output_of(vtkDataSetSurfaceFilter(), InputData=copy))
     rows = surface.GetPointData().GetArray(_POINT)
     surface.GetPointData().RemoveArray(_POINT)
-    return np.zeros(0, np.int64) if rows is None else arrays.to_numpy(rows)
+    return surface, np.zeros(0, np.int64) if rows is None else arrays.to_numpy(rows)

@@ -16,7 +16,7 @@ from vtk_mls.filters.control_point_source import lattice
 from vtk_mls.rendering import deformed_volume, transfer_functions
 from vtk_mls.rendering.projection import Projection
 from vtk_mls.vtk import arrays
-from vtk_mls.vtk.objects import configured, output_of
+from vtk_mls.vtk.objects import configured, output_of, shallow_copy
 from vtk_mls.vtk.transforms import matrix_of
 
 STEP, _MAX_STEPS = 0.5, 2000  # between samples along a ray, in voxels; number of them
@@ -117,10 +117,9 @@ class SurfaceLocator:
     """Finds points on the surface of a vtkDataSet; later changes of it have no effect."""
 
     def __init__(self, mesh):
-        self._surface = vtkPolyData()
         if not isinstance(mesh, vtkPolyData):
             mesh = output_of(vtkGeometryFilter(), InputData=mesh)
-        self._surface.ShallowCopy(mesh)
+        self._surface = shallow_copy(mesh)
 
     @cached_property
     def _locator(self):

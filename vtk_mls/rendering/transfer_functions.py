@@ -198,8 +198,7 @@ def scalar_image(image):
         vtk_type = VTK_UNSIGNED_CHAR
     values = values.reshape(image.GetDimensions()[::-1])
     grid, reorder = arrays.along_world_axes(ImageGeometry.of_image(image).grid)
-    copy = vtkImageData()
-    ImageGeometry.of_grid(grid).apply_to(copy)
+    copy = ImageGeometry.of_grid(grid).apply_to(vtkImageData())
     scalars = arrays.from_numpy(np.ascontiguousarray(reorder(values)).ravel(), vtk_type)
     scalars.SetName(array.GetName() or "values")
     copy.GetPointData().SetScalars(scalars)

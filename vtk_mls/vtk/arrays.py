@@ -73,11 +73,9 @@ class ImageGeometry:
         info.Set(vtkDataObject.DIRECTION(), self.direction, 9)
 
     def apply_to(self, image):
-        """Give a vtkImageData this extent, origin, spacing and direction."""
-        image.SetExtent(self.extent)
-        image.SetOrigin(self.origin)
-        image.SetSpacing(self.spacing)
-        image.SetDirectionMatrix(self.direction)
+        """A vtkImageData, after it got this extent, origin, spacing and direction."""
+        configured(image, Extent=self.extent, Origin=self.origin, Spacing=self.spacing)
+        return configured(image, DirectionMatrix=self.direction)
 
     def part(self, extent):
         """The same geometry with another extent."""
@@ -106,10 +104,9 @@ class ImageGeometry:
 @functools.lru_cache(_CACHE_SIZE)
 def _grid_of(geometry):
     first, last = np.array(geometry.extent[::2]), np.array(geometry.extent[1::2])
-    direction = np.reshape(geometry.direction, (3, 3))
     is_flat = (first == last) & (np.array(geometry.spacing) == 0)
     spacing = np.where(is_flat, 1.0, geometry.spacing)
-    base = Grid((1, 1, 1), geometry.origin, spacing, direction)
+    base = Grid((1, 1, 1), geometry.origin, spacing, np.reshape(geometry.direction, (3, 3)))
     origin = base.at(np.where(is_flat, 0, first)[None])[0]
     return Grid(last - first + 1, origin, base.spacing, base.direction)
 

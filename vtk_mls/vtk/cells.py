@@ -61,10 +61,9 @@ def positions_of(mesh):
 
 def set_positions(mesh, positions, vtk_type):
     """Set the points (n, 3) of a vtkPointSet, as VTK_FLOAT, or VTK_DOUBLE for any other type."""
-    points, is_single = vtkPoints(), vtk_type == VTK_FLOAT
-    vtk_type, dtype = (VTK_FLOAT, np.float32) if is_single else (VTK_DOUBLE, np.float64)
-    points.SetData(arrays.from_numpy(positions.astype(dtype, copy=False), vtk_type))
-    mesh.SetPoints(points)
+    vtk_type, dtype = (VTK_FLOAT, "f4") if vtk_type == VTK_FLOAT else (VTK_DOUBLE, "f8")
+    data = arrays.from_numpy(positions.astype(dtype, copy=False), vtk_type)
+    mesh.SetPoints(configured(vtkPoints(), Data=data))
 
 
 def triangle_polydata(points, triangles):
@@ -217,8 +216,7 @@ def _faces(grid, rows):
         return None
     connectivity, offsets = connectivity_of(locations)
     sizes = np.append(np.diff(offsets), 0)
-    is_selected = np.isin(np.arange(len(sizes) - 1), rows)
-    selected = connectivity[np.repeat(is_selected, sizes[:-1])]
+    selected = connectivity[np.repeat(np.isin(np.arange(len(sizes) - 1), rows), sizes[:-1])]
     return cell_array(selected, np.concatenate([[0], np.cumsum(sizes[rows])])), faces
 
 

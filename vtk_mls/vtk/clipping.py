@@ -97,8 +97,7 @@ def _clip_separately(grid):
     side = int(np.ceil(np.cbrt(len(offsets))))
     pitch = 2 * max(np.ptp(positions, axis=0).max(), np.finfo(float).tiny)
     node = np.stack(np.unravel_index(cell, (side, side, side)), axis=1)
-    nodes = (positions - positions[0])[connectivity] / pitch + node
-    set_positions(separate, nodes, VTK_DOUBLE)
+    set_positions(separate, (positions - positions[0])[connectivity] / pitch + node, VTK_DOUBLE)
     separate.SetCells(
         arrays.from_numpy(arrays.cell_types(grid).astype(np.uint8), VTK_UNSIGNED_CHAR),
         cell_array(np.arange(len(connectivity)), offsets.copy()),
@@ -162,8 +161,7 @@ def _divide_flat(grid):
 
 def _set_tetrahedra(grid, tetrahedra):
     """Set the cells (n, 4) of a vtkUnstructuredGrid."""
-    cells = cell_array(tetrahedra.ravel(), 4 * np.arange(len(tetrahedra) + 1))
-    grid.SetCells(VTK_TETRA, cells)
+    grid.SetCells(VTK_TETRA, cell_array(tetrahedra.ravel(), 4 * np.arange(len(tetrahedra) + 1)))
 
 
 def _signed_volumes(grid):

@@ -58,9 +58,9 @@ def _of_capsule(shape):
 
 def _of_image(distances):
     """The contour of a DistanceImage at 0."""
-    grid, image = distances.grid, vtkImageData()
+    grid = distances.grid
     # in indices, and taken to the world afterwards, which also keeps the frame
-    arrays.ImageGeometry.of_grid(Grid(grid.dimensions)).apply_to(image)
+    image = arrays.ImageGeometry.of_grid(Grid(grid.dimensions)).apply_to(vtkImageData())
     arrays.add(image.GetPointData(), "distance", distances.values.ravel())
     image.GetPointData().SetActiveScalars("distance")
     contour = configured(vtkFlyingEdges3D(), ComputeNormals=False, ComputeGradients=False)

@@ -155,9 +155,7 @@ def _unstructured(mesh):
     for row, array in reversed([*enumerate(arrays.all_arrays(grid.GetPointData()))]):
         if not arrays.is_numeric(array) or array.GetDataType() in (VTK_BIT, VTK_ID_TYPE):
             grid.GetPointData().RemoveArray(row)  # VTK would join texts, and drop ids
-    grid.GetPointData().SetActiveAttribute(
-        -1, vtk.vtkDataSetAttributes.SCALARS
-    )  # clipping drops them
+    grid.GetPointData().SetActiveScalars(None)  # clipping drops them
     return grid
 
 
@@ -280,10 +278,9 @@ def height_function(cut):
     distance = configured(vtkImplicitPolyDataDistance(), Input=oriented)
 
     def height(positions):
+        points = arrays.from_numpy(positions, VTK_DOUBLE)
         result = arrays.from_numpy(np.empty(len(positions)), VTK_DOUBLE)
-        vtk.vtkImplicitFunction.EvaluateFunction(
-            distance, arrays.from_numpy(positions, VTK_DOUBLE), result
-        )
+        vtk.vtkImplicitFunction.EvaluateFunction(distance, points, result)
         return arrays.to_numpy(result).copy()
 
     return height

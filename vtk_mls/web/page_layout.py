@@ -136,8 +136,7 @@ def _stage(edit, begin):
         menu="has_menu = !has_menu",
     )
     look = {"color": "primary", "height": 4, "absolute": True, "style": "z-index: 5;"}
-    is_endless = "!is_saving || progress === 0"
-    look["indeterminate"] = (is_endless,)
+    look["indeterminate"] = ("!is_saving || progress === 0",)
     v.VProgressLinear(v_if="is_saving || is_busy", model_value=("progress",), **look)
     classes = "['mls-side', { 'is-over': comparison !== 'beside' }]"
     html.Div("{{ target_name }}", v_if="target_name", classes=(classes,))

@@ -133,8 +133,7 @@ def _selected(edit):
     """Fields of the one selected handle: name, rest and present position."""
     with html.Div(v_if="selected.length === 1 && rows[selected[0]]", **_column(8)):
         change = edit, "['name', [selected[0], $event.target.value]]"
-        is_point = "rows[selected[0]].is_point"
-        text_field("rows[selected[0]].name", "Name", change, v_if=is_point)
+        text_field("rows[selected[0]].name", "Name", change, v_if="rows[selected[0]].is_point")
         _position(edit, "at", "position", "")
         with html.Div(v_if="!rows[selected[0]].is_mask"):
             _position(edit, "rest", "rest", " at rest")

@@ -158,10 +158,9 @@ class Transfers:
         self._current[kind] = path.parent
 
     def _open(self, dataset, path, digest):
-        autosave = Autosave(path, digest=digest)
         current = self._session.editor.state
         state = State([], [], map_tolerance=current.map_tolerance, device=current.device)
-        self._session.open([dataset], state, [path], autosave)
+        self._session.open([dataset], state, [path], Autosave(path, digest=digest))
 
 
 def _check(reader, path):

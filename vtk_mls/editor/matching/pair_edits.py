@@ -30,8 +30,7 @@ class PairEdits:
 
     def set_target(self, target):
         """Show another `Target` or vtkDataSet, or none for None; all pairs stay."""
-        is_value = target is None or isinstance(target, Target)
-        self.target = target if is_value else Target(target)
+        self.target = target if isinstance(target, (Target, type(None))) else Target(target)
         self.view.set_target(self.target)
         self.saver.target = self.target
         self.document.show()

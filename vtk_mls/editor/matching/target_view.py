@@ -34,9 +34,8 @@ class TargetView:
         window = view.scene.window
         self.scene = Scene(window, [target.dataset], new_renderer(window))
         self.slices = Slices(self.scene, Distortion(self.scene.bounds))
-        camera = view.scene.renderer.GetActiveCamera()
         self._own_camera = self.scene.renderer.GetActiveCamera()
-        self.scene.renderer.SetActiveCamera(camera)
+        self.scene.renderer.SetActiveCamera(view.scene.renderer.GetActiveCamera())
         self._ghosts, self.dragged = [], None
         self.far_centers = self._far_centers()
         bounds = self._bounds()
@@ -47,8 +46,12 @@ class TargetView:
         view.overlay.set_hint(TARGET_HINT)
         for item in self._meshes(self.scene.items):
             item.outline_color = _OUTLINE_COLOR
-            self._ghosts.append(_ghost_of(item))
-            self._moving.renderer.AddActor(self._ghosts[-1])
+            # draws the mesh once more, in the other renderer
+            ghost = configured(vtkActor(), Mapper=item.plain_mapper(), Pickable=False)
+            ghost.VisibilityOff()
+            ghost.GetProperty().SetColor(_OUTLINE_COLOR)
+            self._ghosts.append(ghost)
+            self._moving.renderer.AddActor(ghost)
         self._cross_fade = CrossFade(self.scene.renderer, self._moving.overlay)
         self._tags = [
             (scene.renderer, scene.renderer.AddObserver("StartEvent", _fit_clipping, 1.0))
@@ -169,13 +172,6 @@ class TargetView:
     @staticmethod
     def _meshes(items):
         return [item for item in items if isinstance(item, SceneMesh)]
-
-
-def _ghost_of(item):
-    """An actor that draws the mesh of an item once more, in another renderer."""
-    ghost = configured(vtkActor(), Mapper=item.plain_mapper(), Pickable=False, Visibility=False)
-    ghost.GetProperty().SetColor(_OUTLINE_COLOR)
-    return ghost
 
 
 def _fit_clipping(renderer, event):

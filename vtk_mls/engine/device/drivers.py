@@ -139,8 +139,7 @@ def _linked(driver):
     Symbolic links do not help, because the system resolves them for the runtime.
     """
     name = hashlib.sha256(str(driver).encode()).hexdigest()[:12]
-    paths = [caches.folder(), Path(tempfile.gettempdir())]
-    for path in filter(None, paths):
+    for path in filter(None, (caches.folder(), Path(tempfile.gettempdir()))):
         folder = path / "vtk_mls" / "intel" / name
         if not _has_no_spaces(folder):
             continue

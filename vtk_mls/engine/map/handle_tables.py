@@ -69,9 +69,8 @@ def segment_table(control_points):
     table = np.zeros(len(segments), STRUCTS["segment_t"])
     if len(segments) == 0:
         return table
-    deformed = control_points.local(segments.deformed)
     u = (segments.rest - segments.deformed - control_points.mean_displacement) / scale
-    for name, ends in (("q", deformed), ("u", u)):
+    for name, ends in (("q", control_points.local(segments.deformed)), ("u", u)):
         table[name], table[f"along_{name}"] = ends[:, 0], ends[:, 1] - ends[:, 0]
     table["c"] = segments.weights / kernel_arguments.mean_weight(control_points)
     length2 = (table["along_q"].astype(float) ** 2).sum(axis=1)
@@ -124,5 +123,4 @@ def map_tables(deformation, control_points):
     tables = [x.view("f4") for x in (points, kinds, regions, segments, limits)]
     tables += [images.table(), table.view("f4")]
     names = [f"{name}_start" for name in ("kind", "region", "segment", "limit", "image", "step")]
-    offsets = np.cumsum([len(part) for part in tables])
-    return np.concatenate(tables), dict(zip(names, offsets))
+    return np.concatenate(tables), dict(zip(names, np.cumsum([len(part) for part in tables])))

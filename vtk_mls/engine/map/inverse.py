@@ -44,8 +44,7 @@ class InverseSearch:
 
     def forward(self, points):
         """v - x (m, 3), world units, for x of `points` (m, 3); whether it was found (m,)."""
-        control_points = self.map.control_points
-        local = self.map.local_points(points, control_points.mean_displacement)
+        local = self.map.local_points(points, self.map.control_points.mean_displacement)
         if self.deformation.steps_used > 1:
             displacement, residual = self._newton(local, np.zeros_like(local))
             return self._in_world(displacement), residual <= _TOLERANCE

@@ -154,11 +154,9 @@ class OriginNodes:
         self._grid, self._layers = grid, (first[2] * NODE_STEP, last[2] * NODE_STEP)
         record = filled("nodes_t", first=first, nx=nx, ny=ny)
         nodes = node_grid(grid.whole, NODE_STEP, Box(first, last + 1))
-        access = cl.mem_flags.READ_WRITE
-        table = cl.Buffer(map_.memory.context, access, NODE_SIZE * nodes.size)
+        table = cl.Buffer(map_.memory.context, cl.mem_flags.READ_WRITE, NODE_SIZE * nodes.size)
         for name, extra in (("node_origin", []), ("node_cell", [np.int32(nodes.size)])):
             for part in launcher.slabs(nodes.size, deformation, NODE_SIZE):
                 points = kernel_arguments.grid_points(nodes, part, map_.control_points)
-                count = part.stop - part.start
-                map_.launch(name, (None, False), count, points, *extra, table)
+                map_.launch(name, (None, False), part.stop - part.start, points, *extra, table)
         self._arguments = [record, table]

@@ -39,7 +39,6 @@ def void_by_corners(launcher, void_distance, min_distance, progress):
     cells = tuple(max(n - 1, 1) for n in void_distance.shape)
     result = buffer_pool.empty(cells, np.uint8)
     lanes = launcher.device.lanes
-    constants = (("LANES", lanes),)
     for start, stop in progress.over(_slabs(launcher.memory, cells[0], nx * ny, 4 + 1, 3)):
         # the flags of a cell depend on its neighbors
         low, high = max(start - 1, 0), min(stop + 2, nz)
@@ -58,7 +57,7 @@ def void_by_corners(launcher, void_distance, min_distance, progress):
         columns = -(-cells[2] // lanes) * -(-cells[1] // CONSTANTS["CELL_ROWS"])
         count = columns * -(-(stop - start) // CONSTANTS["CELL_LAYERS"]) * lanes
         values, out = void_distance[low:high], result[start:stop]
-        _launch(launcher, "void_by_corners", constants, count, layers, values, out)
+        _launch(launcher, "void_by_corners", (("LANES", lanes),), count, layers, values, out)
     return result
 
 
@@ -67,7 +66,6 @@ def doubtful_voxels(launcher, displacement, axes, progress):
     nz, ny, nx, _ = displacement.shape
     result = buffer_pool.empty((nz - 1, ny - 1, nx - 1), np.uint8)
     lanes = launcher.device.lanes
-    constants = (("LANES", lanes),)
     for start, stop in progress.over(_slabs(launcher.memory, nz - 1, nx * ny, 12 + 1, 1)):
         voxels = filled(
             "voxels_t",
@@ -79,7 +77,7 @@ def doubtful_voxels(launcher, displacement, axes, progress):
         columns = -(-(nx - 1) // lanes) * -(-(ny - 1) // CONSTANTS["VOXEL_ROWS"])
         count = columns * (stop - start) * lanes
         values, out = displacement[start : stop + 1], result[start:stop]
-        _launch(launcher, "doubtful_voxels", constants, count, voxels, values, out)
+        _launch(launcher, "doubtful_voxels", (("LANES", lanes),), count, voxels, values, out)
     return result
 
 

@@ -159,8 +159,7 @@ def of_mask(mask, grid) -> DistanceImage:
 
 def _joined(mask, grid, count):
     """A mask with `count` (3,) voxels along each axis joined to one, and its grid."""
-    extra = -np.array(mask.shape) % count[::-1]
-    mask = np.pad(mask, [(0, n) for n in extra])
+    mask = np.pad(mask, [(0, n) for n in -np.array(mask.shape) % count[::-1]])
     blocks = [m for n, c in zip(mask.shape, count[::-1]) for m in (n // c, c)]
     mask = mask.reshape(blocks).any(axis=(1, 3, 5))
     origin = grid.at([(count - 1) / 2])[0]

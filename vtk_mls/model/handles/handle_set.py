@@ -37,9 +37,8 @@ class HandleSet:
         along them.
         """
         regions = tuple(handle for handle in handles if isinstance(handle, RegionHandle))
-        curves = [handle for handle in handles if isinstance(handle, CurveHandle)]
         proxies = [region.proxies(kind.proxy_order) for region in regions]
-        segments = Segments.of(curves)
+        segments = Segments.of([handle for handle in handles if isinstance(handle, CurveHandle)])
         path = np.zeros((0, len(rest), 3)) if path is None else path
         is_local = kind is None or kind.is_local
         if alpha not in INTEGRATED_ALPHAS or not is_local:

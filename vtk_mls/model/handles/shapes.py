@@ -41,8 +41,7 @@ class Shape(Described):
     def lattice(self, count: int) -> NDArray[np.float64]:
         """Points (m, 3) over the bounds, `count` along each axis."""
         low, high = self.bounds
-        spacing = np.maximum(high - low, 1e-30) / (count - 1)
-        return Grid([count] * 3, low, spacing).points()
+        return Grid([count] * 3, low, np.maximum(high - low, 1e-30) / (count - 1)).points()
 
     def samples(self, count: int) -> NDArray[np.float64]:
         """Points (m, 3) of the shape: the `lattice`, with those outside taken to the surface."""

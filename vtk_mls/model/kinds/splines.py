@@ -94,8 +94,7 @@ class Spline(Kind):
 
     def fit(self, weighted):
         points = weighted.control_points
-        spline = points.determined
-        displacement, slope = spline(points.local(weighted.v))
+        displacement, slope = points.determined(points.local(weighted.v))
         none = np.broadcast_to(0.0, (*weighted.w.shape, 3))
         return Fit(
             points.scale * displacement + points.mean_displacement,
@@ -188,8 +187,7 @@ class _System:
         NaN where a point alone determines an affine function. Rows and columns have the factor
         sqrt(weight), so that an addition is the same for all.
         """
-        least = _MIN_WEIGHT * self.weights.max()
-        root = np.sqrt(np.maximum(self.weights, least))[:, None]
+        root = np.sqrt(np.maximum(self.weights, _MIN_WEIGHT * self.weights.max()))[:, None]
         affine, _ = affine_basis(self.q, root)
 
         def projected(values):
