@@ -109,8 +109,7 @@ def test_the_inverse_takes_points_back(kind, device, rng):
     np.testing.assert_allclose(value.forward(value.backward(v)), v, atol=1e-4)
 
 
-@pytest.mark.parametrize("frame", ["rest", "deformed"])
-@pytest.mark.parametrize("cut", [Plane, HalfPlane])
+@paired(frame=["rest", *rare("deformed")], cut=[HalfPlane, *rare(Plane)])
 def test_cuts_and_curves_together(key, frame, cut, rng):
     axes = [(1, 0, 0.2)] if cut is Plane else [(1, 0, 0.2), (0, 1, 0.3)]
     cuts = cut((0.1, 0, 0), *axes)

@@ -223,7 +223,7 @@ def test_a_cluster_turns_and_shrinks_on_a_rigid_path(angle, size, device, rng):
     box = np.array(list(np.ndindex(2, 2, 2)), float)
     rest = np.concatenate([box, 0.4 + 0.2 * box])
     deformed = np.concatenate([box, 0.5 + size * 0.1 * (2 * box - 1) @ _turn(angle)[:3, :3].T])
-    options = {"alpha": 1, "device": device}
+    options = {"device": device}
     d = Deformation(rest, deformed, steps="auto", **options)
     straight = Deformation(rest, deformed, steps=2 * d.steps_used, **options)
     assert straight.smallest_step_determinant < 0.1 < d.smallest_step_determinant

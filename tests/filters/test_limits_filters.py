@@ -122,8 +122,8 @@ def test_limits_are_those_of_the_value(limit):
 FLAT = add_scalars(make_image((9, 9, 1)), "mask", np.ones(81))
 FULL = np.full((9, 9, 9), 200.0)
 BAD = {
-    "radius": ({"MaskBall": (0, 0, 0, -1, 1)}, "`MaskBall` is no ball: `radius` .*-1"),
-    "falloff": ({"MaskBall": (0, 0, 0, 1, 0)}, "`MaskBall` is no ball: `falloff` .*0"),
+    "radius": ({"MaskBall": (0, 0, 0, -1, 1)}, "`MaskBall` is no ball: `radius` .* got -1.0$"),
+    "falloff": ({"MaskBall": (0, 0, 0, 1, 0)}, "`MaskBall` is no ball: `falloff` .* got 0.0$"),
     "four": ({"MaskBall": (0, 0, 0, 1)}, "`MaskBall` must be five numbers"),
     "text": ({"MaskBall": "abcde"}, "`MaskBall` must be numbers"),
     "gray": (

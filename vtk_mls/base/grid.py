@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
@@ -116,7 +117,7 @@ class Grid:
     @property
     def size(self) -> int:
         """Number of points."""
-        return int(np.prod(self.dimensions, dtype=np.int64))
+        return math.prod(self.dimensions)
 
     @property
     def is_part(self) -> bool:

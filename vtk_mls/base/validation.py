@@ -45,6 +45,8 @@ def short_repr(value):
     """`value` on one short line, for errors."""
     if isinstance(value, np.ndarray) and value.size > 4:
         return f"an array of shape {value.shape} of {value.dtype}"
+    if isinstance(value, np.generic):  # as Python writes it
+        value = value.item()
     try:
         text = " ".join(repr(value).split())
     except ValueError:  # an integer of thousands of digits

@@ -266,8 +266,8 @@ class Algorithm(VTKPythonAlgorithmBase):
 def _follow(algorithm, name, value):
     """Modify an algorithm, a weak reference, whenever the value of its attribute is modified."""
 
-    def modified(*_):
-        if algorithm() is not None and getattr(algorithm(), name) is value:
+    def modified(caller, _):
+        if algorithm() is not None and getattr(algorithm(), name) is caller:
             algorithm().Modified()
 
     value.AddObserver("ModifiedEvent", modified)

@@ -33,7 +33,7 @@ def checked_arrays(arrays, sampling):
 def check_values(name, array, grid):
     """Raise an error unless an argument holds numbers at the points of a grid."""
     shape, dtype = tuple(array.shape), np.dtype(array.dtype)
-    if len(shape) not in (3, 4) or shape[:3] != grid.shape:
+    if len(shape) not in (3, 4) or shape[:3] != grid.shape or 0 in shape:
         raise ValueError(
             f"`{name}` must have the shape of the grid, {grid.shape} or "
             f"{(*grid.shape, 'components')}, got {shape}"

@@ -129,7 +129,9 @@ class Sampler:
 
     def _launch(self, piece, index, result):
         array, count = self.array, piece.stop - piece.first
-        constants = (*kernel_arguments.array_constants(array, self.launcher.device), self.taps)
+        # nearest values are copies: one kernel serves all types of a size
+        values = array.view(f"u{array.itemsize}") if self.method == "nearest" else array
+        constants = (*kernel_arguments.array_constants(values, self.launcher.device), self.taps)
         if self._background is None:
             background = interpolation.cast(self.background, array.dtype)
             values = np.empty(int(np.prod(array.shape[3:])), array.dtype)
