@@ -135,9 +135,7 @@ def test_points_are_checked():
 def test_resample_arguments_are_checked():
     d, grid = Deformation(**GOOD), Grid((4, 3, 2))
     for shape in ((4, 3, 2), (2, 3, 4, 0)):
-        with pytest.raises(
-            ValueError, match=r"`arrays` must have the shape of the grid, \(2, 3, 4"
-        ):
+        with pytest.raises(ValueError, match=r"`arrays` must have the shape .* grid, \(2, 3, 4\)"):
             d.resample([np.zeros(shape)], grid)
     with pytest.raises(TypeError, match="`arrays` must hold integers or floats, got complex"):
         d.resample([np.zeros(grid.shape, complex)], grid)

@@ -219,11 +219,12 @@ def test_as_many_steps_as_needed_do_not_fold(kind, alpha, device):
 
 @pytest.mark.parametrize("device", [pytest.param("reference", marks=pytest.mark.matrix), *DEVICES])
 @pytest.mark.parametrize(("angle", "size"), [(np.radians(175), 1), (0, 0.02)])
-def test_a_cluster_turns_and_shrinks_on_a_rigid_path(angle, size, device, rng):
+@pytest.mark.parametrize("alpha", [2, pytest.param(1, marks=pytest.mark.matrix)])
+def test_a_cluster_turns_and_shrinks_on_a_rigid_path(angle, size, alpha, device, rng):
     box = np.array(list(np.ndindex(2, 2, 2)), float)
     rest = np.concatenate([box, 0.4 + 0.2 * box])
     deformed = np.concatenate([box, 0.5 + size * 0.1 * (2 * box - 1) @ _turn(angle)[:3, :3].T])
-    options = {"device": device}
+    options = {"alpha": alpha, "device": device}
     d = Deformation(rest, deformed, steps="auto", **options)
     straight = Deformation(rest, deformed, steps=2 * d.steps_used, **options)
     assert straight.smallest_step_determinant < 0.1 < d.smallest_step_determinant

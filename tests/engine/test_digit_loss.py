@@ -119,7 +119,7 @@ def test_points_do_not_depend_on_neighbors_in_double(key, width, kind_and_degree
     cut = HalfPlane((128, 128, 128), (0.2, 0.1, 1), (1, 0.3, 0))
     options = {"cuts": [cut], "cut_frame": cut_frame} if cut_frame else {}
     rest, deformed = clusters(rng, 3, 3)
-    d = deformation(rest, deformed, kind_and_degree, key, **options)
+    d = deformation(rest, deformed, kind_and_degree, key, alpha=3, **options)
     near = deformed[rng.integers(0, len(deformed), 300)] + rng.normal(0, 3, (300, 3))
     v = np.concatenate([near, rng.uniform(0, EXTENT, (900, 3))])
     order = rng.permutation(len(v))
