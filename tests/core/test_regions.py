@@ -180,6 +180,16 @@ def test_distance_from_a_solid(rng):
     np.testing.assert_allclose(np.linalg.norm(half[near], axis=1), distance[near], atol=0.005)
 
 
+def test_distances_from_two_balls_in_one_solid():
+    ball = configured(vtkSphereSource(), Radius=0.2, ThetaResolution=80, PhiResolution=80)
+    points, rows = triangles_of(ball)
+    centers = np.array([[(0.4, 0.3, 0.5)], [(0.7, 0.7, 0.4)]])
+    both = np.concatenate([rows, rows + len(points)])
+    image = Solid((points + centers).reshape(-1, 3), both).image
+    expected = np.linalg.norm(image.grid.points() - centers, axis=2).min(axis=0) - 0.2
+    np.testing.assert_allclose(image.values.ravel(), expected, atol=0.1 * image.step)
+
+
 def test_image_of_a_bone_keeps_its_voxels(rng):
     grid = Grid((40, 40, 40), (-1, -1, -1), (2 / 39,) * 3)
     bone = np.linalg.norm(grid.points() - (0.2, 0, 0), axis=1).reshape(grid.shape) < 0.4

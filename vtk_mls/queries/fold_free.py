@@ -140,7 +140,8 @@ def _smallest_around(engine, deformation, points, radius, values, limit=-np.inf)
     for _ in range(_ROUNDS):
         if smallest <= limit:
             break
-        best = np.argsort(values)[:_BEST]
+        best = np.argpartition(values, min(_BEST, len(values) - 1))[:_BEST]
+        best = best[np.argsort(values[best])]
         radius = np.repeat(radius[best] / 2, _TRIALS)
         points = np.repeat(points[best], _TRIALS, axis=0)
         points = points + radius[:, None] * rng.normal(size=points.shape)

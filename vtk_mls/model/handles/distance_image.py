@@ -1,6 +1,7 @@
 """Signed distances from a closed surface or a labeled volume, on a grid of cubic cells."""
 
 import functools
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,9 +10,11 @@ from vtk_mls.base import interpolation
 from vtk_mls.base.grid import Grid
 from vtk_mls.base.interpolation import linear_with_slopes
 from vtk_mls.base.linear_algebra import unit
+from vtk_mls.base.progress import SILENT
 
-# Points of an image of distances from triangles, which take microseconds each, and from voxels.
+# Points of an image of distances from triangles, and from voxels.
 _MAX_NODES, _MAX_VOXELS = 1 << 18, 1 << 20
+_BAND = 3  # cells around triangles, at least two, within which distances are exact
 _MARGIN = 0.5  # of the box around the shape, as a fraction of its largest side
 
 
@@ -106,10 +109,14 @@ def of_face(points, triangles, reach):
 
 
 def _from_triangles(points, triangles, grid):
-    """Signed distances (nz, ny, nx) float32 of the points of a grid from triangles."""
+    """Signed distances (nz, ny, nx) float32 of the points of a grid from triangles.
+
+    Those near the triangles are exact. Farther points take the closest of the places on the
+    surface that their neighbors found, for the search of VTK takes the longer the farther they are.
+    """
     # VTK is slow to import, and only this needs it
-    from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray, vtk_to_numpy
-    from vtkmodules.vtkCommonCore import vtkDoubleArray, vtkPoints
+    from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
+    from vtkmodules.vtkCommonCore import vtkPoints
     from vtkmodules.vtkCommonDataModel import vtkCellArray, vtkPolyData
     from vtkmodules.vtkFiltersCore import vtkImplicitPolyDataDistance
 
@@ -119,10 +126,52 @@ def _from_triangles(points, triangles, grid):
     cells.SetData(3, numpy_to_vtkIdTypeArray(rows, deep=True))
     surface.SetPoints(corners)
     surface.SetPolys(cells)
-    distance, values = vtkImplicitPolyDataDistance(), vtkDoubleArray()
+    distance = vtkImplicitPolyDataDistance()
     distance.SetInput(surface)
-    distance.FunctionValue(numpy_to_vtk(grid.points(), deep=True), values)
-    return vtk_to_numpy(values).reshape(grid.shape).astype(np.float32)
+    near = _near(points[triangles], grid)
+    nodes = grid.points().reshape(*grid.shape, 3)
+    places = nodes[near]
+    exact = distance.EvaluateFunctionAndGetClosestPoint
+    found = np.array([exact(node, place) for node, place in zip(nodes[near], places)])
+    places = np.concatenate([places, np.full((1, 3), np.inf)])  # of points without one
+    rows, squares = np.full(grid.shape, len(found)), np.where(near, 0, np.inf)
+    rows[near] = np.arange(len(found))
+    for axis in range(3):
+        _spread(places, *(np.moveaxis(array, axis, 0) for array in (nodes, rows, squares)))
+    values = np.copysign(np.sqrt(squares), np.append(found, 0)[rows])
+    values[near] = found
+    return values.astype(np.float32)
+
+
+def _near(corners, grid):
+    """Which points (nz, ny, nx) of a grid are within `_BAND` cells of triangles (m, 3, 3)."""
+    near = np.zeros(grid.shape, bool)
+    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+    parts = np.ceil(longest / abs(grid.spacing[0])).astype(int).clip(1)
+    for count in np.unique(parts):
+        i, j = np.stack(np.meshgrid(*[np.arange(count + 1)] * 2)).reshape(2, -1) / count
+        shares = np.stack([1 - i - j, i, j], axis=-1)[i + j < 1 + 1e-9]
+        same = corners[parts == count]
+        for part, _ in SILENT.chunks(len(same), max(1, _MAX_VOXELS // len(shares))):
+            index = np.rint(grid.index_of((shares @ same[part]).reshape(-1, 3))).astype(int)
+            near[tuple(index[:, ::-1].T)] = True
+    for axis in range(3):
+        near = np.any([np.roll(near, n, axis) for n in range(-_BAND, _BAND + 1)], axis=0)
+    return near
+
+
+def _spread(places, nodes, rows, squares):
+    """Give nodes the closest of `places` from neighbors in the layers before and behind.
+
+    Of each node (nz, ny, nx), `rows` has the place and `squares` its squared distance.
+    """
+    for layers, back in ((range(1, len(nodes)), 1), (range(len(nodes) - 2, -1, -1), -1)):
+        for layer, shift in itertools.product(layers, itertools.product((0, 1, -1), repeat=2)):
+            new = np.roll(rows[layer - back], shift, (0, 1))
+            offset = nodes[layer] - places[new]
+            square = np.einsum("ijk,ijk->ij", offset, offset)
+            better = square < squares[layer]
+            rows[layer][better], squares[layer][better] = new[better], square[better]
 
 
 def of_mask(mask, grid) -> DistanceImage:
