@@ -93,7 +93,7 @@ Other commands and `vtk_mls.io` read its finest resolution, which must fit in me
   from 0 toward the second word: -10 on an axis `right-to-left` is 10 to the right. Words such as
   `dorsal-to-ventral` do not give LPS. Then positions are used as they are, with a warning.
 - Axes with different units are converted to the unit of x, also for handles. NRRD and NIfTI outputs
-  state the unit.
+  state the unit; a displacement field in NIfTI is in millimeters.
 - The finest resolution is deformed, with all times and channels. The coarser ones lie where their
   metadata say. They are computed as means, or as middle values for labels. If their metadata say
   that they were made by sampling (no translation by half a voxel), they are sampled.
@@ -126,7 +126,8 @@ one file, is not read, because SimpleITK does not place its slices.
 come from the metadata of ImageJ or OME. Coordinates are in the unit of the first size, usually x,
 to which the others are converted: micrometers stay micrometers, for handles too. A size that OME
 metadata do not state is that of another axis, with a warning; a missing unit of OME is the
-micrometer, or the second. NRRD and NIfTI outputs state the unit. Other TIFF files have voxels of
+micrometer, or the second. NRRD and NIfTI outputs state the unit; a displacement field in NIfTI is
+in millimeters, as ITK reads images in micrometers, but no vectors. Other TIFF files have voxels of
 size 1. Several images of different sizes in one file are refused. Files that are compressed by
 LZW need the package imagecodecs.
 

@@ -30,8 +30,8 @@ REPORT = """\
 The output has two tables. *Pairs* has a row for each pair of landmarks: Name, Rest, Deformed,
 Moved, Error (when left out), Outlier, SwappedWith. Its field data are Recommended,
 SmallestDeterminant and Summary. *Settings* has a row for each setting that was tried, best
-first: Kind, Degree, Alpha, Smoothing, Median, Options, Recommended. Alpha 0 is one map for all
-pairs. Arrays of the input are chosen as above."""
+first: Kind, Degree, Order, Alpha, Smoothing, Softening, Median, Options, Recommended. Alpha 0 is
+one map for all pairs. Arrays of the input are chosen as above."""
 OUTPUTS = """\
 The filters write these arrays beside the arrays of their inputs, which they carry along. The
 table is made from `docs/array_table.py`; a test compares it with the output of the

@@ -184,6 +184,7 @@ def write_field(image: vtkImageData, path: _PathLike, convention: str = "itk") -
         array.GetName() == metadata.FORWARD_DISPLACEMENT,
         metadata.load(image, metadata.NIFTI_HEADER),
         convention,
+        "".join(metadata.load(image, metadata.LENGTH_UNIT)),
     )
     with replacing(path) as new, failures_named(new):
         as_transform.write(content, new)

@@ -110,8 +110,8 @@ def test_tetrahedra(device, rng):
         proof = d.certificate((points, cells))
         assert (proof.folded, proof.checked) == (count, 3)
         assert "3 tetrahedra" in str(proof)
-    for wrong in (cells[:, :3], cells + 19, cells - np.array(1), cells / 1):
-        with pytest.raises(ValueError, match=r"must be points and \(m, 4\) .* from 0 to 59, got"):
+    for wrong in (cells[:, :3], cells + 19, cells - np.array(1)):
+        with pytest.raises(ValueError, match=r"`where\[1\]` must .*(\(m, 4\)|of the 60 `points`)"):
             d.certificate((points, wrong))
     with pytest.raises(TypeError, match="`where` must be a Grid"):
         d.certificate(points)

@@ -80,7 +80,7 @@ def test_it_keeps_to_the_tolerance_on_hard_sets(key, name, kind_and_degree, rng)
 @paired(
     alpha=[2, *rare(0.5, 0.75, 1, 3)],
     handles=["half a voxel apart", "uneven"],
-    kind_and_degree=KINDS_AND_DEGREES,
+    kind_and_degree=[*KINDS_AND_DEGREES[:2], *KINDS_AND_DEGREES[3:], *rare(KINDS_AND_DEGREES[2])],
     device=DEVICES,
 )
 def test_peaks_between_nodes_are_not_missed(device, alpha, handles, kind_and_degree, rng):
@@ -182,10 +182,11 @@ def with_cuts(cuts, frame, count, rng, **options):
     return exact, replace(exact, map_tolerance=TOLERANCE)
 
 
+@pytest.mark.parametrize("steps", [1, pytest.param(4, marks=pytest.mark.matrix)])
 @pytest.mark.parametrize("frame", CUT_FRAMES)
 @pytest.mark.parametrize("cuts", CUTS)
-def test_cuts_and_voids_stay_exact(cuts, frame, rng):
-    exact, coarse = with_cuts(cuts, frame, 12, rng)
+def test_cuts_and_voids_stay_exact(cuts, frame, steps, rng):
+    exact, coarse = with_cuts(cuts, frame, 12, rng, steps=steps)
     expected, found = exact.displacement_field(CUT_GRID), coarse.displacement_field(CUT_GRID)
     assert distance(CUT_GRID, found.displacement, expected.displacement) <= TOLERANCE
     assert not np.array_equal(found.displacement, expected.displacement)
@@ -213,35 +214,19 @@ def test_images_that_are_cut_follow_it(cuts, frame, rng):
 
 
 @pytest.mark.parametrize(
-    ("steps", "kind", "cuts", "lanes"),
+    ("steps", "kind", "lanes"),
     [
-        (8, "rigid", (), None),
-        pytest.param(16, "affine", (), 1, marks=pytest.mark.matrix),  # `make drivers` has it
-        pytest.param(8, "rigid", CUTS["half-plane"], None, marks=pytest.mark.matrix),
+        (8, "rigid", None),
+        pytest.param(16, "affine", 1, marks=pytest.mark.matrix),  # `make drivers` has it
     ],
 )
-def test_many_steps_keep_to_the_tolerance(steps, kind, cuts, lanes, rng, monkeypatch):
+def test_many_steps_keep_to_the_tolerance(steps, kind, lanes, rng, monkeypatch):
     if lanes:
         monkeypatch.setattr(devices.Device, "lanes", property(lambda self: lanes))
-    options = {"kind": kind, "steps": steps, "cuts": cuts, "device": DEVICES[0]}
-    exact = Deformation(*random_handles(rng, 8), **options)
+    exact = Deformation(*random_handles(rng, 8), kind, steps=steps, device=DEVICES[0])
     coarse = replace(exact, map_tolerance=TOLERANCE)
     expected, whole = exact.displacement_field(GRID), coarse.displacement_field(GRID)
     assert distance(GRID, whole.displacement, expected.displacement) <= TOLERANCE
-    if cuts:
-        np.testing.assert_array_equal(whole.void, expected.void)
     assert_parts(coarse, GRID, ((0, 0, 0), (49, 46, 17)), ((5, 3, 2), (11, 18, 23)))
     if lanes:  # the kernels of images take long to build
         assert_images(coarse, exact, Sampling(GRID))
-
-
-@pytest.mark.matrix
-@pytest.mark.parametrize("frame", CUT_FRAMES)
-@pytest.mark.parametrize("cuts", ["two planes", "plane and half-plane", "polygon"])
-def test_cuts_in_many_steps_stay_exact(cuts, frame, rng):
-    exact, coarse = with_cuts(cuts, frame, 8, rng, steps=4)
-    expected, whole = exact.displacement_field(CUT_GRID), coarse.displacement_field(CUT_GRID)
-    assert distance(CUT_GRID, whole.displacement, expected.displacement) <= TOLERANCE
-    assert not np.array_equal(whole.displacement, expected.displacement)
-    np.testing.assert_array_equal(whole.void, expected.void)
-    assert_parts(coarse, CUT_GRID, ((31, 9, 22), (29, 41, 37)))

@@ -7,12 +7,13 @@ import pytest
 from control_point_sets import (
     DEVICES,
     EVERYWHERE,
+    KINDS_AND_DEGREES,
     deformation,
     random_handles,
     random_rotation,
 )
 from cut_shapes import HALF_PLANE, SHAPES, are_apart, lengths
-from pairwise import paired
+from pairwise import paired, rare
 
 from vtk_mls import (
     CUT_FRAMES,
@@ -110,8 +111,11 @@ def waves_gradient(x):
     )[:, None] * [-0.02, 0.03, 0.02]
 
 
-@pytest.mark.parametrize("key", DEVICES or ["reference"])
-@pytest.mark.parametrize("normalise", [False, True])
+@paired(
+    key=DEVICES or ["reference"],
+    kind_and_degree=[*KINDS_AND_DEGREES[::3], *rare(*KINDS_AND_DEGREES[1:3])],
+    normalise=[False, True],
+)
 def test_corrected_gradient_is_that_of_the_deformed_function(key, kind_and_degree, normalise, rng):
     """On an anisotropic, turned grid."""
     grid = Grid((60, 50, 40), (5, 6, 7), (1, 1.3, 1.7), random_rotation(rng))

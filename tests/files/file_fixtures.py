@@ -5,6 +5,7 @@ import struct
 
 import nibabel
 import numpy as np
+import pytest
 import SimpleITK
 from pipelines import update
 from vtk_fixtures import DEFORMED, REST, TURNED, add_scalars, make_image
@@ -12,6 +13,7 @@ from vtkmodules.vtkCommonCore import VTK_FLOAT
 from vtkmodules.vtkCommonDataModel import vtkStructuredGrid
 from vtkmodules.vtkFiltersSources import vtkCellTypeSource, vtkSphereSource
 
+from vtk_mls import io
 from vtk_mls.files import frames
 from vtk_mls.filters import MLSDisplacementField
 from vtk_mls.vtk import arrays
@@ -161,6 +163,13 @@ def limits(name):
     values = VALUES.astype(dtype)
     values.flat[:2] = info.min, info.max
     return values
+
+
+def assert_refused(path, content, sentence):
+    path.write_bytes(content.encode() if isinstance(content, str) else content)
+    with pytest.raises(ValueError, match=sentence) as error:
+        io.read_dataset(path)
+    assert len(str(error.value)) < len(str(path)) + 250
 
 
 def write_by_itk(path, values):

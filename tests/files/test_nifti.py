@@ -17,6 +17,7 @@ from file_fixtures import (
     VALUES,
     VECTORS,
     as_nifti,
+    assert_refused,
     field_on,
     in_lps,
     itk_matrix,
@@ -164,9 +165,7 @@ def test_displacements_of_nifti_turn_as_in_itk(tmp_path):
     ],
 )
 def test_nifti_that_is_refused(tmp_path, content, sentence):
-    (tmp_path / "x.nii").write_bytes(content)
-    with pytest.raises(ValueError, match=rf"x\.nii` .*{sentence}"):
-        io.read_dataset(tmp_path / "x.nii")
+    assert_refused(tmp_path / "x.nii", content, rf"x\.nii` .*{sentence}")
 
 
 @pytest.mark.parametrize("unit", UNITS)

@@ -20,6 +20,7 @@ from file_fixtures import (
     SPACING,
     VALUES,
     VECTORS,
+    assert_refused,
     field_on,
     itk_matrix,
     matrix,
@@ -117,11 +118,9 @@ def test_nrrd(tmp_path, changes, data):
     ],
 )
 def test_bad_nrrd(tmp_path, change, sentence):
-    (tmp_path / "x.nrrd").write_bytes(NRRD.replace(*change).encode() + b"\n" + NRRD_DATA)
-    with pytest.raises(
-        ValueError, match=rf"x\.nrrd` is not a (readable )?NRRD volume.*: .*({sentence})"
-    ):
-        io.read_dataset(tmp_path / "x.nrrd")
+    content = NRRD.replace(*change).encode() + b"\n" + NRRD_DATA
+    sentence = rf"x\.nrrd` is not a (readable )?NRRD volume.*: .*({sentence})"
+    assert_refused(tmp_path / "x.nrrd", content, sentence)
 
 
 def test_bad_text_in_nrrd(tmp_path):
@@ -133,12 +132,8 @@ def test_bad_text_in_nrrd(tmp_path):
         ("1 2\n3", "expected 4 values, got 3"),
         ("1 2\n3 " + 9999 * "x", "invalid literal"),
     ):
-        (tmp_path / "x.nrrd").write_text(f"{header}\n{text}\n")
-        with pytest.raises(
-            ValueError, match=rf"x\.nrrd` is not a (readable )?NRRD volume.*{sentence}"
-        ) as error:
-            io.read_dataset(tmp_path / "x.nrrd")
-        assert len(str(error.value)) < len(str(tmp_path)) + 250
+        sentence = rf"x\.nrrd` is not a (readable )?NRRD volume.*{sentence}"
+        assert_refused(tmp_path / "x.nrrd", f"{header}\n{text}\n", sentence)
 
 
 @pytest.mark.parametrize("pack", [gzip.compress, bz2.compress])
@@ -225,9 +220,8 @@ def test_spaces_of_no_patient_are_taken_as_they_are(tmp_path, space):
 )
 def test_other_spaces_are_refused(tmp_path, space):
     content = nrrd_bytes("RAS", RIGHT).replace(b"space: RAS", f"space: {space}".encode())
-    (tmp_path / "x.nrrd").write_bytes(content)
-    with pytest.raises(ValueError, match=rf"x\.nrrd` .* its space `{space}` is not one of three"):
-        io.read_dataset(tmp_path / "x.nrrd")
+    sentence = rf"x\.nrrd` .* its space `{space}` is not one of three"
+    assert_refused(tmp_path / "x.nrrd", content, sentence)
 
 
 def test_key_value_pairs_and_fields_stay(tmp_path):

@@ -9,6 +9,7 @@ import tifffile
 
 from vtk_mls import io
 from vtk_mls.commands import series
+from vtk_mls.commands.cli import main
 
 pytestmark = pytest.mark.usefixtures("folder")
 STEP, START, COUNT = 0.75, 1.5, 3  # seconds
@@ -149,15 +150,23 @@ def test_counted_times_get_no_unit(unit):
     assert read_nifti()[2] == ("sec" if unit else "unknown")
 
 
-def test_lengths_of_nrrd_keep_their_unit():
-    nrrd.write(
-        "in.nrrd",
-        VALUES[0].T,
-        {"space units": ["microns"] * 3, "space": "LPS"}
-        | {"space directions": np.diag([2, 3, 4]), "space origin": [0, 0, 0]},
-    )
+def test_lengths_in_micrometers_are_those_of_itk():
+    values = np.random.default_rng(1).uniform(0, 100, (9, 10, 11)).astype(np.float32)
+    fields = {"space units": ["microns"] * 3, "space": "LPS", "space origin": [0, 0, 0]}
+    nrrd.write("in.nrrd", values.T, {**fields, "space directions": np.diag([2, 3, 4])})
     image = io.read_dataset("in.nrrd")
     assert image.GetSpacing() == (2, 3, 4)
-    io.write_dataset(image, "out.nii")
-    assert nibabel.load("out.nii").header.get_xyzt_units()[0] == "micron"
-    np.testing.assert_allclose(SimpleITK.ReadImage("out.nii").GetSpacing(), [2e-3, 3e-3, 4e-3])
+    io.write_dataset(image, "in.nii")
+    assert nibabel.load("in.nii").header.get_xyzt_units()[0] == "micron"
+    io.write_handles("h.vtp", [(4, 4, 4), (14, 9, 8)], [(5, 4, 3.5), (15, 10, 8)])
+    for command, output in (("deform", "out.nii"), ("field", "field.nii"), ("field", "field.nrrd")):
+        main([command, "in.nrrd", "h.vtp", output])
+    assert nrrd.read_header("field.nrrd")["space units"] == ["um"] * 3
+    image, expected = map(SimpleITK.ReadImage, ("in.nii", "out.nii"))
+    np.testing.assert_allclose(image.GetSpacing(), [2e-3, 3e-3, 4e-3])
+    field = SimpleITK.ReadImage("field.nii", SimpleITK.sitkVectorFloat64)
+    move = SimpleITK.DisplacementFieldTransform(field)
+    found = SimpleITK.Resample(image, expected, move, SimpleITK.sitkLinear, 0.0)
+    found, expected = (SimpleITK.GetArrayFromImage(i)[1:-1, 1:-1, 1:-1] for i in (found, expected))
+    assert np.abs(expected - values[1:-1, 1:-1, 1:-1]).max() > 10
+    np.testing.assert_allclose(found, expected, atol=2e-3)

@@ -21,6 +21,7 @@ from mesh_fixtures import (
     grid_of,
     linear,
     places_of,
+    set_places,
     sizes,
     sphere,
     split,
@@ -28,7 +29,7 @@ from mesh_fixtures import (
 from pairwise import paired
 from pipelines import control_points, update
 from scipy.spatial import cKDTree
-from vtk_fixtures import REST, TYPES, add_array, polydata_of
+from vtk_fixtures import DEFORMED, REST, TYPES, add_array, polydata_of
 from vtkmodules.vtkCommonCore import vtkVariant, vtkVariantArray, vtkVersion
 from vtkmodules.vtkCommonDataModel import (
     VTK_BEZIER_WEDGE,
@@ -50,6 +51,7 @@ from vtkmodules.vtkCommonDataModel import (
     VTK_WEDGE,
     vtkBiQuadraticQuadraticHexahedron,
     vtkDataSetAttributes,
+    vtkPointSet,
     vtkUnstructuredGrid,
 )
 from vtkmodules.vtkFiltersCore import vtkAppendFilter, vtkCellCenters, vtkConnectivityFilter
@@ -124,6 +126,24 @@ def test_what_is_not_cut_stays_in_one_piece(cut, parts, kind):
     x = places_of(output)[~shift.any(axis=1)]
     assert len(np.unique(x.round(9), axis=0)) == len(x)
     assert shift.any(axis=1).sum() > 0
+
+
+def test_points_beside_the_edge_of_a_curved_cut_are_not_on_it():
+    mesh, corners = cells(VTK_HEXAHEDRON), CUTS["tent"].points.copy()
+    corners[:4, 2] += (2.5, 2.5, 0.5, 0.5)
+    cut = Surface(corners, CUTS["tent"].triangles)
+    add_array(mesh.GetPointData(), "rest", places_of(mesh))
+    output = update(deforming(mesh, cut=cut))
+    rest = array_of(output, "rest")
+    origins = Deformation(REST, DEFORMED, cuts=[cut]).backward(places_of(output))
+    below = rest[:, 2] < 2.4
+    np.testing.assert_allclose(origins[below], rest[below], atol=1e-5)
+
+
+def test_points_without_cells_keep_their_class():
+    points = vtkPointSet()
+    set_places(points, REST)
+    assert update(deforming(points, cut=CUTS["plane"])).GetClassName() == "vtkPointSet"
 
 
 @pytest.mark.parametrize("distance", [0.02, -0.02])

@@ -113,6 +113,7 @@ DEFORM = {
     "unknown interpolation": (sets(Interpolation="sharp"), "linear.*sharp"),
     "unknown grid": (sets(OutputGrid="own"), "`OutputGrid` .*fitted.*own"),
     "background of text": (sets(Background="air"), "`background` .*air"),
+    "no background": (sets(Background=None), "`background` must be a number, got None"),
     "no scalars": (sets(GradientArray="x"), "`GradientArray`.*`x`.*`RTData`"),
     "no vectors": (lambda s: s.deforming.AddGradientVectorArray("x"), "VectorArrays` names `x`"),
     "flat": (lambda s: s.deforming.AddGradientVectorArray("RTData"), "`RTData`.*3 comp.*got 1"),

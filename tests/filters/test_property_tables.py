@@ -134,6 +134,9 @@ def test_rows_with_another_length_are_refused():
         handles.SetRestPoint(0, 1, 2)
     with pytest.raises(TypeError, match="`row` must be weight, got"):
         handles.SetWeight(0, 1, 2)
+    for name in ("RestPoints", "Weights", "Bounds", "LatticeDimensions"):
+        with pytest.raises(TypeError, match=f"`{name}` must be .*, got 3"):
+            getattr(handles, f"Set{name}")(3)
 
 
 def test_names_are_listed_once():

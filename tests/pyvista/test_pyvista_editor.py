@@ -46,17 +46,17 @@ def drag(plotter, editor, by):
 
 def test_a_drag_deforms_the_picture_and_the_result(plotter):
     mesh = pyvista.Sphere()
-    edit = plotter.mls.edit(mesh, kind="similarity", smoothing=0.05)
+    edit = plotter.mls.edit(mesh, kind="affine", smoothing=0.05)
     plotter.show(auto_close=False)
     before = plotter.screenshot(return_img=True).astype(float)
     row = drag(plotter, edit.editor, (40, 20))
     assert np.abs(plotter.screenshot(return_img=True) - before).mean() > 0.3
     state = edit.state
     assert np.flatnonzero(~state.is_resting).tolist() == [row]
-    deformation = Deformation(state.rest, state.deformed, kind="similarity", smoothing=0.05)
+    deformation = Deformation(state.rest, state.deformed, kind="affine", smoothing=0.05)
     expected = deformation.forward(mesh.points)
     np.testing.assert_allclose(edit.deformed.points, expected, atol=1e-5)
-    assert edit.deformed == mesh.mls.deform(edit.handles, kind="similarity", smoothing=0.05)
+    assert edit.deformed == mesh.mls.deform(edit.handles, kind="affine", smoothing=0.05)
     send(plotter, "KeyPressEvent", (5, 5), "z")
     assert edit.state.is_resting.all()
 

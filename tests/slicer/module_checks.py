@@ -143,7 +143,7 @@ SCENES = [
     *({"kind": kind, "curve": True} for kind in ("rigid", "similarity", "spline")),
     *({"kind": k, "bone": bone} for k in ("rigid", "affine") for bone in (model, segmentation)),
     {"kind": "rigid", "steps": 4},
-    {"kind": "rigid", "steps": 0, "alpha": 1.5},
+    {"kind": "rigid", "steps": 0},
     {"kind": "affine", "smoothing": 5.0},
     {"kind": "spline", "parent": True, "smoothing": 2.0},
     {"kind": "rigid", "parent": True, "bone": model},
@@ -274,7 +274,7 @@ def test_everything_that_moves_updates_the_transform(scene, logic):
         lambda: bone.SetMatrixTransformToParent(matrix),
         lambda: plane.SetCenter(0, 0, 20),
         lambda: rest.SetNthControlPointPositionWorld(0, 1, 2, 3),
-        lambda: logic.set_options(transform, alpha=1.5),
+        lambda: logic.set_options(transform, smoothing=1.5),
         lambda: logic.remove(transform, plane),
     ):
         old = transform.GetTransformFromParent()

@@ -34,7 +34,7 @@ def as_float(name, value, expected="numbers"):
     check_unmasked(name, value)
     try:
         array = np.asarray(value)
-        if array.dtype.kind != "c":
+        if array.dtype.kind != "c" and value is not None:  # numpy makes NaN of None
             return array.astype(np.float64)
     except (TypeError, ValueError, OverflowError):
         pass
@@ -83,18 +83,17 @@ def points(name: str, value: ArrayLike) -> NDArray[np.float64]:
     return array
 
 
-def triangles(value: ArrayLike, count: int) -> NDArray[np.int64]:
-    """Corners (m, 3) of triangles, as rows of `count` points; m > 0."""
-    values = as_float("triangles", value)
+def corners(name: str, value: ArrayLike, size: int, count: int) -> NDArray[np.int64]:
+    """Corners (m, size) of triangles or tetrahedra, as rows of `count` points; m > 0."""
+    values = as_float(name, value)
     rows = np.where(np.isfinite(values), values, -1).astype(np.int64)
     if (rows != values).any():
-        raise TypeError("`triangles` must be integers, rows of `points`")
-    if rows.ndim != 2 or rows.shape[1:] != (3,) or len(rows) == 0:
-        message = f"must have the shape (m, 3), m > 0, got {rows.shape}"
-        raise InputError(message, argument="triangles")
+        raise TypeError(f"`{name}` must be integers, rows of `points`")
+    if rows.ndim != 2 or rows.shape[1:] != (size,) or len(rows) == 0:
+        raise InputError(f"must have the shape (m, {size}), m > 0, got {rows.shape}", argument=name)
     if rows.min() < 0 or rows.max() >= count:
         message = f"must be rows of the {count} `points`, got {rows.min()} to {rows.max()}"
-        raise InputError(message, argument="triangles")
+        raise InputError(message, argument=name)
     return rows
 
 

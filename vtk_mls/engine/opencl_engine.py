@@ -104,9 +104,7 @@ class Engine:
         for part in progress.over(self.launcher.slabs(len(points), deformation, 60)):
             for map_ in maps:
                 rows = _rows_in(map_.region, deformation.moved_planes, points, part)
-                local, found = map_.local_points(points[rows]), np.empty(len(points[rows]), "f4")
-                map_.launch_at("step_determinant", [local], outputs=[found])
-                result[rows] = found
+                result[rows] = map_.at_points("step_determinant", 1, points[rows])[0]
         return result
 
     @_exclusive

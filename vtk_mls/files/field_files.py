@@ -53,6 +53,7 @@ class FieldContent(NamedTuple):
     is_forward: bool = False  # whether it moves points
     nifti_header: tuple[str, ...] = ()  # lines `NIFTI_HEADER` of the image with this grid
     convention: str = "itk"  # or "ants": of NIfTI
+    unit: str = ""  # of `volumes.NANOMETERS`: of lengths, if it is not that of the format
 
 
 def write(
@@ -158,14 +159,17 @@ def _content_in_ras(lines: tuple[str, ...]) -> str:
 def write_volume(name: str, content: FieldContent, path: Path) -> None:
     """Write a displacement field in the format of this name."""
     module, header = _FORMATS[name]
-    grid = content.grid
+    grid, unit, length = content.grid, content.unit, 1.0
     if module is nrrd:
         header = (*header, f"{_PURPOSE}{'modeling' if content.is_forward else 'resampling'}")
     elif module is nifti:
         header = (_INTENTS[content.convention], *nifti.in_millimeters(content.nifti_header))
+        # ITK converts the grid of a file in micrometers to millimeters, but not its vectors
+        length, unit = volumes.NANOMETERS.get(unit, 1e6) / 1e6, ""
     values = np.asarray(content.displacement, np.float32)
-    steps = grid.index_to_world
-    module.write(path, [Volume(values, grid.origin, steps, is_vector=True, header=header)], ())
+    place = length * grid.origin, length * grid.index_to_world
+    values = values if length == 1 else length * values
+    module.write(path, [Volume(values, *place, is_vector=True, header=header, unit=unit)], ())
 
 
 def read_transform(path: str | PathLike[str]) -> Affine | Field | Chain:

@@ -36,8 +36,9 @@ class MLSLandmarkReport(Algorithm):
     of the settings to take, "SmallestDeterminant" of the map with these, and "Summary", sentences.
 
     Output port 1 is a vtkTable with a row for each setting that was tried, the best first: "Kind",
-    "Degree" and "Order" (0 for kinds without), "Alpha", "Smoothing", "Median" (the median error),
-    "Options" and "Recommended" (0 or 1). The last two are one rigid and one affine map for all.
+    "Degree" and "Order" (0 for kinds without), "Alpha", "Smoothing", "Softening", "Median" (the
+    median error), "Options" and "Recommended" (0 or 1). The last two are one rigid and one affine
+    map for all.
     """
 
     def __init__(self):

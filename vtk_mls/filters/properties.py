@@ -85,6 +85,10 @@ class Property:
         """The stored value for an argument of the setter."""
         return value
 
+    def refused(self, value):
+        """The TypeError for an argument of the setter that cannot be stored."""
+        return TypeError(f"`{self.name}` must be {self.values}, got {short_repr(value)}")
+
     def assign(self, algorithm, value):
         """Set it."""
         getattr(algorithm, f"Set{self.name}")(value)
@@ -134,10 +138,13 @@ class Vector(Property):
         return f"({', '.join(self.labels)})"
 
     def methods(self):
-        attribute = self.attribute
+        attribute, refused = self.attribute, self.refused
 
         def set_value(self, *values):
-            self._set(attribute, tuple(values[0]) if len(values) == 1 else values)
+            try:
+                self._set(attribute, tuple(values[0]) if len(values) == 1 else values)
+            except TypeError:
+                raise refused(values[0]) from None
 
         return super().methods() | {f"Set{self.name}": set_value}
 
@@ -255,6 +262,8 @@ class ArrayNames(Items):
     values = "names"
 
     def extended(self, items, item):
+        if not isinstance(item, str):
+            raise self.refused(item)
         return items if item in items else (*items, item)
 
 
@@ -288,7 +297,10 @@ class Rows(Property):
 
     def converted(self, value):
         rows = value.tolist() if hasattr(value, "tolist") else value
-        return list(rows) if len(self.columns) == 1 else [tuple(row) for row in rows]
+        try:
+            return list(rows) if len(self.columns) == 1 else [tuple(row) for row in rows]
+        except TypeError:
+            raise self.refused(value) from None
 
     def methods(self):
         attribute, converted, new, columns = self.attribute, self.converted, self.new, self.columns
@@ -312,6 +324,8 @@ class Rows(Property):
             """One of {0.name}, by its {0.columns}; those missing before it are {0.new}."""
             if len(row) != len(columns):
                 raise TypeError(f"`row` must be {', '.join(columns)}, got {short_repr(row)}")
+            if index < 0:
+                raise IndexError(f"`index` must be 0 or more, got {index}")
             values = getattr(self, attribute)
             resize(self, values, max(index + 1, len(values)), new)
             value = row[0] if len(columns) == 1 else row

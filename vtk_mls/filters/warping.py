@@ -80,7 +80,7 @@ def output_type(mesh, splits):
     for name in _MOVED_WHOLE:
         if mesh.IsA(name):
             return name
-    if splits:
+    if splits and mesh.GetNumberOfCells() > 0:
         return "vtkUnstructuredGrid"
     return "vtkStructuredGrid" if isinstance(mesh, vtkRectilinearGrid) else mesh.GetClassName()
 

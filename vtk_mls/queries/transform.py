@@ -15,7 +15,6 @@ from vtk_mls.base.grid import Grid, checked_grid
 from vtk_mls.base.messages import warn
 from vtk_mls.base.progress import Progress, ProgressLike, whole
 from vtk_mls.base.sampling import Sampling
-from vtk_mls.base.validation import short_repr
 from vtk_mls.queries import arrival, fields, resampling, vector_fields, void_cells
 from vtk_mls.queries import certificate as certificates
 from vtk_mls.queries.certificate import Certificate
@@ -238,14 +237,8 @@ class Transform:
         with question(progress) as part:
             if isinstance(where, tuple):
                 points = validation.points("where", where[0])
-                tetrahedra = np.asarray(where[1])
-                are_rows = tetrahedra.shape[1:] == (4,) and tetrahedra.dtype.kind in "iu"
-                if not are_rows or not ((tetrahedra >= 0) & (tetrahedra < len(points))).all():
-                    raise ValueError(
-                        f"`where` must be points and (m, 4) of their rows, from 0 to "
-                        f"{len(points) - 1}, got {short_repr(where[1])}"
-                    )
-                return certificates.certificate_of_mesh(self, points, tetrahedra, part)
+                rows = validation.corners("where[1]", where[1], 4, len(points))
+                return certificates.certificate_of_mesh(self, points, rows, part)
             computing, certifying = part.divided(1, 1)
             field = where if isinstance(where, DisplacementField) else None
             grid = checked_grid("where", where) if field is None else field.grid

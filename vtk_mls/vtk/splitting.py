@@ -2,8 +2,8 @@
 
 VTK's clipping divides the cells that a cut crosses, and points on the cut become two, one for each
 side. A half-plane divides the cells on its whole plane, which keeps the mesh conforming; beyond its
-edge they are joined again. A surface divides the cells that touch its bounding box; its bends
-within one cell are ignored.
+edge they are joined again. A surface divides the cells that touch its bounding box, and joins them
+beside its edge; its bends within one cell are ignored.
 
 Clipping returns two separate meshes. To join them away from the cut, each point gets a key, which
 is equal for points to be merged; VTK merges points with the keys as coordinates.
@@ -208,6 +208,8 @@ def _keys(parts, cut, positions, extent):
         to_cut = -height_of(x[on_cut])[:, None] * normal
         ahead, behind = (x[on_cut] + to_cut + t * _ON_CUT * extent * normal for t in (10, -10))
         parted = (side != 0) & (cut.void_distance(ahead, behind) < 0)
+        if cut.plane is None:  # else points are on the cut, not above it
+            parted &= ~cut.is_beside(x[on_cut])
         for name, offset in ((_TO_CUT, to_cut), (_SIDE, side * normal)):
             values = _values(part, name).copy()
             values[on_cut[parted]] += offset[parted]

@@ -44,7 +44,6 @@ class Launcher:
             self.device.handle.max_mem_alloc_size / bytes_per_item,
             max_count or count,
         )
-        # no launch for a rest of what fits in one
         step = max(1024, count if limit >= count else int(limit) // 1024 * 1024)
         return [slice(start, min(count, start + step)) for start in range(0, count, step)]
 

@@ -29,6 +29,7 @@ from vtk_mls.model.shape_fields import ShapeField
 
 # A segment through an edge or a corner counts as shifted along this arbitrary direction.
 _TIE_BREAK = np.array([0.5377, 0.2863, 0.7930])
+_ABOVE = 0.995  # cosine of the angle to a normal up to which a point counts as above a triangle
 _MAX_PAIRS = 1 << 17  # of a segment and a triangle in one array, about
 
 
@@ -52,7 +53,7 @@ class Surface(Obstacle):
 
     def __init__(self, points: ArrayLike, triangles: ArrayLike) -> None:
         x = validation.points("points", points)
-        rows = validation.triangles(triangles, len(x))
+        rows = validation.corners("triangles", triangles, 3, len(x))
         a, b, c = x[rows].transpose(1, 0, 2)
         area = np.linalg.norm(cross(b - a, c - a), axis=1)
         sides = ((a, b), (b, c), (c, a))
@@ -103,6 +104,15 @@ class Surface(Obstacle):
 
     def is_over(self, x: NDArray[np.float64]) -> NDArray[np.bool_]:
         return self._nearest(x)[0] < (1 - 1e-9) * self._from_boundary(x, x)
+
+    def is_beside(self, x: NDArray[np.float64]) -> NDArray[np.bool_]:
+        distance, out = self._nearest(x)
+        beside = distance > 1e-6 * np.ptp(self.points, axis=0).max()
+        beside &= distance >= (1 - 1e-9) * self._from_boundary(x, x)
+        for a, b, c in self.points[self.triangles] if beside.any() else ():
+            is_nearest = _from_triangle(x, a, b, c)[0] <= (1 + 1e-9) * distance
+            beside &= ~is_nearest | (np.abs(dots(out, unit(cross(b - a, c - a)))) < _ABOVE)
+        return beside
 
     def _nearest(self, x):
         """Distances (m,) of points (m, 3) from the triangles, and unit vectors (m, 3) away."""

@@ -111,8 +111,8 @@ def of_face(points, triangles, reach):
 def _from_triangles(points, triangles, grid):
     """Signed distances (nz, ny, nx) float32 of the points of a grid from triangles.
 
-    Those near the triangles are exact. Farther points take the closest of the places on the
-    surface that their neighbors found, for the search of VTK takes the longer the farther they are.
+    Those near the triangles are exact. Farther points, for which VTK searches longer, take the
+    closest of the places on the surface that their neighbors found.
     """
     # VTK is slow to import, and only this needs it
     from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
@@ -161,10 +161,7 @@ def _near(corners, grid):
 
 
 def _spread(places, nodes, rows, squares):
-    """Give nodes the closest of `places` from neighbors in the layers before and behind.
-
-    Of each node (nz, ny, nx), `rows` has the place and `squares` its squared distance.
-    """
+    """Give nodes the closest of `places`, by `rows`, that neighbors along the first axis have."""
     for layers, back in ((range(1, len(nodes)), 1), (range(len(nodes) - 2, -1, -1), -1)):
         for layer, shift in itertools.product(layers, itertools.product((0, 1, -1), repeat=2)):
             new = np.roll(rows[layer - back], shift, (0, 1))

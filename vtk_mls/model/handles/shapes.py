@@ -141,7 +141,7 @@ class Solid(Shape):
 
     def __init__(self, points: ArrayLike, triangles: ArrayLike) -> None:
         corners = validation.points("points", points)
-        rows = validation.triangles(triangles, len(corners))
+        rows = validation.corners("triangles", triangles, 3, len(corners))
         # files such as STL repeat the corners of each triangle
         _, same = np.unique(corners, axis=0, return_inverse=True)
         edges = np.sort(same.ravel()[rows][:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
