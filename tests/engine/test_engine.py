@@ -45,7 +45,7 @@ def voxels(difference, points):
 @paired(
     kind_and_degree=KINDS_AND_DEGREES,
     count=[15, 200],
-    alpha=[0.5, 1.3, 1, 1.5, 2, 3],
+    alpha=[0.5, 1.3, 1, *rare(1.5), 2, 3],
     smoothing=[0, 30, *rare(1e-4, 1, 1000)],
 )
 def test_backward_on_random_sets(key, kind_and_degree, alpha, count, smoothing, rng):

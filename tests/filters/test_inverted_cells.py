@@ -88,7 +88,7 @@ def test_quads_by_their_signed_areas(turn):
     corners = arrays.to_numpy(mesh.GetCells().GetConnectivityArray()).reshape(-1, 4)
     # alpha 2 turns the plate over between the two handles, which areas in its plane cannot tell
     handles = control_points(FLAT_PINCHED, FOLDED @ turn.T)
-    output, inverted, unchecked = judged(mesh, handles, Alpha=1)
+    output, inverted, unchecked = judged(mesh, handles, Alpha=1, Device="reference")
     flat = places_of(output) @ turn
     at_corners = [areas(flat[np.roll(corners, k, axis=1)[:, :3]]) for k in range(4)]
     assert inverted == (np.min(at_corners, axis=0) <= 0).sum() > 0
