@@ -322,10 +322,9 @@ class Rows(Property):
 
         def set_one(self, index, *row):
             """One of {0.name}, by its {0.columns}; those missing before it are {0.new}."""
-            if len(row) != len(columns):
-                raise TypeError(f"`row` must be {', '.join(columns)}, got {short_repr(row)}")
-            if index < 0:
-                raise IndexError(f"`index` must be 0 or more, got {index}")
+            if len(row) != len(columns) or index < 0:
+                found = f"{short_repr(row)} at {index}; the first index is 0"
+                raise TypeError(f"`row` must be {', '.join(columns)}, got {found}")
             values = getattr(self, attribute)
             resize(self, values, max(index + 1, len(values)), new)
             value = row[0] if len(columns) == 1 else row

@@ -209,7 +209,7 @@ def _keys(parts, cut, positions, extent):
         ahead, behind = (x[on_cut] + to_cut + t * _ON_CUT * extent * normal for t in (10, -10))
         parted = (side != 0) & (cut.void_distance(ahead, behind) < 0)
         if cut.plane is None:  # else points are on the cut, not above it
-            parted &= ~cut.is_beside(x[on_cut])
+            parted[parted] = ~cut.is_beside(x[on_cut[parted]], to_cut[parted])
         for name, offset in ((_TO_CUT, to_cut), (_SIDE, side * normal)):
             values = _values(part, name).copy()
             values[on_cut[parted]] += offset[parted]

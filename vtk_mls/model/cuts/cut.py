@@ -64,8 +64,8 @@ class Cut(Described):
         """Whether the closest point of the cut to `x` (m, 3) is inside its edge: (m,) bool."""
         return self.depth(x) > 0
 
-    def is_beside(self, x: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Which of `x` (m, 3) are beyond the edge, above no part of a curved cut: (m,) bool."""
+    def is_beside(self, x: NDArray[np.float64], to_cut: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Whether `x` (m, 3), `to_cut` from a curved cut, are beyond its edge, above none of it."""
         return np.zeros(len(x), bool)
 
     def farthest(self, control_points: ControlPoints) -> float:

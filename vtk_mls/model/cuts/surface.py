@@ -29,7 +29,6 @@ from vtk_mls.model.shape_fields import ShapeField
 
 # A segment through an edge or a corner counts as shifted along this arbitrary direction.
 _TIE_BREAK = np.array([0.5377, 0.2863, 0.7930])
-_ABOVE = 0.995  # cosine of the angle to a normal up to which a point counts as above a triangle
 _MAX_PAIRS = 1 << 17  # of a segment and a triangle in one array, about
 
 
@@ -105,13 +104,17 @@ class Surface(Obstacle):
     def is_over(self, x: NDArray[np.float64]) -> NDArray[np.bool_]:
         return self._nearest(x)[0] < (1 - 1e-9) * self._from_boundary(x, x)
 
-    def is_beside(self, x: NDArray[np.float64]) -> NDArray[np.bool_]:
-        distance, out = self._nearest(x)
+    def is_beside(self, x: NDArray[np.float64], to_cut: NDArray[np.float64]) -> NDArray[np.bool_]:
+        distance = np.linalg.norm(to_cut, axis=1)
         beside = distance > 1e-6 * np.ptp(self.points, axis=0).max()
-        beside &= distance >= (1 - 1e-9) * self._from_boundary(x, x)
-        for a, b, c in self.points[self.triangles] if beside.any() else ():
-            is_nearest = _from_triangle(x, a, b, c)[0] <= (1 + 1e-9) * distance
-            beside &= ~is_nearest | (np.abs(dots(out, unit(cross(b - a, c - a)))) < _ABOVE)
+        beside &= distance >= (1 - 1e-6) * self._from_boundary(x, x)
+        rows, ends = np.flatnonzero(beside), {*map(tuple, self.boundary.reshape(-1, 3).tolist())}
+        at, out, reach = x[rows], unit(to_cut[rows]), (1 + 1e-6) * distance[rows]
+        is_end = np.array([tuple(place) in ends for place in self.points.tolist()])
+        # a triangle is below a point if its normal is within 6 degrees of the way there
+        for a, b, c in self.points[self.triangles[is_end[self.triangles].any(axis=1)]]:
+            cosine = np.abs(dots(out, unit(cross(b - a, c - a))))
+            beside[rows] &= (_from_triangle(at, a, b, c)[0] > reach) | (cosine < 0.995)
         return beside
 
     def _nearest(self, x):

@@ -109,10 +109,8 @@ def of_face(points, triangles, reach):
 
 
 def _from_triangles(points, triangles, grid):
-    """Signed distances (nz, ny, nx) float32 of the points of a grid from triangles.
-
-    Those near the triangles are exact. Farther points, for which VTK searches longer, take the
-    closest of the places on the surface that their neighbors found.
+    """Signed distances (nz, ny, nx) float32 of the points of a grid from triangles, exact near
+    these; others, for which VTK searches longer, are from the closest place of their neighbors.
     """
     # VTK is slow to import, and only this needs it
     from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
