@@ -250,6 +250,15 @@ def test_still_data_at_the_times_of_handles(capsys):
             np.testing.assert_allclose(points_of(read()), d.forward(places(0)), atol=1e-5)
 
 
+def test_pairs_of_two_files_in_time_take_a_spline(capsys):
+    io.write_dataset(mesh(0), "in.vtu")
+    for name, step in (("p.csv", 0), ("q.csv", 1)):
+        rows = [",".join(map(str, (t, *np.add(p, t * step)))) for t in (0, 1) for p in REST]
+        Path(name).write_text("\n".join(["time,x,y,z", *rows]))
+    assert main(["deform", "in.vtu", "p.csv", "--deformed=q.csv", "out.pvd"]) == 0
+    assert "2 time steps, spline of order" in capsys.readouterr().out
+
+
 def test_data_in_time_take_the_last_handles_before(capsys):
     """The same bytes as each step deformed by the handles of one time."""
     write_steps(["1.mha", "2.mha", "3.mha"], image_at)
@@ -270,9 +279,8 @@ def test_other_commands_take_handles_of_one_time(command, refused):
     io.write_dataset(image_at(0), "in.vti")
     for how in ("table", "collection"):
         name = moving_handles(how)
-        source = name if command == "points" else "in.vti"
         Path("p.csv").write_text("x,y,z\n1,2,3\n")
-        source = "p.csv" if command == "points" else source
+        source = "p.csv" if command == "points" else "in.vti"
         output = {"field": ["f.nrrd"], "points": ["o.csv"], "view": []}[command]
         assert "control points at 3 times" in refused(command, source, name, *output)
 

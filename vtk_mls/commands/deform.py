@@ -136,7 +136,7 @@ def _deform(steps, handle_times, is_series, deform, options):
                 io.check_writable(options.output, dataset)
                 _check_gradient(options)
             if handles:
-                deform.SetInputData(1, handles[step_at(handle_times, time)])
+                deform.SetInputData(1, handles[step_at(handle_times, time)][0])
             deform.SetInputData(0, dataset)
             if index == 0 and is_image and is_series:
                 deform.series_backgrounds = backgrounds_of(dataset)

@@ -79,6 +79,8 @@ def field(options, algorithm):
     note = _run(options, algorithm, job.write_field)
     size = " x ".join(str(n) for n in image.finest.grid.dimensions)
     print(f"{options.output}: {size} backward displacements, {kind_used(algorithm)}{note}{notes}")
+    if algorithm.updated_deformation().cuts:
+        remarks.warn(options.output, "the void of cuts is not counted, and cannot be marked")
     return 0
 
 

@@ -116,11 +116,9 @@ def progress_bar(options, is_last=True):
 def set_up(algorithm, options, control_points=None):
     """Set the control points (port 1) and the properties of a filter.
 
-    `control_points` is polydata to use instead of the files.
+    `control_points` is polydata to use instead of the files, and whether it is of marked pairs.
     """
-    points, are_marked = control_points, False
-    if points is None:
-        points, are_marked = _moving_control_points(options)
+    points, are_marked = control_points or _moving_control_points(options)
     options.kind = options.kind or ("auto" if are_marked else KIND.default)
     arguments = map_arguments(options)
     algorithm.SetInputData(1, points)
@@ -165,17 +163,17 @@ def handle_times(options):
 
 
 def control_points_in_time(options, times):
-    """Control-point polydata at each of the `handle_times`; ValueError if nothing moves at any
-    time.
+    """Control-point polydata at each of the `handle_times`, and whether they are of marked pairs;
+    ValueError if nothing moves at any time.
     """
-    polydata = [read_control_points(options, time)[0] for time in times]
-    is_identity = not any(map(is_moving, polydata)) or options.blend == 0
+    found = [read_control_points(options, time)[::2] for time in times]
+    is_identity = not any(is_moving(points) for points, _ in found) or options.blend == 0
     if is_identity and not (options.allow_identity or options.initial_transform):
         raise ValueError(
             f"nothing moves: the control points of `{options.handles}` are at rest (p = q) at all "
             f"{len(times)} times; add --allow-identity to go on"
         )
-    return polydata
+    return found
 
 
 def map_arguments(options):

@@ -181,9 +181,13 @@ def report(
         found, is_outlier, predicted = _agreed(pairs, shape, choosing)
         smoothing = _EXACTLY_WHOLE * shape.extents[0]
         one_maps = {kind: Settings(kind, None, 1.0, smoothing) for kind in BASELINE}
-        baseline = {k: float(np.median(_errors(pairs, rows, s))) for k, s in one_maps.items()}
+        clear = pairs.of_rows(np.flatnonzero(~is_outlier))
+        some = chosen_from(len(clear), MAX_SAMPLE)
+        baseline = {k: float(np.median(_errors(clear, some, s))) for k, s in one_maps.items()}
         tried = {s: float(np.median(size)) for s, size in found.items()}
-        best, deformation, is_sensible = _best(pairs, rows, tried, shape, device)
+        best, deformation, is_sensible = _best(clear, some, tried, shape, device)
+        if is_outlier.any():
+            deformation = volume.excess(pairs, best, device)[1]
         error = _errors(pairs, np.arange(len(pairs)), best, finding)
         folding.report(0)
         p, q = pairs.rest, pairs.deformed

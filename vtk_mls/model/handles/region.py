@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from vtk_mls.base.errors import InputError
 from vtk_mls.base.validation import as_float, freeze, short_repr
 from vtk_mls.model.handles.handle import Handle
-from vtk_mls.model.handles.rigid_motion import axis_and_angle, rotation
+from vtk_mls.model.handles.rigid_motion import screw
 from vtk_mls.model.handles.shapes import Shape
 from vtk_mls.model.shape_fields import ShapeField
 
@@ -108,12 +108,7 @@ class RegionHandle(Handle):
         return RegionHandle(self.shape, motion)
 
     def blended(self, share: float) -> RegionHandle:
-        center, moved = self.center
-        motion = np.eye(4)
-        axis, angle = axis_and_angle(self.motion[:3, :3])
-        motion[:3, :3] = rotation(axis, share * angle)
-        motion[:3, 3] = center + share * (moved - center) - motion[:3, :3] @ center
-        return RegionHandle(self.shape, motion)
+        return RegionHandle(self.shape, screw(self, share))
 
     @property
     def is_resting(self) -> bool:
