@@ -150,7 +150,7 @@ def test_counted_times_get_no_unit(unit):
     assert read_nifti()[2] == ("sec" if unit else "unknown")
 
 
-def test_lengths_in_micrometers_are_those_of_itk():
+def test_lengths_in_micrometers_are_those_of_itk(capsys):
     values = np.random.default_rng(1).uniform(0, 100, (9, 10, 11)).astype(np.float32)
     fields = {"space units": ["microns"] * 3, "space": "LPS", "space origin": [0, 0, 0]}
     nrrd.write("in.nrrd", values.T, {**fields, "space directions": np.diag([2, 3, 4])})
@@ -159,8 +159,11 @@ def test_lengths_in_micrometers_are_those_of_itk():
     io.write_dataset(image, "in.nii")
     assert nibabel.load("in.nii").header.get_xyzt_units()[0] == "micron"
     io.write_handles("h.vtp", [(4, 4, 4), (14, 9, 8)], [(5, 4, 3.5), (15, 10, 8)])
-    for command, output in (("deform", "out.nii"), ("field", "field.nii"), ("field", "field.nrrd")):
+    for command, output in (("deform", "out.nii"), ("field", "field.nrrd"), ("field", "field.nii")):
         main([command, "in.nrrd", "h.vtp", output])
+    assert (
+        "in millimeters, for images in NIfTI, while the input is in um" in capsys.readouterr().err
+    )
     assert nrrd.read_header("field.nrrd")["space units"] == ["um"] * 3
     image, expected = map(SimpleITK.ReadImage, ("in.nii", "out.nii"))
     np.testing.assert_allclose(image.GetSpacing(), [2e-3, 3e-3, 4e-3])

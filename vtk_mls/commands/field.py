@@ -11,6 +11,7 @@ from vtk_mls import Grid, io
 from vtk_mls.commands import map_options, ome_zarr, property_options, remarks
 from vtk_mls.commands.running import kind_used, read, set_up, update
 from vtk_mls.commands.supervision import step
+from vtk_mls.files import metadata
 from vtk_mls.files.paths import check_apart
 from vtk_mls.filters import MLSDisplacementField
 from vtk_mls.vtk.arrays import ImageGeometry
@@ -170,6 +171,9 @@ def _remarks(output, options):
             f"{failures} of {count} points have no forward image, for the map folds or a cut was "
             f"pushed over them; the value there {value}"
         )
+    unit = "".join(metadata.load(output, metadata.LENGTH_UNIT))
+    if unit and options.output.lower().endswith((".nii", ".nii.gz")) and not options.jacobian:
+        yield f"it is in millimeters, for images in NIfTI, while the input is in {unit}"
     void = remarks.number_of(output, "Void")
     if void and not is_whole:
         yield (

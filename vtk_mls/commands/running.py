@@ -163,9 +163,7 @@ def handle_times(options):
 
 
 def control_points_in_time(options, times):
-    """Control-point polydata at each of the `handle_times`, and whether they are of marked pairs;
-    ValueError if nothing moves at any time.
-    """
+    """As of `_moving_control_points`, at each of the `handle_times`."""
     found = [read_control_points(options, time)[::2] for time in times]
     is_identity = not any(is_moving(points) for points, _ in found) or options.blend == 0
     if is_identity and not (options.allow_identity or options.initial_transform):

@@ -109,9 +109,7 @@ def of_face(points, triangles, reach):
 
 
 def _from_triangles(points, triangles, grid):
-    """Signed distances (nz, ny, nx) float32 of the points of a grid from triangles, exact near
-    these; others, for which VTK searches longer, are from the closest place of their neighbors.
-    """
+    """Signed distances (nz, ny, nx) float32 of the points of a grid from triangles."""
     # VTK is slow to import, and only this needs it
     from vtkmodules.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray
     from vtkmodules.vtkCommonCore import vtkPoints
@@ -134,6 +132,7 @@ def _from_triangles(points, triangles, grid):
     places = np.concatenate([places, np.full((1, 3), np.inf)])  # of points without one
     rows, squares = np.full(grid.shape, len(found)), np.where(near, 0, np.inf)
     rows[near] = np.arange(len(found))
+    # VTK searches the longer the farther a point is: others take the closest place of neighbors
     for axis in range(3):
         _spread(places, *(np.moveaxis(array, axis, 0) for array in (nodes, rows, squares)))
     values = np.copysign(np.sqrt(squares), np.append(found, 0)[rows])
