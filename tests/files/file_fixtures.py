@@ -169,7 +169,7 @@ def assert_refused(path, content, sentence):
     path.write_bytes(content.encode() if isinstance(content, str) else content)
     with pytest.raises(ValueError, match=sentence) as error:
         io.read_dataset(path)
-    assert len(str(error.value)) < len(str(path)) + 250
+    assert len(str(error.value)) < len(str(path)) + 240
 
 
 def write_by_itk(path, values):

@@ -14,7 +14,7 @@ from vtk_mls.base.progress import SILENT
 
 # Points of an image of distances from triangles, and from voxels.
 _MAX_NODES, _MAX_VOXELS = 1 << 18, 1 << 20
-_BAND = 3  # cells around triangles, at least two, within which distances are exact
+_BAND = 3  # cells around triangles with exact distances; behind fewer, signs could be lost
 _MARGIN = 0.5  # of the box around the shape, as a fraction of its largest side
 
 
